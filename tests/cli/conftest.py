@@ -1,0 +1,45 @@
+"""The command line in this process, with what it says on both streams."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.report.content import fill
+from zoobench.cli.main import main
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a command gave back."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Reply]
+
+
+@pytest.fixture
+def zoobench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
+    """Run a command line in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ZOOBENCH_DB", raising=False)
+
+    def run(*words: object) -> Reply:
+        try:
+            code = main([str(word) for word in words])
+        except SystemExit as ending:
+            code = ending.code if isinstance(ending.code, int) else 0
+        captured = capfd.readouterr()
+        return Reply(code, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Path:
+    """The database of `tests.report.content.fill`, under the name that commands look for."""
+    return fill(tmp_path / "zoobench.db")

@@ -1,0 +1,156 @@
+"""Bad input: one clear message, exit code 2, no traceback, and nothing lost."""
+
+import hashlib
+import os
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from tests.report.content import fill
+
+RUN = ("run", "--env", "desert", "--task", "turning")
+READERS = (("results",), ("table",), ("status",), ("show", "1"), ("logs", "1"))
+
+
+def digest(path: Path) -> str:
+    """The content of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["run", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),
+        (["run", "--env", "xyz*", "--task", "turning"], "Unknown environment 'xyz*'"),
+        (["run", "--env", "desert", "--task", "turnin"], "Did you mean 'turning'?"),
+        (["run", "--env", "desert[", "--task", "turning"], "Cannot read 'desert['"),
+        (["run", "--env", "Desert!", "--task", "turning"], "Cannot read 'Desert!'"),
+        ([*RUN, "--method", "diffphysics[lr]"], "Write key=value"),
+        ([*RUN, "--method", "diffphysics[lr=fast]"], "lr"),
+        ([*RUN, "--method", "diffphysics[rl=1]"], "Did you mean"),
+        ([*RUN, "--method", "diffphysics-v99"], "version 99"),
+        ([*RUN, "--seeds", "-1"], "negative"),
+        ([*RUN, "--seeds", "0,-2"], "negative"),
+        ([*RUN, "--seeds", "many"], "Cannot read 'many' as seeds"),
+        ([*RUN, "--seeds", "0"], "no seed at all"),
+        ([*RUN, "--budget", "lots"], "Cannot read 'lots' as a budget"),
+        ([*RUN, "--budget", "0"], "positive"),
+        ([*RUN, "--budget", "10 parsecs"], "parsecs"),
+        ([*RUN, "--frames", "0"], "Give at least 1"),
+        ([*RUN, "--frames", "many"], "--frames"),
+        ([*RUN, "--fidelity", "quik"], "Did you mean 'quick'?"),
+        ([*RUN, "--preset", "quik"], "Did you mean 'quick'?"),
+        ([*RUN, "--smoke", "--preset", "paper"], "Leave one out"),
+        ([*RUN, "--timeout", "soon"], "Cannot read 'soon' as a time limit"),
+        ([*RUN, "-j", "0"], "--jobs"),
+        ([*RUN, "--retry", "everything"], "--retry"),
+        (["plan", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),
+        (["bench", "--particles", "many"], "Cannot read 'many'"),
+        (["bench", "--scenes", "dessert"], "Did you mean 'desert'?"),
+        (["bench", "--precision", "16"], "32 or 64"),
+    ],
+)
+def test_bad_words_are_refused_before_anything_happens(
+    zoobench: Command, tmp_path: Path, words: list[str], message: str
+) -> None:
+    """The message names the word, and no database is made."""
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert message in reply.err
+    assert "Traceback" not in reply.err
+    assert reply.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [*READERS, RUN, ("plan", *RUN[1:])])
+def test_a_file_that_is_no_database_is_refused_and_left_alone(
+    zoobench: Command, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    """A text file keeps every byte."""
+    path = tmp_path / "notes.txt"
+    path.write_text("This is not a database, and precious. " * 100)
+    before = digest(path)
+    reply = zoobench(*words, "--db", path)
+    assert reply.code == 2
+    assert "not an SQLite database" in reply.err
+    assert "Traceback" not in reply.err
+    assert digest(path) == before
+
+
+def test_the_database_of_another_program_is_refused_and_left_alone(zoobench: Command, tmp_path: Path) -> None:
+    """Its tables stay as they are, and no table of ours is added."""
+    path = tmp_path / "other.db"
+    with sqlite3.connect(path) as connection:
+        connection.execute("CREATE TABLE recipes (name TEXT)")
+        connection.execute("INSERT INTO recipes VALUES ('soup')")
+    connection.close()
+    reply = zoobench(*RUN, "--db", path)
+    assert reply.code == 2
+    assert "another program" in reply.err
+    connection = sqlite3.connect(path)
+    assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("recipes",)]
+    assert connection.execute("SELECT name FROM recipes").fetchall() == [("soup",)]
+    connection.close()
+
+
+@pytest.mark.parametrize("words", READERS)
+def test_a_missing_database_is_not_made_by_reading(zoobench: Command, tmp_path: Path, words: tuple[str, ...]) -> None:
+    """The message says how to start one."""
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert "There is no database zoobench.db" in reply.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [("results",), RUN])
+def test_a_folder_is_no_database(zoobench: Command, tmp_path: Path, words: tuple[str, ...]) -> None:
+    """Nor is a place in a folder that does not exist."""
+    assert zoobench(*words, "--db", tmp_path).code == 2
+    reply = zoobench(*words, "--db", tmp_path / "no" / "where.db")
+    assert reply.code == 2
+    assert "There is no folder" in reply.err
+
+
+@contextmanager
+def without_privileges() -> Iterator[None]:
+    """The superuser may read everything, so be nobody for a while."""
+    if os.geteuid() != 0:
+        yield
+        return
+    os.seteuid(65534)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+
+
+@pytest.mark.parametrize("words", [("results",), RUN])
+def test_an_unreadable_database_is_refused(zoobench: Command, words: tuple[str, ...]) -> None:
+    """No permission to read: said so, and the content stays."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o755)
+        path = fill(Path(folder) / "runs.db")
+        before = digest(path)
+        # Answers once, so that every module is loaded before the privileges go.
+        assert zoobench("results", "--db", path).code == 0
+        assert zoobench("plan", *RUN[1:], "--db", path).code == 0
+        path.chmod(0)
+        with without_privileges():
+            reply = zoobench(*words, "--db", path)
+        assert reply.code == 2
+        assert "No permission to open" in reply.err
+        assert "Traceback" not in reply.err
+        assert digest(path) == before
+
+
+@pytest.mark.parametrize("words", [("show", "99"), ("logs", "99"), ("logs", "abc"), ("results", "--env", "dessert")])
+def test_a_run_or_name_that_the_database_has_not(zoobench: Command, database: Path, words: tuple[str, ...]) -> None:
+    """A usage error, not an empty answer."""
+    reply = zoobench(*words)
+    assert (reply.code, reply.out) == (2, "")
+    assert reply.err.startswith("Error: ")

@@ -1,0 +1,62 @@
+"""`list` and `show`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from zoobench import registry
+
+
+def test_list_names_every_component(zoobench: Command) -> None:
+    """All kinds, each with version and summary."""
+    records = json.loads(zoobench("list", "--format", "json").out)
+    expected = {(str(kind), name) for kind in registry.Kind for name in registry.names(kind)}
+    assert {(record["kind"], record["name"]) for record in records} == expected
+    assert all(record["summary"] and record["version"] >= 1 for record in records)
+
+
+def test_list_of_one_kind(zoobench: Command) -> None:
+    """Only the environments, also as csv."""
+    lines = zoobench("list", "envs", "--format", "csv").out.splitlines()
+    assert lines[0] == "kind,name,version,summary"
+    assert [line.split(",")[1] for line in lines[1:]] == registry.names(registry.Kind.ENV)
+
+
+def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) -> None:
+    """As text and as JSON."""
+    assert "lr" in zoobench("show", "diffphysics").out
+    (card,) = json.loads(zoobench("show", "diffphysics-v1", "--format", "json").out)
+    assert card["kind"] == "method"
+    defaults = {item["name"]: item["default"] for item in card["parameters"]}
+    assert defaults == dict(registry.get(registry.Kind.METHOD, "diffphysics").defaults)
+
+
+@pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])
+def test_show_something_unknown_is_a_usage_error(zoobench: Command, name: str) -> None:
+    """Names that fit nothing, and a run where there is no database, which is not made by asking."""
+    reply = zoobench("show", name)
+    assert reply.code == 2
+    assert reply.err.startswith("Error: ")
+    assert not Path("zoobench.db").exists()
+
+
+def test_show_a_run_gives_finals_attempts_origin_and_the_command(zoobench: Command, database: Path) -> None:
+    """By number, as text."""
+    text = zoobench("show", 1).out
+    for fact in ("diffphysics-v1[lr=0.1]", "state", "1 m/s", "1  done", "Example 9000", "zoobench run --env desert-v1"):
+        assert fact in text
+
+
+def test_show_a_run_by_its_key(zoobench: Command, database: Path) -> None:
+    """The start of the key is enough, and a failed run keeps its traceback."""
+    card = json.loads(zoobench("show", 10, "--format", "json").out)
+    again = json.loads(zoobench("show", card["key"][:12], "--format", "json").out)
+    assert again == card
+    assert card["attempts"][0]["traceback"].endswith("ValueError: boom")
+
+
+def test_show_prints_no_csv(zoobench: Command) -> None:
+    """A card is no table."""
+    assert zoobench("show", "desert", "--format", "csv").code == 2

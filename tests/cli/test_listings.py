@@ -1,0 +1,107 @@
+"""`results`, `table`, `logs` and `status`."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from zoobench.db.store import Store
+
+
+def test_results_have_a_row_per_run_in_every_format(zoobench: Command, database: Path) -> None:
+    """Thirteen runs as json, csv, Markdown and table; the talk about smoke goes to standard error."""
+    assert len(json.loads(zoobench("results", "--format", "json").out)) == 13
+    assert len(list(csv.DictReader(io.StringIO(zoobench("results", "--format", "csv").out)))) == 13
+    assert len(zoobench("results", "--format", "md").out.splitlines()) == 15
+    reply = zoobench("results")
+    assert len(reply.out.splitlines()) == 15
+    assert "smoke" in reply.err
+
+
+def test_results_keep_every_digit_and_unit(zoobench: Command, database: Path) -> None:
+    """JSON finals are name, value and unit."""
+    records = json.loads(zoobench("results", "--format", "json", "--method", "random", "--env", "desert").out)
+    assert [record["finals"]["score"] for record in records] == [
+        {"value": 0.1 + 0.001 * seed, "unit": "m/s"} for seed in range(3)
+    ]
+
+
+def test_off_a_terminal_nothing_is_cut(zoobench: Command, database: Path) -> None:
+    """A table that is piped keeps its long cells and ends no line in blanks."""
+    lines = zoobench("table").out.splitlines()
+    assert any("no score (n=0 of 3, failed 1/3, queued 1/3, running 1/3)" in line for line in lines)
+    assert all(line == line.rstrip() for line in lines)
+
+
+def test_table_shows_settings_origin_and_no_smoke(zoobench: Command, database: Path) -> None:
+    """The title has fidelity and budget, the foot commit and command, and the smoke run is nowhere."""
+    out = zoobench("table", "--env", "desert").out
+    assert "fidelity quick, budget 1000 substeps, 10 frames" in out
+    assert "0123456789ab with uncommitted changes" in out
+    assert "made by: zoobench table --env desert --format table" in out
+    assert "smoke" not in out
+
+
+def test_table_as_markdown_has_the_winner_in_bold(zoobench: Command, database: Path) -> None:
+    """Diffphysics on the desert."""
+    assert "| **1.001 ± 0.0025 m/s (n=3)** |" in zoobench("table", "--format", "md").out
+
+
+def test_the_winner_has_a_star_where_bold_cannot_be_seen(zoobench: Command, database: Path) -> None:
+    """Off a terminal the one winner is marked in the text."""
+    starred = [line for line in zoobench("table").out.splitlines() if "(n=3) *" in line]
+    assert len(starred) == 1
+    assert starred[0].startswith("desert")
+
+
+def test_table_as_json_and_csv_is_long(zoobench: Command, database: Path) -> None:
+    """One record per cell with the ends of the interval, and the provenance beside them."""
+    document = json.loads(zoobench("table", "--format", "json").out)
+    cell = next(cell for cell in document["cells"] if cell["winner"])
+    assert cell["method"] == "diffphysics-v1[lr=0.1]"
+    assert cell["mean"] == pytest.approx(1.001)
+    assert cell["low"] < cell["mean"] < cell["high"]
+    assert document["provenance"]["machines"] == ["Example 9000 (4 cores, 8 threads), 8 GiB"]
+    rows = list(csv.DictReader(io.StringIO(zoobench("table", "--format", "csv").out)))
+    assert [float(row["mean"]) for row in rows if row["winner"] == "True"] == [cell["mean"]]
+
+
+def test_an_empty_database_says_what_to_type(zoobench: Command, tmp_path: Path) -> None:
+    """Nothing to compare is no error."""
+    Store(tmp_path / "zoobench.db").close()
+    reply = zoobench("table")
+    assert (reply.code, reply.out) == (0, "")
+    assert "zoobench run" in reply.err
+    assert json.loads(zoobench("table", "--format", "json").out)["cells"] == []
+
+
+def test_status_counts_and_shows_runs_in_progress(zoobench: Command, database: Path) -> None:
+    """As text and as JSON: attempt, progress and score of the one that runs."""
+    assert zoobench("status").out.startswith("1 queued, 1 running, 9 done, 1 failed, 1 diverged")
+    document = json.loads(zoobench("status", "--format", "json").out)
+    assert document["counts"]["done"] == 9
+    (run,) = document["running"]
+    assert (run["run"], run["attempt"], run["progress"], run["score"]) == (11, 1, "25%", 0.05)
+
+
+def test_status_watch_ends_when_nothing_is_left(zoobench: Command, tmp_path: Path) -> None:
+    """With no open run it shows the state once and returns."""
+    Store(tmp_path / "zoobench.db").close()
+    reply = zoobench("status", "--watch")
+    assert reply.code == 0
+    assert "no runs" in reply.out
+
+
+def test_logs_give_the_lines_and_the_traceback(zoobench: Command, database: Path) -> None:
+    """Of the failed run, on standard output."""
+    out = zoobench("logs", 10).out
+    assert "a line of the child" in out
+    assert "ValueError: boom" in out
+
+
+def test_logs_of_a_run_that_said_nothing(zoobench: Command, database: Path) -> None:
+    """It says so, and in which state the run is."""
+    assert "Run 12 is queued" in zoobench("logs", 12).err

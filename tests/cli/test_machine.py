@@ -1,0 +1,94 @@
+"""`doctor` and `bench`."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.conftest import Command
+from zoobench.studies import bench as measuring
+from zoobench.studies import doctor as examining
+from zoobench.studies.bench import BenchCase, BenchRow
+
+
+def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str, Any]]]:
+    """Exit code and checks by name."""
+    reply = zoobench("doctor", "--format", "json", *words)
+    return reply.code, {record["check"]: record for record in json.loads(reply.out)}
+
+
+def test_doctor_finds_a_sound_installation_sound(
+    zoobench: Command, database: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every check is there and none is a problem; Taichi really starts, and the cache folder is the one named."""
+    monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path / "cache"))
+    code, checks = verdicts(zoobench)
+    assert code == 0
+    assert list(checks) == [
+        "python", "packages", "taichi", "compile cache", "plug-ins", "database", "disk space"
+    ]  # fmt: skip
+    assert "problem" not in {check["verdict"] for check in checks.values()}
+    assert str(tmp_path / "cache") in checks["compile cache"]["detail"]
+    assert "13 runs" in checks["database"]["detail"]
+
+
+@pytest.fixture
+def without_taichi(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the check that takes seconds."""
+    monkeypatch.setattr(examining, "_check_taichi", lambda: iter(()))
+
+
+@pytest.mark.usefixtures("without_taichi")
+def test_doctor_finds_a_damaged_database(zoobench: Command, tmp_path: Path) -> None:
+    """A file that is no database is a problem: exit code 1, and the other checks are made all the same."""
+    (tmp_path / "zoobench.db").write_text("not a database " * 1000)
+    code, checks = verdicts(zoobench)
+    assert code == 1
+    assert checks["database"]["verdict"] == "problem"
+    assert "disk space" in checks
+
+
+@pytest.mark.usefixtures("without_taichi")
+def test_doctor_makes_no_database(zoobench: Command, tmp_path: Path) -> None:
+    """Where there is none yet, that is no problem."""
+    code, checks = verdicts(zoobench)
+    assert (code, checks["database"]["verdict"]) == (0, "ok")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_doctor_reports_a_simulator_that_does_not_start(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A crash of the probe is a verdict, not a crash of the doctor."""
+    monkeypatch.setattr(examining, "_TAICHI_PROBE", "raise SystemExit('no such instruction')")
+    code, checks = verdicts(zoobench)
+    assert code == 1
+    assert "no such instruction" in checks["taichi"]["detail"]
+
+
+def test_doctor_warns_of_a_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    """It costs time, but works without."""
+    (tmp_path / "file").write_text("in the way")
+    check = examining._check_cache(tmp_path / "file" / "kernels")
+    assert check.verdict is examining.Verdict.WARNING
+    assert "ZOOBENCH_CACHE" in check.detail
+
+
+def test_bench_passes_the_options_on_and_prints_every_field(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scenes, particle counts and switches arrive; a row without gradients has null for their rate."""
+    asked: dict[str, Any] = {}
+    row = BenchRow("ice", 1000, 1000, 32, 50, 9.0, 8.0, 10.0, None, None, 12.0, 0.5, 300.0)
+
+    def pretend(scenes: list[str], particles: list[int], **options: Any) -> list[BenchRow]:
+        asked.update(scenes=scenes, particles=particles, **options)
+        options["on_case"](BenchCase("ice", 1000))
+        return [row]
+
+    monkeypatch.setattr(measuring, "bench", pretend)
+    reply = zoobench(
+        "bench", "--scenes", "ice,ground", "--particles", "1000,2000", "--no-gradients", "--format", "json"
+    )
+    assert (asked["scenes"], asked["particles"]) == (["ice", "ground"], [1000, 2000])
+    assert asked["gradients"] is False
+    assert json.loads(reply.out)[0] == vars(row)
+    assert "measuring ice" in reply.err
+    assert "forward_mps" in zoobench("bench", "--scenes", "ice").out

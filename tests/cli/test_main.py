@@ -1,0 +1,94 @@
+"""The command line as a whole: help, light imports, exit codes, documentation."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from tests.cli.conftest import Command
+from zoobench import __version__
+from zoobench.cli.main import app
+
+README = Path(__file__).parents[2] / "README.md"
+COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench")
+HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch"}
+
+
+def loaded_by(*words: str) -> set[str]:
+    """The top-level modules that a command line loads, run in a fresh process."""
+    script = (
+        "import sys, json, contextlib, io\n"
+        "from zoobench.cli.main import main\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    main(sys.argv[1:])\n"
+        "print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=True)
+    return set(json.loads(done.stdout))
+
+
+@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["--version"]])
+def test_help_imports_nothing_heavy(words: list[str]) -> None:
+    """Asking for help does not pay for simulation, databases or statistics."""
+    assert not loaded_by(*words) & HEAVY
+
+
+def test_listing_components_does_not_start_the_simulator() -> None:
+    """`list` loads the components but neither Taichi nor torch nor the database."""
+    assert not loaded_by("list") & {"taichi", "torch", "sqlalchemy", "pandas"}
+
+
+def test_the_commands_are_those_that_are_documented() -> None:
+    """A command that is added must be added here and in the README."""
+    assert tuple(get_command(app).commands) == COMMANDS  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_and_is_in_the_readme(zoobench: Command, command: str) -> None:
+    """`-h` works everywhere, says what the command is for, and the README shows the command."""
+    reply = zoobench(command, "-h")
+    assert reply.code == 0
+    assert f"Usage: zoobench {command}" in reply.out
+    summary = reply.out.split("\n\n")[1].strip()
+    assert len(summary) > 20
+    assert f"zoobench {command}" in README.read_text(encoding="utf-8")
+
+
+def test_summaries_are_shown_whole_in_the_overview(zoobench: Command) -> None:
+    """No summary is so long that the overview cuts it off."""
+    assert "..." not in zoobench("-h").out.replace("[ARGS]...", "")
+
+
+def test_version(zoobench: Command) -> None:
+    """`--version` prints name and version on standard output."""
+    assert zoobench("--version").out == f"zoobench {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["rn"], "Did you mean 'run'?"),
+        (["results", "--formt", "csv"], "--format"),
+        (["list", "env"], "envs"),
+        (["run", "--env", "desert"], "--task"),
+        (["results", "--format", "xml"], "table"),
+    ],
+)
+def test_a_mistyped_command_line_is_a_usage_error_with_a_hint(zoobench: Command, words: list[str], hint: str) -> None:
+    """Exit code 2, and the message names what was probably meant; nothing goes to standard output."""
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert reply.out == ""
+    assert hint in reply.err
+    assert "Traceback" not in reply.err
+
+
+def test_module_entry_point_returns_the_exit_code() -> None:
+    """The console script ends the process with the code of the error."""
+    script = "import sys; from zoobench.cli.main import main; sys.exit(main(['show', 'no-such-thing']))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("Error: ")

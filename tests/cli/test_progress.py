@@ -1,0 +1,90 @@
+"""What one sees while runs go on."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from tests.report.content import make_spec
+from zoobench.cli import progress
+from zoobench.cli.progress import Bars, Lines, Pace
+from zoobench.db.rows import RunRow, RunState
+
+
+def row(run_id: int, state: RunState, fraction: float = 0.0, score: float | None = None) -> RunRow:
+    """A run in that state that has taken 10 seconds."""
+    return RunRow(
+        id=run_id,
+        key="k",
+        spec=make_spec(seed=run_id),
+        state=state,
+        attempt=1,
+        owner=None,
+        reason="det F is -1." if state is RunState.DIVERGED else None,
+        created_at=0.0,
+        started_at=0.0,
+        finished_at=None,
+        progress_at=None,
+        lease_until=None,
+        fraction=fraction,
+        score=score,
+        seconds=10.0,
+    )
+
+
+def test_lines_tell_each_change_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """A start, an end with its reason, and no repetition in between."""
+    lines = Lines([1, 2])
+    running = row(1, RunState.RUNNING, 0.25, 0.5)
+    for _ in range(3):
+        lines.update([running, row(2, RunState.QUEUED)])
+    lines.update([row(1, RunState.DONE, 1.0, 0.75), row(2, RunState.DIVERGED)])
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.splitlines() == [
+        "[0/2] running   1 desert x turning x caterpillar x diffphysics seed 1, 25%, score 0.5, 30 s left",
+        "[2/2] done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75, 10 s",
+        "[2/2] diverged  2 desert x turning x caterpillar x diffphysics seed 2, 10 s: det F is -1.",
+    ]
+
+
+def test_lines_report_a_long_run_now_and_then(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a change there is a line after a while, with the progress so far."""
+    monkeypatch.setattr(progress, "_PLAIN_SECONDS", 0.0)
+    lines = Lines([1])
+    lines.update([row(1, RunState.RUNNING)])
+    lines.update([row(1, RunState.RUNNING, 0.5, 0.1)])
+    assert "50%, score 0.1, 10 s left" in capsys.readouterr().err
+
+
+def test_bars_show_runs_in_progress_and_the_total(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a terminal: a bar with score and time left for each, one for all, and a line for each that has ended."""
+    screen = io.StringIO()
+
+    def terminal(*, stderr: bool = False) -> Console:
+        assert stderr, "progress is talk"
+        return Console(file=screen, force_terminal=True, width=160, markup=False, highlight=False)
+
+    monkeypatch.setattr(progress, "console", terminal)
+    with Bars([1, 2]) as bars:
+        bars.update([row(1, RunState.RUNNING), row(2, RunState.QUEUED)])
+        bars.update([row(1, RunState.RUNNING, 0.5, 0.25), row(2, RunState.RUNNING, 0.1)])
+        bars.update([row(1, RunState.DONE, 1.0, 0.75), row(2, RunState.RUNNING, 0.2)])
+        bars.update([replace(row(1, RunState.DONE, 1.0, 0.75)), row(2, RunState.FAILED)])
+    text = screen.getvalue()
+    assert text.count("done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75, 10 s") == 1
+    assert "failed    2 desert" in text
+    assert "2 of 2 done" in text
+
+
+def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a run in 10 s leaves 30 s for the other one and a half; runs done before do not count."""
+    clock = iter([0.0, 10.0])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
+    pace = Pace()
+    done = row(3, RunState.DONE)
+    assert pace.seconds_left([row(1, RunState.RUNNING), row(2, RunState.QUEUED), done]) is None
+    assert pace.seconds_left([row(1, RunState.RUNNING, 0.5), row(2, RunState.QUEUED), done]) == 30.0

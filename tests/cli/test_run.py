@@ -1,0 +1,217 @@
+"""`run` and `plan`, with real workers and a fake child in the simulator's place."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from tests.harness.helpers import fake
+from tests.report.content import add_done
+from zoobench.cli.run import parse_duration
+from zoobench.cli.selection import Selection, parse_seeds
+from zoobench.db.rows import RunState
+from zoobench.db.store import Store
+from zoobench.errors import UsageError
+from zoobench.harness import launch as launching
+from zoobench.harness.grid import expand
+from zoobench.report.views import repeat_command
+from zoobench.spec import RunSpec
+
+CELL = ("--env", "desert", "--task", "turning", "--method", "random")
+ROOT = Path(__file__).parents[2]
+real_launch = launching.launch
+
+
+@pytest.fixture
+def pretend(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Choose how the fake child behaves."""
+
+    def choose(mode: str = "steady", **options: float) -> None:
+        child = fake(mode, **options)  # type: ignore[arg-type]
+        monkeypatch.setattr(launching, "launch", partial(real_launch, child=child))
+        monkeypatch.setenv("PYTHONPATH", str(ROOT))
+
+    return choose
+
+
+def states(path: Path) -> list[RunState]:
+    """The states of all runs."""
+    with Store(path, create=False) as store:
+        return [row.state for row in store.runs()]
+
+
+def test_run_tells_its_plan_and_ends_with_the_next_command(
+    zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
+) -> None:
+    """New, done and skipped are counted, nothing goes to standard output, and the last line can be typed."""
+    pretend()
+    reply = zoobench("run", *CELL)
+    assert (reply.code, reply.out) == (0, "")
+    lines = reply.err.splitlines()
+    assert lines[0] == "2 new, 0 done already, 0 skipped"
+    assert any(line.startswith("[2/2] done ") and ", score " in line for line in lines)
+    assert lines[-1] == "Next: zoobench table"
+    assert states(tmp_path / "zoobench.db") == [RunState.DONE, RunState.DONE]
+
+
+def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:
+    """Typed again, the same command has nothing to do; one more seed is one more run."""
+    pretend()
+    zoobench("run", *CELL)
+    assert "0 new, 2 done already" in zoobench("run", *CELL).err
+    assert "1 new, 2 done already" in zoobench("run", *CELL, "--seeds", "3").err
+
+
+def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
+    zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
+) -> None:
+    """Another `run` leaves it alone but is not content; --retry does it again."""
+    pretend("fail")
+    reply = zoobench("run", *CELL, "--seeds", "1")
+    assert reply.code == 1
+    assert "zoobench logs 1" in reply.err
+    pretend()
+    reply = zoobench("run", *CELL, "--seeds", "1")
+    assert reply.code == 1
+    assert "1 unsuccessful before" in reply.err
+    assert zoobench("run", *CELL, "--seeds", "1", "--retry", "diverged").code == 1
+    assert states(tmp_path / "zoobench.db") == [RunState.FAILED]
+    assert zoobench("run", *CELL, "--seeds", "1", "--retry", "failed").code == 0
+    assert states(tmp_path / "zoobench.db") == [RunState.DONE]
+
+
+def test_rerun_does_a_finished_run_again(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
+    """The earlier attempt stays on record, and the numbers are the same."""
+    pretend()
+    zoobench("run", *CELL, "--seeds", "1")
+    with Store(tmp_path / "zoobench.db") as store:
+        before = store.finals(1)
+    reply = zoobench("run", *CELL, "--seeds", "1", "--rerun", "rand*")
+    assert reply.code == 0
+    assert "1 to be done again" in reply.err
+    with Store(tmp_path / "zoobench.db") as store:
+        assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.DONE, RunState.DONE]
+        assert store.finals(1) == before
+    assert "none of the finished runs" in zoobench("run", *CELL, "--seeds", "1", "--rerun", "nothing").err
+
+
+def test_the_time_limit_ends_a_run_as_a_timeout(
+    zoobench: Command, tmp_path: Path, pretend: Callable[..., None]
+) -> None:
+    """A run that hangs is TIMEOUT, which is not FAILED."""
+    pretend("hang", iterations=2)
+    reply = zoobench("run", *CELL, "--seeds", "1", "--timeout", "2s")
+    assert reply.code == 1
+    assert states(tmp_path / "zoobench.db") == [RunState.TIMEOUT]
+
+
+def test_another_database_is_named_in_the_next_command(zoobench: Command, pretend: Callable[..., None]) -> None:
+    """The hint works as it stands; after a smoke run it leads to the results, since tables do not show them."""
+    pretend()
+    reply = zoobench("run", *CELL, "--smoke", "--db", "my runs.db")
+    assert reply.err.splitlines()[-1] == "Next: zoobench results --db 'my runs.db'"
+
+
+def test_an_interrupted_run_says_how_to_go_on(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
+    """Ctrl-C: exit code 130, and the same command goes on with a second attempt from the checkpoint."""
+    pretend(iterations=2000, pause=0.05)
+
+    def interrupt_when_running() -> None:
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            if (tmp_path / "zoobench.db").exists():
+                with Store(tmp_path / "zoobench.db") as store:
+                    if any(attempt.progressed for attempt in store.attempts(1)):
+                        break
+            time.sleep(0.2)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt_when_running)
+    thread.start()
+    reply = zoobench("run", *CELL, "--seeds", "1")
+    thread.join()
+    assert reply.code == 130
+    assert "type the same command again" in reply.err
+    assert "Traceback" not in reply.err
+    assert states(tmp_path / "zoobench.db") == [RunState.QUEUED]
+
+    pretend(iterations=20)
+    reply = zoobench("run", *CELL, "--seeds", "1")
+    assert reply.code == 0
+    assert "0 new, 1 under way" in reply.err
+    with Store(tmp_path / "zoobench.db") as store:
+        first, second = store.attempts(1)
+    assert (first.outcome, second.outcome) == (RunState.CANCELLED, RunState.DONE)
+    assert second.resumed
+
+
+def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Path) -> None:
+    """Two new runs of unknown length, as data; the sum as talk."""
+    reply = zoobench("plan", *CELL, "--format", "json")
+    records = json.loads(reply.out)
+    assert [(record["seed"], record["state"], record["estimate"]) for record in records] == [
+        (0, "new", "unknown"),
+        (1, "new", "unknown"),
+    ]
+    assert "2 runs to do of 2" in reply.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_plan_knows_what_is_done_and_judges_by_the_past(zoobench: Command, tmp_path: Path) -> None:
+    """A finished seed is done, and gives the other one an estimate."""
+    cells = expand(Selection("desert", "turning", method="random").grid())
+    with Store(tmp_path / "zoobench.db") as store:
+        assert isinstance(cells[0], RunSpec)
+        add_done(store, cells[0], 1.0)
+    first, second = json.loads(zoobench("plan", *CELL, "--format", "json").out)
+    assert (first["state"], second["state"]) == ("done", "new")
+    assert second["estimate"] == "0 s"
+
+
+def test_the_repeat_command_makes_the_same_run() -> None:
+    """What `show RUN` prints, typed into `run`, has the same key: every setting survives the way through text."""
+    import shlex
+
+    grid = Selection("desert[friction=0.3]", "turning", seeds="7,", budget="1.5 seconds", frames=9).grid()
+    for cell in expand(grid):
+        assert isinstance(cell, RunSpec)
+        words = shlex.split(repeat_command(cell))[2:]
+        options = dict(zip((name.removeprefix("--") for name in words[::2]), words[1::2], strict=True))
+        frames = int(options.pop("frames"))
+        (again,) = expand(Selection(**options, frames=frames).grid())  # type: ignore[arg-type]
+        assert isinstance(again, RunSpec)
+        assert again.key() == cell.key()
+
+
+@pytest.mark.parametrize(("text", "seeds"), [("3", (0, 1, 2)), ("0,4,7", (0, 4, 7)), ("4,", (4,)), (" 2 , 2 ", (2,))])
+def test_seeds_are_a_count_or_a_list(text: str, seeds: tuple[int, ...]) -> None:
+    """A bare number counts, a list names, each seed once."""
+    assert parse_seeds(text) == seeds
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("90", 90.0), ("90s", 90.0), ("10 min", 600.0), ("1.5h", 5400.0)])
+def test_durations(text: str, seconds: float) -> None:
+    """Seconds, minutes and hours."""
+    assert parse_duration(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["", "0s", "-3s", "2d", "1h30"])
+def test_malformed_durations(text: str) -> None:
+    """Anything else is refused."""
+    with pytest.raises(UsageError, match="time limit"):
+        parse_duration(text)
+
+
+def test_python_m_zoobench_is_the_command_line() -> None:
+    """The module form works where the script is not on the path."""
+    done = subprocess.run([sys.executable, "-m", "zoobench", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("zoobench ")

@@ -1,0 +1,135 @@
+"""What every registered component owes, whoever wrote it. A new component is tested by being registered."""
+
+import inspect
+import itertools
+
+import numpy as np
+import pytest
+import torch
+
+from tests.conformance.cells import cell
+from tests.methods.toy import Context
+from zoobench import registry
+from zoobench.methods.base import Need
+from zoobench.problem import Evaluation, Problem
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import PARTICLES_PER_CELL, Fidelity
+from zoobench.spec import Budget, Ref
+
+ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) for kind in Kind)
+CELLS = list(itertools.product(ENVS, TASKS, DESIGNS))
+ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_it_is_documented_and_has_only_optional_parameters(kind: Kind, name: str) -> None:
+    """A first line for `zoobench list`, and defaults for everything, so that the bare name runs."""
+    component = registry.get(kind, name)
+    assert len(component.summary) > 10
+    assert set(component.defaults) == set(component.parameters)
+    assert inspect.signature(component.factory).parameters.keys() == component.parameters.keys()
+    for parameter in inspect.signature(component.factory).parameters.values():
+        assert parameter.kind is parameter.KEYWORD_ONLY
+
+
+@pytest.mark.parametrize("name", FIDELITIES)
+def test_a_fidelity_is_what_it_says(name: str) -> None:
+    """Every knob can be turned by its name."""
+    fidelity = registry.create(Kind.FIDELITY, Ref.parse(f"{name}[precision=64,grid_spacing=0.01,courant=0.3]"))
+    assert (fidelity.precision, fidelity.grid_spacing, fidelity.courant) == (64, 0.01, 0.3)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("particles_per_cell", PARTICLES_PER_CELL)
+def test_a_body_is_whole(name: str, particles_per_cell: int) -> None:
+    """It stands on its ground point, muscles are named and used, head and tail exist, mass is that of a finer body."""
+    design = registry.create(Kind.DESIGN, Ref(name))
+    body = design.body(Fidelity(1 / 64, particles_per_cell=particles_per_cell))
+    fine = design.body(Fidelity(1 / 128))
+    assert body.masses(1000.0).sum() == pytest.approx(fine.masses(1000.0).sum(), rel=0.01)
+    assert body.positions[:, 1].min() >= 0.0
+    assert body.muscle_membership.shape == (body.particle_count, body.muscle_count)
+    assert (body.muscle_membership >= 0.0).all()
+    assert (body.muscle_membership.sum(axis=1) <= 1.0 + 1e-12).all()
+    assert (body.muscle_membership.sum(axis=0) > 0.0).all()
+    assert np.linalg.norm(body.fibres, axis=1) == pytest.approx(1.0)
+    assert body.head.any()
+    assert body.tail.any()
+    assert not (body.head & body.tail).any()
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_a_controller_is_a_differentiable_map_into_the_range(name: str) -> None:
+    """Activity has its shape, stays in [-1, 1], and every parameter matters somewhere."""
+    controller = registry.create(Kind.CONTROLLER, Ref(name))
+    draws = [controller.initial(np.random.default_rng(seed), 3) for seed in range(2)]
+    assert draws[0].shape == (controller.parameter_count(3),)
+    params = torch.tensor(np.array(draws), requires_grad=True)
+    times = torch.arange(40, dtype=torch.float64) * 0.008
+    activity = controller.actuation(params, times, 3)
+    assert activity.shape == (40, 2, 3)
+    assert activity.abs().max().item() <= 1.0
+    weights = torch.as_tensor(np.random.default_rng(0).normal(size=activity.shape))
+    (slope,) = torch.autograd.grad((activity * weights).sum(), params)
+    assert (slope != 0.0).all()
+
+
+@pytest.mark.parametrize(("env", "task", "design"), CELLS)
+def test_a_cell_gives_finite_numbers_and_repeats_itself(env: str, task: str, design: str) -> None:
+    """Score, metrics with units, rewards and gradients are finite; a second problem gives the same bits."""
+    spec = cell(environment=env, task=task, design=design)
+    results: list[tuple[Evaluation, np.ndarray]] = []
+    for _ in range(2):
+        problem = Problem(spec)
+        params = problem.initial(np.random.default_rng(1))
+        results.append(problem.loss_and_grad(params))
+    (first, slope), (second, again) = results
+    assert first.divergence is None
+    assert first.reward.shape == (spec.frames,)
+    assert {"score", "distance", "mean_speed"} <= set(first.metrics)
+    assert all(np.isfinite(metric.value) and metric.unit for metric in first.metrics.values())
+    assert np.isfinite(slope).all()
+    assert slope.any()
+    np.testing.assert_array_equal(slope, again)
+    np.testing.assert_array_equal(first.reward, second.reward)
+    assert first.metrics == second.metrics
+
+
+@pytest.mark.parametrize(("env", "task", "design"), CELLS)
+def test_the_score_is_the_mean_reward(env: str, task: str, design: str) -> None:
+    """Scores do not grow with the episode: they are averages over frames."""
+    problem = Problem(cell(environment=env, task=task, design=design))
+    evaluation = problem.evaluate(problem.initial(np.random.default_rng(1)))
+    assert evaluation.score == pytest.approx(evaluation.reward.mean(), rel=1e-12)
+
+
+@pytest.mark.parametrize(("env", "task", "design"), CELLS)
+def test_the_gradient_is_the_slope_of_the_score(env: str, task: str, design: str) -> None:
+    """In double precision the derivative along a random direction agrees with central differences."""
+    spec = cell(environment=env, task=task, design=design, fidelity="smoke[precision=64]", frames=10)
+    problem = Problem(spec)
+    rng = np.random.default_rng(2)
+    params = problem.initial(rng)
+    direction = rng.normal(size=params.shape)
+    direction /= np.linalg.norm(direction)
+    _, slope = problem.loss_and_grad(params)
+    along = -float(slope @ direction)
+    errors = []
+    for width in (1e-3, 1e-4, 1e-5, 1e-6):
+        up, down = problem.evaluate_batch([params + width * direction, params - width * direction])
+        errors.append(abs((up.score - down.score) / (2 * width) - along))
+    assert min(errors) <= 1e-4 * abs(along)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
+    """Through the real simulator: a solution whose parameters give its score again."""
+    method = registry.create(Kind.METHOD, Ref(name))
+    assert method.needs <= set(Need)
+    spec = cell(budget=Budget("iterations", 2), method=name)
+    problem = Problem(spec)
+    context = Context()
+    solution = method.run(problem, context)
+    assert problem.meter.iterations == 2
+    assert Problem(spec).evaluate(solution.params).score == solution.evaluation.score
+    assert context.stored

@@ -1,0 +1,133 @@
+"""Every way in which a database can fail ends in a message that says what to do, and loses nothing."""
+
+import os
+import sqlite3
+from pathlib import Path
+
+import psutil
+import pytest
+from sqlalchemy import text
+
+from tests.harness.helpers import spec
+from zoobench.db.owner import Owner
+from zoobench.db.rows import Batch, RunState
+from zoobench.db.store import Store
+from zoobench.errors import StorageError, StorageFullError
+
+
+def _refusal(location: Path | str, *, create: bool = True) -> str:
+    with pytest.raises(StorageError) as caught:
+        Store(location, create=create)
+    assert caught.value.exit_code == 2
+    return str(caught.value)
+
+
+def test_a_file_that_is_no_database_is_refused_and_left_alone(tmp_path: Path) -> None:
+    """A text file is not overwritten."""
+    path = tmp_path / "notes.txt"
+    path.write_text("These are notes, and they are dear to somebody.\n" * 40)
+    before = path.read_bytes()
+    assert "is not an SQLite database" in _refusal(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_another_programs_database_is_refused_and_left_alone(tmp_path: Path) -> None:
+    """Tables that are not ours are not mixed with ours."""
+    path = tmp_path / "photos.db"
+    with sqlite3.connect(path) as connection:
+        connection.execute("CREATE TABLE photos (id INTEGER)")
+    connection.close()
+    assert "tables of another program" in _refusal(path)
+    with sqlite3.connect(path) as connection:
+        assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("photos",)]
+    connection.close()
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    """So is anything else that is no regular file."""
+    assert "is not a regular file" in _refusal(tmp_path)
+    assert "is not a regular file" in _refusal("/dev/full")
+
+
+def test_a_path_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
+    """A missing folder, and a file where a folder should be."""
+    (tmp_path / "file").write_text("")
+    assert "There is no folder" in _refusal(tmp_path / "missing" / "zoo.db")
+    assert "There is no folder" in _refusal(tmp_path / "file" / "zoo.db")
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may read everything")
+def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
+    """The message speaks of permission."""
+    path = tmp_path / "zoo.db"
+    Store(path).close()
+    path.chmod(0)
+    assert "permission" in _refusal(path)
+
+
+def test_reading_makes_no_database(tmp_path: Path) -> None:
+    """A question about a missing database is answered by how to start one."""
+    assert "Start one with `zoobench run`" in _refusal(tmp_path / "zoo.db", create=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_network_file_system_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """SQLite loses data there."""
+    mount = type("Mount", (), {"mountpoint": str(tmp_path), "fstype": "nfs4"})
+    monkeypatch.setattr(psutil, "disk_partitions", lambda all: [mount])
+    assert "network file system (nfs4)" in _refusal(tmp_path / "zoo.db")
+
+
+@pytest.mark.parametrize("url", ["nosuch://host/db", "://", "postgresql+psycopg://localhost:1/none"])
+def test_a_url_that_cannot_be_opened_is_refused(url: str) -> None:
+    """Unknown schemes, malformed URLs, missing drivers and silent servers are storage errors, too."""
+    assert "database" in _refusal(url)
+
+
+def test_a_newer_schema_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    """A database from the future is not touched."""
+    path = tmp_path / "zoo.db"
+    with Store(path) as store, store._database.write() as session:
+        session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    message = _refusal(path)
+    assert "has schema 9999" in message
+    assert "pip install --upgrade zoobench" in message
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
+    """The transaction that does not fit is undone as a whole; what was stored before stays, and can go on."""
+    path = tmp_path / "zoo.db"
+    with Store(path) as store:
+        store.enqueue([spec()])
+        claim = store.claim(Owner.current(), provenance={})
+        assert claim is not None
+        store.commit(claim, Batch(metrics={("loss", 0): 1.0}, checkpoint=b"old"))
+        with store._database.read() as session:
+            pages = session.scalar(text("PRAGMA page_count"))
+            session.execute(text(f"PRAGMA max_page_count = {pages}"))
+        with pytest.raises(StorageFullError, match="is full"):
+            store.commit(claim, Batch(metrics={("loss", 1): 2.0}, checkpoint=bytes(1 << 20)))
+        assert StorageFullError.exit_code == 1
+        assert [row.step for row in store.metrics(claim.run_id)] == [0]
+        assert store.runs()[0].state is RunState.RUNNING
+        with store._database.read() as session:
+            session.execute(text("PRAGMA max_page_count = 1000000"))
+        store.commit(claim, Batch(checkpoint=b"new"))
+        assert store.check() == []
+
+
+def test_a_writer_waits_for_another(tmp_path: Path) -> None:
+    """A write lock that is held for a moment is waited for, not an error."""
+    import threading
+
+    path = tmp_path / "zoo.db"
+    with Store(path) as first, Store(path) as second:
+        with first._database.write() as session:
+            session.execute(text("UPDATE runs SET state = state"))
+            waiting = threading.Thread(target=second.enqueue, args=([spec()],))
+            waiting.start()
+            waiting.join(timeout=0.3)
+            assert waiting.is_alive()
+        waiting.join(timeout=20.0)
+        assert len(first.runs()) == 1

@@ -1,0 +1,51 @@
+"""A child process with a small deterministic method instead of the simulator: `fake_child.py MODE ITERATIONS PAUSE`.
+
+MODE says how it ends: `steady` (well), or `fail`, `diverge`, `vanish`, `segfault`, `hang` at half of its iterations.
+"""
+
+import os
+import pickle
+import signal
+import sys
+import time
+
+from zoobench.errors import Divergence, DivergenceError
+from zoobench.harness.child import ChildContext, Final, serve
+from zoobench.spec import RunSpec
+
+
+def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
+    """A random walk; the score is where it ends."""
+    mode, iterations, pause = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
+    print("a word on standard output")
+    step, position = 0, 0.0
+    if (stored := context.restore()) is not None:
+        step, position, context.rng.bit_generator.state = pickle.loads(stored)
+    while step < iterations and not context.should_stop():
+        if step == iterations // 2:
+            _end(mode)
+        time.sleep(pause)
+        position += context.rng.standard_normal()
+        step += 1
+        context.report(step, position=position, square=position**2)
+        context.progress(step / iterations, position)
+        context.checkpoint(pickle.dumps((step, position, context.rng.bit_generator.state)))
+    return [("score", position, "m"), ("iterations", float(step), "")]
+
+
+def _end(mode: str) -> None:
+    if mode == "fail":
+        raise ValueError("the middle of the walk")
+    if mode == "diverge":
+        place = (0.0, 0.0, 0.0)
+        raise DivergenceError(Divergence(0, 1, 2, "det F", -1.0, 0.0, 3, place, "Take a smaller step."))
+    if mode == "vanish":
+        print("last words", file=sys.stderr, flush=True)
+        os._exit(7)
+    if mode == "segfault":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if mode == "hang":
+        time.sleep(3600)
+
+
+serve(solve)

@@ -1,0 +1,56 @@
+"""Specs, and runs of the fake child, for the tests of database and harness."""
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from zoobench.db.rows import FinalRow, MetricRow, RunRow
+from zoobench.db.store import Store
+from zoobench.harness.launch import launch
+from zoobench.spec import Budget, Ref, RunSpec
+
+FAKE_CHILD = "tests.harness.fake_child"
+
+
+def spec(seed: int = 0, method: str = "random") -> RunSpec:
+    """A spec that nothing needs to resolve."""
+    refs = (Ref(name, 1) for name in ("desert", "turning", "caterpillar", "sine-basis", method))
+    return RunSpec(*refs, seed=seed, budget=Budget("substeps", 10), fidelity=Ref("smoke", 1), frames=6)
+
+
+def fake(mode: str = "steady", *, iterations: int = 20, pause: float = 0.01) -> tuple[str, ...]:
+    """The command of a fake child."""
+    return (sys.executable, "-m", FAKE_CHILD, mode, str(iterations), str(pause))
+
+
+def enqueue(location: Path, count: int = 1) -> tuple[int, ...]:
+    """Queue that many runs and return their ids."""
+    with Store(location) as store:
+        return store.enqueue(spec(seed) for seed in range(count)).open
+
+
+def launch_fakes(
+    location: Path,
+    count: int = 1,
+    *,
+    child: Sequence[str] = (),
+    jobs: int = 2,
+    timeout: float | None = None,
+    on_update: Callable[[list[RunRow]], None] | None = None,
+) -> list[RunRow]:
+    """Queue that many runs, do them with fake children, and return them."""
+    ids = enqueue(location, count)
+    return launch(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
+
+
+Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]
+
+
+def numbers(location: Path, run_id: int) -> Numbers:
+    """All numbers of a run: curves without the attempt that wrote them, and finals."""
+    with Store(location, create=False) as store:
+        return [_point(row) for row in store.metrics(run_id)], store.finals(run_id)
+
+
+def _point(row: MetricRow) -> tuple[str, int, float]:
+    return row.name, row.step, row.value

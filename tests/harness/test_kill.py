@@ -1,0 +1,84 @@
+"""`kill -9` of workers and children at random moments loses no run and changes no number."""
+
+import random
+import threading
+from collections import Counter
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.harness.helpers import fake, launch_fakes, numbers
+from zoobench.db.rows import RunState
+from zoobench.db.store import Store
+
+_RUNS = 3
+
+
+class _Killer:
+    """Kills workers, children, or a worker with its child, at random moments, until it is stopped."""
+
+    def __init__(self, seed: int, kills: int) -> None:
+        self._random = random.Random(seed)
+        self._left = kills
+        self._stopped = threading.Event()
+        self.done: Counter[str] = Counter()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> "_Killer":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stopped.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        for kind in self._random.sample(("worker", "child", "both") * self._left, self._left):
+            if self._stopped.wait(self._random.uniform(0.4, 2.5)):
+                return
+            while not self._kill(kind):
+                if self._stopped.wait(0.01):
+                    return
+            self.done[kind] += 1
+
+    def _kill(self, kind: str) -> bool:
+        try:
+            pairs = [(worker, child) for worker in psutil.Process().children() for child in worker.children()]
+            if not pairs:
+                return False
+            worker, child = self._random.choice(pairs)
+            for process in {"worker": [worker], "child": [child], "both": [worker, child]}[kind]:
+                process.kill()
+        except psutil.NoSuchProcess:
+            return False
+        return True
+
+
+def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
+    child = fake(iterations=iterations, pause=0.01)
+    battered, calm = tmp_path / "battered.db", tmp_path / "calm.db"
+    with _Killer(seed, kills) as killer:
+        rows = launch_fakes(battered, _RUNS, child=child)
+    assert sum(killer.done.values()) == kills, "the runs ended before the killer was through"
+    launch_fakes(calm, _RUNS, child=child)
+    assert [row.state for row in rows] == [RunState.DONE] * _RUNS
+    with Store(battered) as store:
+        assert store.check() == []
+        outcomes = [[attempt.outcome for attempt in store.attempts(row.id)] for row in rows]
+    for row, outcome in zip(rows, outcomes, strict=True):
+        assert outcome == [RunState.LOST] * (len(outcome) - 1) + [RunState.DONE]
+        assert numbers(battered, row.id) == numbers(calm, row.id)
+    assert sum(map(len, outcomes)) > _RUNS, "no kill hit an attempt"
+
+
+def test_a_few_kills_lose_nothing(tmp_path: Path) -> None:
+    """Three kills: every run is done once, with the numbers of an undisturbed one."""
+    _survives(tmp_path, seed=1, kills=3, iterations=300)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_many_kills_lose_nothing(tmp_path: Path, seed: int) -> None:
+    """Twelve kills of all three kinds."""
+    _survives(tmp_path, seed=seed, kills=12, iterations=900)

@@ -1,0 +1,219 @@
+"""Runs from queue to result, with real worker and child processes and a small method in place of the simulator."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.harness.helpers import enqueue, fake, launch_fakes, numbers
+from zoobench.db.rows import Batch, RunRow, RunState
+from zoobench.db.store import Store
+from zoobench.errors import StorageError, StorageFullError, UsageError
+from zoobench.harness.launch import launch
+from zoobench.harness.supervise import supervise
+
+_SLOW_WALK = fake(iterations=150, pause=0.01)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Where the database will be."""
+    return tmp_path / "zoo.db"
+
+
+def test_runs_are_done_and_recorded(path: Path) -> None:
+    """Every run ends DONE with its curve, its finals, its log and one attempt with a provenance."""
+    updates: list[list[RunRow]] = []
+    rows = launch_fakes(path, 3, on_update=updates.append)
+    assert [row.state for row in rows] == [RunState.DONE] * 3
+    assert [row.state for row in updates[0]] == [RunState.QUEUED] * 3
+    with Store(path) as store:
+        for row in rows:
+            curve = store.metrics(row.id, "position")
+            assert [point.step for point in curve] == list(range(1, 21))
+            finals = {final.name: final for final in store.finals(row.id)}
+            assert (finals["score"].value, finals["score"].unit) == (curve[-1].value, "m")
+            assert [line.text for line in store.logs(row.id)] == ["a word on standard output"]
+            (attempt,) = store.attempts(row.id)
+            assert (attempt.outcome, attempt.exit_code) == (RunState.DONE, 0)
+            assert attempt.provenance["thread_settings"]["OMP_NUM_THREADS"] == "1"
+
+
+def test_two_runs_of_one_spec_agree_bit_for_bit(tmp_path: Path) -> None:
+    """Every stored number is the same in another database."""
+    for name in ("a.db", "b.db"):
+        launch_fakes(tmp_path / name)
+    assert numbers(tmp_path / "a.db", 1) == numbers(tmp_path / "b.db", 1)
+
+
+@pytest.mark.parametrize(
+    ("mode", "state", "reason"),
+    [
+        ("fail", RunState.FAILED, "ValueError: the middle of the walk"),
+        ("diverge", RunState.DIVERGED, "The simulation diverged by substep 2"),
+        ("vanish", RunState.FAILED, "exit code 7 and said nothing. Its last line: last words"),
+        ("segfault", RunState.FAILED, "killed by signal 11 (SIGSEGV)"),
+    ],
+)
+def test_each_way_to_fail_has_its_state_and_reason(path: Path, mode: str, state: RunState, reason: str) -> None:
+    """No failure is a success: no finals, a reason, and every attempt kept."""
+    (row,) = launch_fakes(path, child=fake(mode))
+    assert row.state is state
+    assert reason in (row.reason or "")
+    with Store(path) as store:
+        attempts = store.attempts(row.id)
+        assert store.finals(row.id) == []
+    if mode == "fail":
+        assert "in solve" in (attempts[0].traceback or "")
+    if mode in ("vanish", "segfault"):
+        assert {attempt.outcome for attempt in attempts} == {RunState.LOST}
+        assert [attempt.progressed for attempt in attempts] == [True, False, False, False]
+        assert attempts[0].signal == (signal.SIGSEGV if mode == "segfault" else None)
+
+
+def test_a_child_that_hangs_is_ended_by_the_time_limit(path: Path) -> None:
+    """TIMEOUT is neither FAILED nor LOST, and what was reported is kept."""
+    (row,) = launch_fakes(path, child=fake("hang"), timeout=1.5)
+    assert row.state is RunState.TIMEOUT
+    assert "1.5 s" in (row.reason or "")
+    assert len(numbers(path, row.id)[0]) == 20
+
+
+def test_one_failure_does_not_stop_the_others(path: Path) -> None:
+    """Finished runs are not done again, and a queue with a failure is emptied all the same."""
+    rows = launch_fakes(path, child=fake("fail"))
+    assert rows[0].state is RunState.FAILED
+    again = launch_fakes(path, 3)
+    assert [row.state for row in again] == [RunState.DONE] * 2
+    with Store(path) as store:
+        assert len(store.attempts(rows[0].id)) == 1
+
+
+def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
+    """After Ctrl-C nothing runs, the runs are queued, and typed again they end as if nothing had happened."""
+
+    def interrupt(rows: list[RunRow]) -> None:
+        if all(row.fraction > 0.0 for row in rows):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        launch_fakes(path, 2, child=_SLOW_WALK, on_update=interrupt)
+    assert psutil.Process().children(recursive=True) == []
+    with Store(path) as store:
+        assert store.counts() == {RunState.QUEUED: 2}
+        assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.CANCELLED]
+    rows = launch_fakes(path, 2, child=_SLOW_WALK)
+    assert [row.state for row in rows] == [RunState.DONE] * 2
+    with Store(path) as store:
+        first, second = store.attempts(1)
+        assert (first.progressed, second.resumed) == (True, True)
+        assert {point.attempt for point in store.metrics(1)} == {1, 2}
+    straight = path.with_name("straight.db")
+    launch_fakes(straight, 2, child=_SLOW_WALK)
+    assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
+
+
+def test_workers_and_children_die_with_their_launcher(path: Path) -> None:
+    """`kill -9` of `run` leaves no process behind, and the runs are queued."""
+    code = (
+        "import sys; from pathlib import Path; from tests.harness.helpers import *; "
+        "launch_fakes(Path(sys.argv[1]), 2, child=fake(iterations=4000))"
+    )
+    launcher = subprocess.Popen([sys.executable, "-c", code, str(path)])
+    family = _family(launcher.pid, 4)
+    launcher.kill()
+    launcher.wait()
+    _, alive = psutil.wait_procs(family, timeout=15.0)
+    assert alive == []
+    with Store(path) as store:
+        store.recover()
+        assert store.counts() == {RunState.QUEUED: 2}
+
+
+def _family(pid: int, size: int) -> list[psutil.Process]:
+    """The descendants of a process, once there are this many."""
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline:
+        family = psutil.Process(pid).children(recursive=True)
+        if len(family) >= size:
+            return family
+        time.sleep(0.05)
+    raise AssertionError(f"the process never had {size} descendants")
+
+
+def test_runs_in_other_hands_are_waited_for(path: Path) -> None:
+    """A second launcher of the same runs does none of them twice."""
+    ids = enqueue(path, 2)
+    other = threading.Thread(target=launch, args=(path, ids), kwargs={"child": fake(iterations=100)})
+    other.start()
+    rows = launch(path, ids, child=fake(iterations=100))
+    other.join()
+    assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * 2
+
+
+@pytest.mark.parametrize(("jobs", "timeout"), [(0, None), (-1, None), (1, 0.0), (1, float("nan"))])
+def test_settings_that_allow_nothing_are_refused(path: Path, jobs: int, timeout: float | None) -> None:
+    """Before anything is started."""
+    with pytest.raises(UsageError):
+        launch(path, enqueue(path), jobs=jobs, timeout=timeout)
+
+
+class _FullDisk(Store):
+    """A store whose disk is full from the second commit on."""
+
+    commits = 0
+
+    def commit(self, claim: object, batch: Batch) -> None:
+        self.commits += 1
+        if self.commits > 1:
+            with self._database.read() as session:
+                pages = session.connection().exec_driver_sql("PRAGMA page_count").scalar()
+                session.connection().exec_driver_sql(f"PRAGMA max_page_count = {pages}")
+            batch.checkpoint = bytes(1 << 20)
+        super().commit(claim, batch)  # type: ignore[arg-type]
+
+
+def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> None:
+    """SQLite's own SQLITE_FULL: the error arrives, no child is left, the earlier commit stays, the run resumes."""
+    from zoobench.db.owner import Owner
+
+    enqueue(path)
+    with _FullDisk(path) as store:
+        claim = store.claim(Owner.current(), provenance={})
+        assert claim is not None
+        with pytest.raises(StorageFullError):
+            supervise(store, claim, _SLOW_WALK, timeout=None, stop=threading.Event())
+    assert psutil.Process().children(recursive=True) == []
+    with Store(path) as store:
+        assert store.check() == []
+        assert store.counts() == {RunState.QUEUED: 1}
+        assert store.metrics(1) != []
+    (row,) = launch_fakes(path, child=_SLOW_WALK)
+    assert (row.state, row.attempt) == (RunState.DONE, 2)
+
+
+def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
+    """A database that breaks under way ends the launch with a message, not with a silent loop."""
+    ids = enqueue(path)
+
+    def spoil(rows: list[RunRow]) -> None:
+        if path.exists():
+            path.rename(path.with_name("moved.db"))
+
+    with pytest.raises(StorageError, match="There is no database"):
+        launch(path, ids, child=_SLOW_WALK, on_update=spoil)
+
+
+@pytest.fixture(autouse=True)
+def _no_orphans() -> Iterator[None]:
+    """Every test ends with the processes that it began with."""
+    yield
+    for process in psutil.Process().children(recursive=True):
+        os.kill(process.pid, signal.SIGKILL)

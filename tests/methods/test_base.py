@@ -1,0 +1,44 @@
+"""Checkpoints are exact and plain, and the champion is the first of the best."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from zoobench.methods.base import Champion, pack, unpack
+from zoobench.problem import Evaluation
+
+
+def _evaluation(score: float) -> Evaluation:
+    return Evaluation(score, {}, np.zeros(1))
+
+
+def test_a_checkpoint_keeps_every_bit() -> None:
+    """Doubles, infinities, the 128-bit state of a generator and tensors come back as they were."""
+    state = {
+        "third": 1 / 3,
+        "worst": -math.inf,
+        "rng": np.random.default_rng(7).bit_generator.state,
+        "tensor": torch.rand(3, dtype=torch.float64),
+        "list": [None, "text", 2**127],
+    }
+    back = unpack(pack(state))
+    assert torch.equal(back.pop("tensor"), state.pop("tensor"))
+    assert back == state
+
+
+def test_a_checkpoint_of_something_else_is_not_loaded() -> None:
+    """Only plain data is read back: a stored object cannot run code."""
+    with pytest.raises(Exception, match="Unsupported|weights_only"):
+        unpack(pack({"object": Champion()}))
+
+
+def test_the_first_of_two_equals_stays() -> None:
+    """A tie does not move the solution."""
+    champion = Champion()
+    champion.offer(np.array([1.0]), _evaluation(0.5))
+    champion.offer(np.array([2.0]), _evaluation(0.5))
+    assert champion.solution().params == [1.0]
+    champion.offer(np.array([3.0]), _evaluation(0.6))
+    assert champion.solution().params == [3.0]

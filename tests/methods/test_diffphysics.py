@@ -1,0 +1,76 @@
+"""Gradient ascent on a problem with a known optimum, and its rules for bad gradients."""
+
+import numpy as np
+import pytest
+
+from tests.methods.toy import OPTIMUM, Context, Quadratic
+from zoobench.errors import UsageError
+from zoobench.methods.diffphysics import DiffPhysics
+from zoobench.spec import Budget
+
+PLENTY = Budget("substeps", 1e9)
+
+
+def test_it_finds_the_optimum() -> None:
+    """Two hundred steps of Adam reach the top of a parabola."""
+    solution = DiffPhysics(iterations=200, restarts=2).run(Quadratic(PLENTY), Context())
+    assert solution.params == pytest.approx(OPTIMUM, abs=1e-2)
+    assert solution.evaluation.score == pytest.approx(1.0, abs=1e-3)
+
+
+def test_it_makes_the_iterations_asked_for() -> None:
+    """`iterations` ends the run before the budget does, and every restart is evaluated in each."""
+    problem, context = Quadratic(PLENTY), Context()
+    DiffPhysics(iterations=5, restarts=3).run(problem, context)
+    assert problem.meter.iterations == 5
+    assert len(problem.seen) == 15
+    assert context.fractions[-1] == 1.0
+    assert {f"restart_{i}" for i in range(3)} <= set(context.curve[-1][1])
+
+
+def test_restarts_do_not_influence_each_other() -> None:
+    """The first of four restarts walks the way of a single one."""
+    alone, together = Context(3), Context(3)
+    DiffPhysics(iterations=10, restarts=1).run(Quadratic(PLENTY), alone)
+    DiffPhysics(iterations=10, restarts=4).run(Quadratic(PLENTY), together)
+    first = [metrics["restart_0"] for _, metrics in alone.curve]
+    assert first == [metrics["restart_0"] for _, metrics in together.curve]
+
+
+def test_the_first_step_is_adams() -> None:
+    """Adam's first step is the learning rate against the sign of every slope."""
+    problem = Quadratic(PLENTY)
+    DiffPhysics(lr=0.05, iterations=2, restarts=1).run(problem, Context())
+    start, second = problem.seen
+    assert second - start == pytest.approx(0.05 * np.sign(OPTIMUM - start), rel=1e-4)
+
+
+def test_long_gradients_are_clipped_and_counted() -> None:
+    """Every gradient of a far start is longer than the clip."""
+    solution = DiffPhysics(iterations=4, restarts=2, clip=1e-3).run(Quadratic(PLENTY), Context())
+    assert solution.facts["clipped_gradients"] == 8
+
+
+def test_a_broken_gradient_neither_ends_the_run_nor_passes_in_silence() -> None:
+    """A restart whose gradient is NaN everywhere draws anew each time; it is counted, and others climb."""
+    first = Quadratic(PLENTY).initial(np.random.default_rng(0))
+    problem = Quadratic(PLENTY, breaks=lambda params: bool(np.array_equal(params, first)))
+    solution = DiffPhysics(iterations=150, restarts=2).run(problem, Context(0))
+    assert solution.facts["nonfinite_gradients"] == 1
+    assert solution.params == pytest.approx(OPTIMUM, abs=5e-2)
+
+
+def test_a_diverged_restart_goes_back_towards_its_best() -> None:
+    """A step across a cliff is followed by one halfway back to the best point met."""
+    problem = Quadratic(PLENTY, diverges=lambda params: bool(params[0] > 0.3))
+    DiffPhysics(iterations=30, restarts=1).run(problem, Context(0))
+    falls = [i for i, params in enumerate(problem.seen[:-1]) if params[0] > 0.3]
+    best = max(problem.seen[: falls[0]], key=lambda params: -((params - OPTIMUM) ** 2).sum())
+    assert problem.seen[falls[0] + 1] == pytest.approx((problem.seen[falls[0]] + best) / 2)
+
+
+@pytest.mark.parametrize("bad", [{"lr": 0.0}, {"restarts": 0}, {"iterations": -1}, {"clip": 0.0}])
+def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
+    """A usage error that names the values."""
+    with pytest.raises(UsageError, match="no ascent"):
+        DiffPhysics(**bad)

@@ -1,0 +1,34 @@
+"""Random search draws from the prior and from nothing else."""
+
+import numpy as np
+import pytest
+
+from tests.methods.toy import OPTIMUM, Context, Quadratic
+from zoobench.errors import UsageError
+from zoobench.methods.random_search import RandomSearch
+from zoobench.spec import Budget
+
+
+def test_it_keeps_the_best_draw() -> None:
+    """The solution is the draw nearest to the optimum, and the draws are the prior's in order."""
+    problem = Quadratic(Budget("episodes", 50))
+    solution = RandomSearch().run(problem, Context(4))
+    rng = np.random.default_rng(4)
+    draws = [problem.initial(rng) for _ in range(50)]
+    np.testing.assert_array_equal(problem.seen, draws)
+    best = min(draws, key=lambda params: float(((params - OPTIMUM) ** 2).sum()))
+    np.testing.assert_array_equal(solution.params, best)
+
+
+def test_the_budget_is_used_to_the_last_episode() -> None:
+    """The last batch is cut to what is left."""
+    problem = Quadratic(Budget("substeps", 195))
+    RandomSearch(batch=8).run(problem, Context())
+    assert problem.meter.episodes == 19
+    assert problem.meter.iterations == 3
+
+
+def test_an_empty_batch_is_refused() -> None:
+    """A usage error, not an endless loop."""
+    with pytest.raises(UsageError, match="at least 1"):
+        RandomSearch(batch=0)

@@ -1,0 +1,94 @@
+"""A problem whose best parameters are known, and a run context that keeps what it is told."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import BudgetExhaustedError, Divergence
+from zoobench.meter import BudgetMeter
+from zoobench.problem import Evaluation
+from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.tasks.base import Metric
+
+Array = NDArray[np.float64]
+
+OPTIMUM = np.array([0.7, -1.2, 0.4, 2.0])
+EPISODE = 10
+
+
+class Quadratic:
+    """score = 1 - |parameters - OPTIMUM|^2, behind the same meter as `zoobench.problem.Problem`.
+
+    `diverges` and `breaks` are called with the parameters: the episode blows up, or its gradient is NaN.
+    """
+
+    parameter_count = len(OPTIMUM)
+
+    def __init__(self, budget: Budget, diverges=lambda p: False, breaks=lambda p: False) -> None:
+        names = ("ground", "toy", "toy", "toy", "toy", "toy")
+        env, task, design, controller, method, fidelity = (Ref(name, 1) for name in names)
+        self.spec = RunSpec(env, task, design, controller, method, 0, budget, fidelity, 1)
+        self.meter = BudgetMeter()
+        self.seen: list[Array] = []
+        self._diverges, self._breaks = diverges, breaks
+
+    def initial(self, rng: np.random.Generator) -> Array:
+        return rng.normal(size=self.parameter_count)
+
+    def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
+        budget = self.spec.budget
+        if budget.kind == "substeps":
+            return self.meter.substeps + count * EPISODE * (3 if gradient else 1) <= budget.amount
+        return self.meter.spent(budget.kind) + (count if budget.kind == "episodes" else 1) <= budget.amount
+
+    def evaluate_batch(self, batch: Sequence[Array]) -> list[Evaluation]:
+        return [evaluation for evaluation, _ in self._all(batch, gradient=False)]
+
+    def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
+        return self._all(batch, gradient=True)
+
+    def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
+        if not self.affords(len(batch), gradient=gradient):
+            raise BudgetExhaustedError("The toy's budget is spent.")
+        self.meter.episodes += len(batch)
+        self.meter.forward += EPISODE * len(batch)
+        if gradient:
+            self.meter.recomputed += EPISODE * len(batch)
+            self.meter.backward += EPISODE * len(batch)
+        return [self._one(np.array(params)) for params in batch]
+
+    def _one(self, params: Array) -> tuple[Evaluation, Array]:
+        self.seen.append(params)
+        if self._diverges(params):
+            divergence = Divergence(0, 0, 1, "det F", -1.0, 0.0, 0, (0.0, 0.0, 0.0), "Try something else.")
+            return Evaluation(-math.inf, {}, np.zeros(0), divergence), np.full(len(params), math.nan)
+        score = 1.0 - float(((params - OPTIMUM) ** 2).sum())
+        slope = np.full(len(params), math.nan) if self._breaks(params) else 2.0 * (params - OPTIMUM)
+        return Evaluation(score, {"score": Metric(score, "m/s")}, np.array([score])), slope
+
+
+class Context:
+    """A run context in memory; asked to stop after so many iterations if `stop_after` is given."""
+
+    def __init__(self, seed: int = 0, stored: bytes | None = None, stop_after: int | None = None) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.stored, self.stop_after = stored, stop_after
+        self.curve: list[tuple[int, dict[str, float]]] = []
+        self.fractions: list[float] = []
+
+    def report(self, step: int, **metrics: float) -> None:
+        self.curve.append((step, metrics))
+
+    def checkpoint(self, data: bytes) -> None:
+        self.stored = data
+
+    def restore(self) -> bytes | None:
+        return self.stored
+
+    def should_stop(self) -> bool:
+        return self.stop_after is not None and len(self.curve) >= self.stop_after
+
+    def progress(self, fraction: float, score: float | None) -> None:
+        self.fractions.append(fraction)

@@ -1,0 +1,23 @@
+"""Short names of components."""
+
+from zoobench.report.labels import labels
+from zoobench.spec import Ref
+
+
+def test_a_name_alone_is_enough_where_nothing_else_has_it() -> None:
+    """Parameters that tell nothing apart are left out."""
+    ref = Ref.parse("random-v1[batch=4]")
+    assert labels([ref, ref, Ref.parse("other-v2")])[ref] == "random"
+
+
+def test_only_what_differs_is_shown() -> None:
+    """Two settings of a method differ in lr alone, two versions in the version alone."""
+    slow, fast = Ref.parse("adam-v1[clip=1.0,lr=0.1]"), Ref.parse("adam-v1[clip=1.0,lr=0.5]")
+    old, new = Ref.parse("desert-v1"), Ref.parse("desert-v2")
+    found = labels([slow, fast, old, new])
+    assert [found[ref] for ref in (slow, fast, old, new)] == [
+        "adam[lr=0.1]",
+        "adam[lr=0.5]",
+        "desert-v1",
+        "desert-v2",
+    ]

@@ -1,0 +1,44 @@
+"""Listings as CSV, JSON and Markdown."""
+
+import csv
+import io
+import json
+
+import pytest
+
+from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_markdown
+
+LISTING = Listing(("name", "score"), (("a,b|c", 0.123456789), ("d", None)), frozenset({(0, 1)}))
+
+
+def test_csv_keeps_every_digit_and_reads_back() -> None:
+    """The csv module reads what was written, with no value for None."""
+    rows = list(csv.reader(io.StringIO(to_csv(LISTING))))
+    assert rows == [["name", "score"], ["a,b|c", "0.123456789"], ["d", ""]]
+
+
+def test_json_is_one_object_per_row_and_never_nan() -> None:
+    """What is no finite number is null, since JSON has no word for it."""
+    records = json.loads(to_json(Listing(("x",), ((float("nan"),), (float("inf"),), (2,))).records()))
+    assert records == [{"x": None}, {"x": None}, {"x": 2}]
+
+
+def test_markdown_escapes_pipes_and_stresses_the_bold_cells() -> None:
+    """A pipe in a cell does not open a new column, and the winner is bold."""
+    assert to_markdown(LISTING).splitlines() == [
+        "| name | score |",
+        "| --- | --- |",
+        "| a,b\\|c | **0.1235** |",
+        "| d |  |",
+    ]
+
+
+def test_a_row_that_does_not_fit_is_refused() -> None:
+    """Columns and cells are counted when the listing is made."""
+    with pytest.raises(ValueError, match="2 cells"):
+        Listing(("only",), ((1, 2),))
+
+
+def test_truth_values_read_as_words() -> None:
+    """A person reads yes and no."""
+    assert [cell_text(value) for value in (True, False, None, 3)] == ["yes", "no", "", "3"]

@@ -1,0 +1,146 @@
+"""Tables of scores, from databases whose content is known."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.report.content import add_done, add_ended, fill, make_spec
+from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.store import Store
+from zoobench.report.footer import footer
+from zoobench.report.query import Choice, choose_results, origins
+from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+
+
+def tables_of(path: Path) -> list[Table]:
+    """All tables of a database."""
+    with Store(path, create=False) as store:
+        return score_tables(choose_results(store, Choice()))
+
+
+def cell_texts(table: Table) -> dict[tuple[str, str], str]:
+    """The cells of a table by environment and method."""
+    return {
+        (row.env.name, method.name): cell.text()
+        for row in table.rows
+        for method, cell in zip(table.methods, row.cells, strict=True)
+        if cell is not None
+    }
+
+
+@pytest.fixture
+def filled(tmp_path: Path) -> Path:
+    """The database of `tests.report.content.fill`."""
+    return fill(tmp_path / "runs.db")
+
+
+def test_a_cell_is_mean_interval_unit_and_count(filled: Path) -> None:
+    """Three seeds at 1.000, 1.001, 1.002: mean 1.001, half width 4.303 * 0.001 / sqrt(3)."""
+    (table,) = tables_of(filled)
+    assert cell_texts(table)["desert", "diffphysics"] == "1.001 ± 0.0025 m/s (n=3)"
+
+
+def test_missing_seeds_and_unsuccessful_runs_are_shown_as_shares(filled: Path) -> None:
+    """A cell with fewer seeds than asked for says so, and what became of the others."""
+    cells = cell_texts(tables_of(filled)[0])
+    assert cells["ice", "diffphysics"] == "0.5 ± 0 m/s (n=2 of 3, diverged 1/3)"
+    assert cells["ice", "random"] == "no score (n=0 of 3, failed 1/3, queued 1/3, running 1/3)"
+
+
+def test_a_method_with_fewer_seeds_than_its_rival_is_marked(tmp_path: Path) -> None:
+    """The seeds asked for are counted over the row, so a shorter column cannot hide."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_done(store, make_spec(seed=seed), 1.0)
+        add_done(store, make_spec(method="random-v1"), 0.5)
+    (table,) = tables_of(tmp_path / "runs.db")
+    assert cell_texts(table)["desert", "random"] == "0.5 m/s (n=1 of 3)"
+
+
+def test_smoke_runs_are_never_shown(filled: Path) -> None:
+    """The smoke run's score of 77 is in no table."""
+    tables = tables_of(filled)
+    assert [table.fidelity.name for table in tables] == ["quick"]
+    assert 77.0 not in {record["mean"] for record in long_listing(tables).records()}
+
+
+@pytest.mark.parametrize("other", [{"fidelity": "paper-v1"}, {"budget": "2000 substeps"}])
+def test_fidelities_and_budgets_are_never_mixed(tmp_path: Path, other: dict[str, str]) -> None:
+    """The same cell at another fidelity or budget goes into a table of its own."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(), 1.0)
+        add_done(store, make_spec(**other), 3.0)
+    tables = tables_of(tmp_path / "runs.db")
+    means = {cell.interval.mean for table in tables for cell in table.rows[0].cells if cell and cell.interval}
+    assert len(tables) == 2
+    assert means == {1.0, 3.0}
+
+
+def test_versions_of_a_component_are_never_mixed(tmp_path: Path) -> None:
+    """A new version of the environment is another row, with the version in its name."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(), 1.0)
+        add_done(store, make_spec(env="desert-v2"), 3.0)
+    (table,) = tables_of(tmp_path / "runs.db")
+    assert [row[0] for row in table_listing(table).rows] == ["desert-v1", "desert-v2"]
+
+
+def test_the_winner_is_bold_only_where_the_interval_supports_it(filled: Path) -> None:
+    """Diffphysics wins on the desert; on ice it has no rival with a score and a diverged seed."""
+    (table,) = tables_of(filled)
+    assert [[cell.is_winner for cell in row.cells if cell] for row in table.rows] == [[True, False], [False, False]]
+    assert table_listing(table).bold == frozenset({(0, 3)})
+
+
+def test_a_method_that_diverges_on_some_seeds_does_not_win(tmp_path: Path) -> None:
+    """Dropping the seeds that failed would flatter the survivors."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_done(store, make_spec(seed=seed), 10.0 + 0.01 * seed)
+            add_done(store, make_spec(method="random-v1", seed=seed), 0.1)
+        add_ended(store, make_spec(seed=3), Ending(RunState.DIVERGED, "blew up"))
+    (table,) = tables_of(tmp_path / "runs.db")
+    assert not any(cell.is_winner for cell in table.rows[0].cells if cell)
+
+
+def test_a_done_run_without_a_finite_score_is_not_averaged(tmp_path: Path) -> None:
+    """It is counted apart, and the mean is that of the others."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(), 2.0)
+        finals = (FinalRow("score", float("nan"), "m/s"),)
+        add_ended(store, make_spec(seed=1), Ending(RunState.DONE, finals=finals))
+    (table,) = tables_of(tmp_path / "runs.db")
+    text = cell_texts(table)["desert", "diffphysics"]
+    assert text == "2 m/s (n=1 of 2, done without a finite score 1/2)"
+
+
+def test_the_controller_is_a_column_only_where_it_tells_rows_apart(tmp_path: Path) -> None:
+    """One controller needs no column, two do."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(), 1.0)
+        (table,) = score_tables(choose_results(store, Choice()))
+        assert "controller" not in table_listing(table).columns
+        add_done(store, make_spec(controller="trajectory-v1"), 1.0)
+        (table,) = score_tables(choose_results(store, Choice()))
+        assert "controller" in table_listing(table).columns
+
+
+def test_the_footer_names_everything_that_the_numbers_depend_on(filled: Path) -> None:
+    """Commit with its dirty mark, components with parameters, machine, packages, date and command."""
+    with Store(filled, create=False) as store:
+        results = [result for result in choose_results(store, Choice()) if not result.is_smoke]
+        text = "\n".join(footer(score_tables(results), origins(store, results), ["zoobench", "table"]).lines())
+    for fact in (
+        "0123456789ab with uncommitted changes",
+        "diffphysics-v1[lr=0.1]",
+        "Example 9000 (4 cores, 8 threads), 8 GiB",
+        "Python 3.11.7, zoobench 0.1.0, taichi 1.7.4",
+        "runs from: 20",
+        "made by: zoobench table",
+    ):
+        assert fact in text
+
+
+def test_the_same_database_gives_the_same_text(filled: Path) -> None:
+    """A table can be rebuilt byte for byte."""
+    assert long_listing(tables_of(filled)) == long_listing(tables_of(filled))

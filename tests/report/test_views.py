@@ -1,0 +1,74 @@
+"""Listings of runs and the card of one run."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.report.content import fill, make_spec
+from zoobench.db.rows import RunState
+from zoobench.db.store import Store
+from zoobench.report.query import Choice, choose_results
+from zoobench.report.views import (
+    counts_text,
+    duration,
+    repeat_command,
+    results_listing,
+    results_records,
+    running_listing,
+)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(None, "unknown"), (0.4, "0 s"), (59.6, "1 min 00 s"), (185, "3 min 05 s"), (7800, "2 h 10 min")],
+)
+def test_time_spans_read_well(seconds: float | None, text: str) -> None:
+    """Seconds, minutes and hours, whichever fit."""
+    assert duration(seconds) == text
+
+
+def test_every_final_is_a_column_with_its_unit(tmp_path: Path) -> None:
+    """A run without the value has an empty cell."""
+    with Store(fill(tmp_path / "runs.db"), create=False) as store:
+        listing = results_listing(choose_results(store, Choice()))
+    records = listing.records()
+    assert records[0]["distance [m]"] == 2.0
+    assert records[0]["score [m/s]"] == 1.0
+    assert records[9]["state"] == "failed"
+    assert records[9]["score [m/s]"] is None
+
+
+def test_records_mark_smoke_runs(tmp_path: Path) -> None:
+    """Programs that read results can leave them out, too."""
+    with Store(fill(tmp_path / "runs.db"), create=False) as store:
+        records = results_records(choose_results(store, Choice()))
+    assert [record["run"] for record in records if record["is_smoke"]] == [13]
+
+
+def test_runs_in_progress_show_their_age_and_lease(tmp_path: Path) -> None:
+    """Ages count from the last report, the lease to its end."""
+    with Store(fill(tmp_path / "runs.db"), create=False) as store:
+        (run,) = store.runs(states=[RunState.RUNNING])
+    assert run.progress_at is not None
+    record = running_listing([run], now=run.progress_at + 20.0).records()[0]
+    assert record["metric_age_s"] == 20
+    assert 30 <= record["lease_s"] <= 41
+    assert (record["progress"], record["score"], record["attempt"]) == ("25%", 0.05, 1)
+
+
+def test_the_repeat_command_states_every_axis() -> None:
+    """What it says is the whole spec, the one seed as a list of one."""
+    words = shlex.split(repeat_command(make_spec(seed=4, budget="1.5 seconds")))
+    options = dict(zip(words[2::2], words[3::2], strict=True))
+    assert words[:2] == ["zoobench", "run"]
+    assert options["--method"] == "diffphysics-v1[lr=0.1]"
+    assert options["--seeds"] == "4,"
+    assert options["--budget"] == "1.5 seconds"
+    assert options["--frames"] == "10"
+
+
+def test_counts_read_as_a_sentence() -> None:
+    """States without runs are left out."""
+    assert counts_text({RunState.DONE: 3, RunState.RUNNING: 1}) == "1 running, 3 done"
+    assert counts_text({}) == "no runs"

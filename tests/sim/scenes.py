@@ -1,0 +1,116 @@
+"""Small scenes that the tests of the simulator share: a few hundred particles each."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.lattice import fill_box, particle_volume
+from zoobench.sim.scene import ElasticBody, ElasticMaterial, Ground, SandBed, SandMaterial, Scene
+from zoobench.sim.solver import Solver
+
+Array = NDArray[np.float64]
+
+SPACING = 1 / 32
+ARENA = (0.75, 0.75, 0.75)
+NO_GRAVITY = (0.0, 0.0, 0.0)
+SOFT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
+STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
+SAND = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=45.0)
+MUSCLES = 3
+
+
+def fidelity(precision: int = 64, courant: float = 0.5) -> Fidelity:
+    """The grid of all small scenes."""
+    return Fidelity(SPACING, courant=courant, precision=64 if precision == 64 else 32)
+
+
+def muscle_body(
+    lower: tuple[float, float, float] = (0.3, 0.3, 0.3), cells: int = 3, moving: bool = False, seed: int = 1
+) -> ElasticBody:
+    """A cube with muscles of random soft shares and fibres; stiffness and occupancy vary inside their bounds."""
+    rng = np.random.default_rng(seed)
+    corner = np.array(lower)
+    positions = fill_box(corner, corner + cells * SPACING, SPACING, 8)
+    count = len(positions)
+    fibres = rng.normal(size=(count, 3))
+    velocities = np.zeros((count, 3))
+    if moving:
+        velocities += [0.3, -0.5, 0.1] + (positions - positions.mean(0)) @ rng.normal(size=(3, 3))
+    return ElasticBody(
+        material=SOFT,
+        positions=positions,
+        volumes=np.full(count, particle_volume(SPACING, 8)),
+        stiffness=rng.uniform(0.5, 0.9, count),
+        density_ratio=rng.uniform(0.6, 1.0, count),
+        occupancy=rng.uniform(0.4, 0.9, count),
+        muscle_membership=rng.dirichlet(np.ones(MUSCLES), count),
+        fibres=fibres / np.linalg.norm(fibres, axis=1, keepdims=True),
+        velocities=velocities,
+    )
+
+
+def sand_bed(depth: int = 2, first: int = 8, cells: int = 7) -> SandBed:
+    """A square bed of sand on the ground, free at its sides."""
+    lower = np.array([first * SPACING, 0.0, first * SPACING])
+    upper = lower + SPACING * np.array([cells, depth, cells])
+    positions = fill_box(lower, upper, SPACING, 8)
+    count = len(positions)
+    return SandBed(SAND, positions, np.full(count, particle_volume(SPACING, 8)), np.zeros((count, 3)))
+
+
+def flight_scene(moving: bool = True) -> Scene:
+    """Free flight of the muscle cube: no gravity, nothing to touch."""
+    return Scene(muscle_body(moving=moving), (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY)
+
+
+def ground_scene(friction: float = 0.5, moving: bool = True) -> Scene:
+    """The muscle cube on the ground, pushed along."""
+    body = muscle_body((0.3, 0.0, 0.3), moving=moving)
+    return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(friction), gravity=(0.5, -9.81, 0.2))
+
+
+def sand_scene() -> Scene:
+    """The muscle cube landing on a bed of sand."""
+    body = muscle_body((0.3, 2 * SPACING, 0.3), moving=True)
+    return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(0.5), sand=sand_bed(), gravity=(0.5, -9.81, 0.2))
+
+
+SCENES = {"flight": flight_scene, "ground": ground_scene, "sand": sand_scene}
+
+
+def passive_block(lower: tuple[float, float, float], cells: tuple[int, int, int], velocity: Array) -> ElasticBody:
+    """A stiff block without muscles that moves as one."""
+    corner = np.array(lower)
+    positions = fill_box(corner, corner + SPACING * np.array(cells), SPACING, 8)
+    body = ElasticBody.passive(STIFF, positions, np.full(len(positions), particle_volume(SPACING, 8)))
+    return replace(body, velocities=body.velocities + velocity)
+
+
+def thrown_body(velocity: Array | None = None, gradient: Array | None = None, cells: int = 3) -> ElasticBody:
+    """The muscle cube in the velocity field `velocity + gradient (x - centre)`, its APIC matrix set to match."""
+    middle = 0.375 - cells * SPACING / 2
+    body = muscle_body((middle, middle, middle), cells)
+    base = np.zeros(3) if velocity is None else velocity
+    if gradient is None:
+        return replace(body, velocities=body.velocities + base)
+    centre = body.positions.mean(0)
+    return replace(
+        body,
+        velocities=base + (body.positions - centre) @ gradient.T,
+        velocity_gradients=np.tile(gradient, (body.particle_count, 1, 1)),
+    )
+
+
+def actuation(solver: Solver, frames: int, seed: int = 2) -> Array:
+    """Random actuation `[frames, worlds, muscles]` inside its bounds."""
+    shape = (frames, solver.worlds, solver.muscle_count)
+    return np.random.default_rng(seed).uniform(-0.9, 0.9, shape)
+
+
+def path_weights(solver: Solver, frames: int, seed: int = 3) -> tuple[Array, Array]:
+    """Random derivatives of a scalar by the path: adjoints of positions and velocities."""
+    rng = np.random.default_rng(seed)
+    shape = (frames + 1, solver.worlds, solver.robot_count, 3)
+    return rng.normal(size=shape), 0.1 * rng.normal(size=shape)

@@ -1,0 +1,68 @@
+"""Only what a scene calls for is launched and held."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from zoobench.errors import SceneError
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.scene import Scene
+from zoobench.sim.solver import Solver
+
+
+def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
+    solver = Solver(scene, scenes.fidelity(), gradients=gradients)
+    rollout = solver.run(scenes.actuation(solver, 2))
+    if gradients:
+        solver.backward(rollout, *scenes.path_weights(solver, 2))
+    per_frame = solver.substeps_per_frame
+    return {name: count // per_frame if name != "survey" else count for name, count in solver.launcher.launches.items()}
+
+
+def test_launches_are_the_effects_of_the_scene() -> None:
+    """Frames' worth of substeps by effect: no sand on ground, no friction in flight, no muscle in passive matter."""
+    flight = {"forward elasticity": 2, "forward muscle": 2, "survey": 2}
+    assert _launches(scenes.flight_scene()) == flight
+    assert _launches(scenes.ground_scene()) == flight | {"forward friction": 2}
+    assert _launches(scenes.sand_scene()) == flight | {"forward friction": 2, "forward sand plasticity": 2}
+    block = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
+    assert _launches(block) == {"forward elasticity": 2, "survey": 2}
+
+
+def test_reverse_launches_only_the_effects_too() -> None:
+    """The backward pass recomputes and reverses each frame once."""
+    found = _launches(scenes.ground_scene(), gradients=True)
+    effects = ("elasticity", "muscle", "friction")
+    assert found == {f"forward {e}": 4 for e in effects} | {f"reverse {e}": 2 for e in effects} | {"survey": 2}
+
+
+def test_forward_run_holds_nothing_of_a_gradient() -> None:
+    """No checkpoint is kept and no adjoint grid is allocated until a backward pass needs it."""
+    solver = Solver(scenes.ground_scene(), scenes.fidelity())
+    rollout = solver.run(scenes.actuation(solver, 2))
+    assert not rollout.checkpoints
+    assert rollout.interval == 0
+    assert not solver.launcher._reverse_grids
+    assert not any("adjoint" in name for name in vars(solver))
+
+
+def test_scene_without_sand_holds_no_sand() -> None:
+    """The tensors of sand are empty on the ground."""
+    matter = Solver(scenes.ground_scene(), scenes.fidelity()).matter
+    assert matter.b.numel() == matter.surplus.numel() == matter.tau.numel() == 0
+
+
+def test_serial_driver_holds_one_grid_for_all_worlds() -> None:
+    """The worlds are taken in turn through one slab; the parallel driver needs one each."""
+    scene = scenes.ground_scene()
+    assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (1, 31, 31, 31, 4)
+    assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (3, 31, 31, 31, 4)
+
+
+def test_grid_beyond_memory_is_refused() -> None:
+    """With the advice to go coarser."""
+    scene = replace(scenes.flight_scene(), upper=(8.0, 8.0, 8.0))
+    with pytest.raises(SceneError, match="Use a coarser fidelity"):
+        Solver(scene, Fidelity(1 / 128, precision=64))

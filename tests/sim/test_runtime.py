@@ -1,0 +1,77 @@
+"""Taichi's life in a process: start, restart, cache folder and its lock."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import taichi as ti
+import torch
+
+from tests.sim import scenes
+from zoobench.errors import UsageError
+from zoobench.sim import runtime
+from zoobench.sim.solver import Solver
+
+
+def test_start_is_idempotent_and_a_new_precision_a_new_generation() -> None:
+    """The generation grows only when the runtime was made anew."""
+    first = runtime.start(64)
+    assert runtime.start(64) == first
+    assert runtime.start(32) > first
+    assert runtime.generation() == runtime.start(32)
+
+
+def test_kernels_compute_in_the_precision_asked_for() -> None:
+    """A literal in a kernel has the precision of the runtime."""
+    for precision, kind in ((32, torch.float32), (64, torch.float64)):
+        runtime.start(precision)
+        assert runtime.real(precision) is kind
+        assert ti.lang.impl.get_runtime().default_fp == (ti.f64 if precision == 64 else ti.f32)
+
+
+def test_kernels_outlive_a_restart() -> None:
+    """A solver made after a restart gives the bits of the one before it."""
+    paths = []
+    for precision in (64, 32, 64):
+        solver = Solver(scenes.ground_scene(), scenes.fidelity(precision))
+        paths.append(solver.run(scenes.actuation(solver, 2)).positions)
+    assert np.array_equal(paths[0], paths[2])
+    assert not np.array_equal(paths[0], paths[1])
+
+
+def test_missing_cuda_device_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything running is ended."""
+    generation = runtime.start(64)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    with pytest.raises(UsageError, match="Use the device 'cpu'"):
+        runtime.start(64, "cuda")
+    assert runtime.start(64) == generation
+
+
+def test_cache_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ZOOBENCH_CACHE first, then the user's cache folder."""
+    monkeypatch.setenv("ZOOBENCH_CACHE", "/a")
+    assert runtime.cache_folder() == Path("/a/kernels")
+    monkeypatch.delenv("ZOOBENCH_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/b")
+    assert runtime.cache_folder() == Path("/b/zoobench/kernels")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", "/c")
+    assert runtime.cache_folder() == Path("/c/.cache/zoobench/kernels")
+
+
+def test_only_a_stale_lock_of_the_cache_is_dropped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The lock of a killed process must not keep the cache shut; that of a living one stays."""
+    monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path))
+    lock = runtime.cache_folder() / "ticache.lock"
+    lock.parent.mkdir(parents=True)
+    runtime._drop_stale_lock()
+    lock.touch()
+    runtime._drop_stale_lock()
+    assert lock.exists()
+    old = time.time() - 2 * runtime.STALE_LOCK_SECONDS
+    os.utime(lock, (old, old))
+    runtime._drop_stale_lock()
+    assert not lock.exists()

@@ -1,0 +1,275 @@
+"""Closed forms and conservation laws, worlds, repeatability and the solver's own checks."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from zoobench.errors import SceneError, UsageError
+from zoobench.sim import runtime
+from zoobench.sim.scene import Scene
+from zoobench.sim.solver import BodyState, Rollout, Solver, cut
+
+ROOT = Path(__file__).parents[2]
+GROUPS = ("actuation", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
+
+
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), (32, 1e-4)])
+def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance: float) -> None:
+    """A thrown body takes y_n = y_0 + v n dt - g dt^2 n (n + 1) / 2, every particle alike."""
+    start = np.array([0.1, 1.5, -0.1])
+    scene = Scene(scenes.thrown_body(start), (0, 0, 0), scenes.ARENA)
+    solver = Solver(scene, scenes.fidelity(precision))
+    rollout = solver.run(np.zeros((35, 1, scenes.MUSCLES)))
+    assert not rollout.divergences
+    steps = np.arange(36) * solver.substeps_per_frame
+    exact = start * (steps * solver.dt)[:, None]
+    exact[:, 1] -= 9.81 * solver.dt**2 * steps * (steps + 1) / 2
+    moved = (rollout.positions - scene.robot.positions)[:, 0]
+    centre = moved.mean(1)
+    scale = np.abs(exact).max()
+    assert np.abs(centre - exact).max() <= tolerance * scale
+    assert np.abs(moved - centre[:, None]).max() <= tolerance * scale
+
+
+def _momenta(solver: Solver) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and angular momentum; the angular one includes what the APIC matrices carry."""
+    mass = solver.parameters.mass[0].numpy()[:, None]
+    x, v, C = (tensor[0, 0].numpy() for tensor in (solver.matter.x, solver.matter.v, solver.matter.C))
+    axial = np.stack([C[:, 2, 1] - C[:, 1, 2], C[:, 0, 2] - C[:, 2, 0], C[:, 1, 0] - C[:, 0, 1]], axis=1)
+    spin = np.cross(x, v) + scenes.SPACING**2 / 4 * axial
+    return (mass * v).sum(0), (mass * spin).sum(0)
+
+
+def test_momentum_and_angular_momentum_are_conserved() -> None:
+    """A spinning, actuated body without gravity and contact keeps both over 500 substeps."""
+    spin = np.array([[0.0, -4.0, 1.0], [4.0, 0.0, -2.0], [-1.0, 2.0, 0.0]])
+    scene = Scene(
+        scenes.thrown_body(np.array([0.1, 0.15, -0.05]), spin), (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY
+    )
+    solver = Solver(scene, scenes.fidelity())
+    frames = 500 // solver.substeps_per_frame
+    assert frames * solver.substeps_per_frame == 500
+    solver.set_body(BodyState().filled(scene, 1))
+    linear, angular = _momenta(solver)
+    rollout = solver.run(scenes.actuation(solver, frames))
+    assert not rollout.divergences
+    linear_end, angular_end = _momenta(solver)
+    assert np.ptp(np.linalg.norm(rollout.positions[-1, 0] - rollout.positions[-1, 0].mean(0), axis=1)) > 0.02
+    assert np.abs(linear_end - linear).max() <= 1e-12 * np.linalg.norm(linear)
+    assert np.abs(angular_end - angular).max() <= 1e-8 * np.linalg.norm(angular)
+
+
+@pytest.mark.parametrize("activation", [-0.3, 0.3])
+def test_muscle_reaches_its_equilibrium_stretch(activation: float) -> None:
+    """A slowly activated block takes the stretch at which passive and active stress cancel (validation case V16)."""
+    expected = {-0.3: (1.6898, 0.8941), 0.3: (0.7969, 1.0452)}[activation]
+    body = scenes.muscle_body(cells=4)
+    count = body.particle_count
+    body = replace(
+        body,
+        material=replace(scenes.SOFT, muscle_strength=0.3 * scenes.SOFT.youngs_modulus),
+        stiffness=np.ones(count),
+        density_ratio=np.ones(count),
+        occupancy=np.ones(count),
+        muscle_membership=np.ones((count, 1)),
+        fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
+    )
+    solver = Solver(Scene(body, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY), scenes.fidelity())
+    ramp, hold = 200, 50
+    level = np.concatenate([0.5 - 0.5 * np.cos(np.pi * np.arange(ramp) / ramp), np.ones(hold)])
+    rollout = solver.run(np.sign(activation) * level[:, None, None])
+    assert not rollout.divergences
+    stretch = (np.ptp(rollout.positions[-hold:, 0], axis=1) / np.ptp(body.positions, axis=0)).mean(0)
+    assert stretch == pytest.approx([expected[0], expected[1], expected[1]], rel=5e-3)
+
+
+@pytest.fixture
+def bodies() -> BodyState:
+    """Three worlds that differ in every array."""
+    made = [scenes.muscle_body((0.3, 0.0, 0.3), seed=seed) for seed in (1, 5, 6)]
+    names = GROUPS[1:]
+    return BodyState(**{name: np.stack([getattr(body, name) for body in made]) for name in names})
+
+
+def _world(bodies: BodyState, world: int) -> BodyState:
+    return BodyState(**{name: getattr(bodies, name)[world : world + 1] for name in GROUPS[1:]})
+
+
+def test_world_of_a_batch_equals_the_same_world_alone(bodies: BodyState) -> None:
+    """Path and gradient of each of three worlds agree bit for bit with a solver of one world."""
+    scene, frames = scenes.ground_scene(), 4
+    batch = Solver(scene, scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
+    actuation, weights = scenes.actuation(batch, frames), scenes.path_weights(batch, frames)
+    together = batch.run(actuation, bodies)
+    gradient = batch.backward(together, *weights)
+    alone = Solver(scene, scenes.fidelity(), gradients=True, density_ratio_min=0.5)
+    for world in range(3):
+        pick = slice(world, world + 1)
+        single = alone.run(actuation[:, pick], _world(bodies, world))
+        assert np.array_equal(single.positions, together.positions[:, pick])
+        assert np.array_equal(single.velocities, together.velocities[:, pick])
+        own = alone.backward(single, weights[0][:, pick], weights[1][:, pick])
+        assert np.array_equal(own.actuation, gradient.actuation[:, pick])
+        assert all(np.array_equal(getattr(own, name), getattr(gradient, name)[pick]) for name in GROUPS[1:])
+    assert not np.array_equal(together.positions[:, 0], together.positions[:, 1])
+
+
+def test_diverging_world_leaves_its_neighbours_alone(bodies: BodyState) -> None:
+    """Neighbours of a world that blows up keep path and gradient bit for bit; its own gradient is zero."""
+    scene, frames = scenes.ground_scene(), 4
+    solver = Solver(scene, scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
+    actuation, weights = scenes.actuation(solver, frames), scenes.path_weights(solver, frames)
+    healthy = solver.run(actuation, bodies)
+    expected = solver.backward(healthy, *weights)
+    assert bodies.muscle_membership is not None
+    membership = bodies.muscle_membership.copy()
+    membership[1] *= 1e6
+    wild = solver.run(actuation, replace(bodies, muscle_membership=membership))
+    gradient = solver.backward(wild, *weights)
+    assert set(wild.divergences) == {1}
+    for world in (0, 2):
+        assert np.array_equal(wild.positions[:, world], healthy.positions[:, world])
+        assert np.array_equal(gradient.actuation[:, world], expected.actuation[:, world])
+        assert all(np.array_equal(getattr(gradient, n)[world], getattr(expected, n)[world]) for n in GROUPS[1:])
+    assert not gradient.actuation[:, 1].any()
+    assert not any(getattr(gradient, name)[1].any() for name in GROUPS[1:])
+
+
+def test_meter_counts_the_substeps_of_living_worlds(bodies: BodyState) -> None:
+    """Forward, recomputed and backward world-substeps are counted, those of a dead world are not."""
+    solver = Solver(scenes.ground_scene(), scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
+    frames, n = 4, solver.substeps_per_frame
+    assert bodies.muscle_membership is not None
+    membership = bodies.muscle_membership.copy()
+    membership[1] *= 1e6
+    rollout = solver.run(scenes.actuation(solver, frames), replace(bodies, muscle_membership=membership))
+    solver.backward(rollout, *scenes.path_weights(solver, frames))
+    dead_after = rollout.divergences[1].frame + 1
+    assert solver.meter.forward == (2 * frames + dead_after) * n
+    assert solver.meter.recomputed == solver.meter.backward == 2 * frames * n
+    assert solver.meter.total == solver.meter.forward + 4 * frames * n
+
+
+def test_body_state_overrides_the_scene() -> None:
+    """Mass and volume follow occupancy and density ratio of the body given; arrays not given are the scene's."""
+    scene = scenes.flight_scene()
+    robot = scene.robot
+    solver = Solver(scene, scenes.fidelity())
+    occupancy = np.full((1, robot.particle_count), 0.25)
+    rollout = solver.run(np.zeros((1, 1, scenes.MUSCLES)), BodyState(occupancy=occupancy))
+    assert np.allclose(solver.parameters.volume[0].numpy(), 0.25 * robot.volumes, rtol=1e-14)
+    expected = 0.25 * robot.volumes * robot.density_ratio * 1000.0
+    assert np.allclose(solver.parameters.mass[0].numpy(), expected, rtol=1e-14)
+    assert np.array_equal(rollout.body["stiffness"][0], robot.stiffness)
+
+
+def test_progress_reports_every_frame() -> None:
+    """The callback gets the number of frames done."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity())
+    seen: list[int] = []
+    solver.run(np.zeros((3, 1, scenes.MUSCLES)), progress=seen.append)
+    assert seen == [1, 2, 3]
+
+
+def _fingerprint() -> str:
+    """Hash of path and gradient of a float32 episode."""
+    solver = Solver(scenes.ground_scene(), scenes.fidelity(32), gradients=True)
+    rollout = solver.run(scenes.actuation(solver, 6))
+    gradient = solver.backward(rollout, *scenes.path_weights(solver, 6))
+    digest = hashlib.sha256()
+    for array in (rollout.positions, rollout.velocities, *(getattr(gradient, name) for name in GROUPS)):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def test_float32_episode_repeats_bit_for_bit() -> None:
+    """Two runs in this process and one in another give the same bits in path and gradient."""
+    first = _fingerprint()
+    assert _fingerprint() == first
+    script = "from tests.sim.test_solver import _fingerprint; print(_fingerprint())"
+    ended = "from zoobench.sim import runtime; runtime.stop()"
+    command = [sys.executable, "-c", f"{script}; {ended}"]
+    other = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=300)
+    assert other.stdout.strip() == first
+
+
+@pytest.mark.parametrize(
+    ("actuation", "complaint"),
+    [
+        (np.zeros((2, 1, 2)), "shape"),
+        (np.zeros((2, 2, 3)), "shape"),
+        (np.zeros((0, 1, 3)), "shape"),
+        (np.zeros((2, 3)), "shape"),
+        (np.full((2, 1, 3), 1.01), r"outside \[-1, 1\]"),
+        (np.full((2, 1, 3), np.nan), "not finite"),
+    ],
+)
+def test_unusable_actuation_is_refused(actuation: np.ndarray, complaint: str) -> None:
+    """Actuation of another shape, out of range or not finite is a usage error."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity())
+    with pytest.raises(UsageError, match=complaint):
+        solver.run(actuation)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "complaint"),
+    [
+        ("stiffness", 1.5, "stiffness range"),
+        ("stiffness", np.nan, "stiffness range"),
+        ("density_ratio", 0.1, "density_ratio range"),
+        ("occupancy", -0.1, "occupancy range"),
+        ("occupancy", 1.1, "occupancy range"),
+        ("occupancy", 0.0, "empty"),
+        ("fibres", np.inf, "fibres range"),
+        ("muscle_membership", np.nan, "muscle_membership range"),
+    ],
+)
+def test_unusable_body_is_refused(name: str, value: float, complaint: str) -> None:
+    """A body outside what was declared when the solver was made is refused before anything runs."""
+    scene = scenes.flight_scene()
+    solver = Solver(scene, scenes.fidelity())
+    array = np.full_like(getattr(scene.robot, name), value)[None]
+    with pytest.raises((UsageError, SceneError), match=complaint):
+        solver.run(np.zeros((1, 1, scenes.MUSCLES)), BodyState(**{name: array}))
+
+
+def test_body_of_another_shape_is_refused() -> None:
+    """A body array for another number of worlds is a usage error."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity())
+    with pytest.raises(UsageError, match="stiffness have shape"):
+        solver.run(np.zeros((1, 1, scenes.MUSCLES)), BodyState(stiffness=np.ones((2, solver.robot_count))))
+
+
+def test_solver_needs_a_world() -> None:
+    """Zero worlds are refused."""
+    with pytest.raises(UsageError, match="0 worlds"):
+        Solver(scenes.flight_scene(), scenes.fidelity(), worlds=0)
+
+
+def test_backward_needs_checkpoints() -> None:
+    """A solver made without gradients says how to get them."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity())
+    rollout: Rollout = solver.run(np.zeros((1, 1, scenes.MUSCLES)))
+    with pytest.raises(UsageError, match="gradients=True"):
+        solver.backward(rollout, *scenes.path_weights(solver, 1))
+
+
+def test_solver_of_an_ended_runtime_is_refused() -> None:
+    """A solver whose runtime was restarted with another precision must not touch its kernels."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity(64))
+    runtime.start(32)
+    with pytest.raises(UsageError, match="Make a new solver"):
+        solver.run(np.zeros((1, 1, scenes.MUSCLES)))
+
+
+def test_cut_divides_at_multiples() -> None:
+    """A stretch of substeps is cut where checkpoints are due."""
+    assert cut(3, 16, 5) == [(3, 2), (5, 5), (10, 5), (15, 1)]
+    assert cut(5, 10, 5) == [(5, 5)]
+    assert cut(3, 16, 0) == [(3, 13)]

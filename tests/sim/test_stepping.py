@@ -1,0 +1,85 @@
+"""The step: its formula, the whole number of substeps and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from zoobench.errors import StepSizeError
+from zoobench.sim.scene import ElasticBody, Scene, lame_parameters
+from zoobench.sim.solver import Solver
+from zoobench.sim.stepping import (
+    LARGEST_STRETCH,
+    choose_step,
+    elastic_kappa,
+    hencky_kappa,
+    isolated_particle_limit,
+    step_limits,
+)
+
+
+def test_limit_is_that_of_the_isolated_particle() -> None:
+    """dt_iso = h sqrt(rho / kappa), with kappa = 2 (k mu + s) stretch^2 + 3 k lambda, and 2 mu + 3 lambda of sand."""
+    assert isolated_particle_limit(0.1, 4.0, 1.0) == pytest.approx(0.2)
+    assert elastic_kappa(3.0, 5.0, 2.0, 7.0, 1.5) == pytest.approx(2 * (6 + 7) * 2.25 + 30)
+    assert hencky_kappa(3.0, 5.0) == pytest.approx(21.0)
+    scene = scenes.sand_scene()
+    limits = step_limits(scene, scenes.SPACING, 1.0, 1.0)
+    mu, lam = lame_parameters(1e4, 0.2)
+    kappa = 2 * (mu + 3000) * LARGEST_STRETCH**2 + 3 * lam
+    lightest = 1000 * scene.robot.density_ratio.min()
+    assert limits["robot"] == pytest.approx(scenes.SPACING * np.sqrt(lightest / kappa))
+    mu, lam = lame_parameters(1e5, 0.2)
+    assert limits["sand"] == pytest.approx(scenes.SPACING * np.sqrt(1600 / (2 * mu + 3 * lam)))
+
+
+def test_bounds_of_the_design_count_not_only_its_present_state() -> None:
+    """A design that may become stiffer or lighter gets the step of its extreme, one that is so already as well."""
+    scene = scenes.flight_scene()
+    here = step_limits(scene, scenes.SPACING, 0.1, 9.0)["robot"]
+    assert step_limits(scene, scenes.SPACING, 4.0, 9.0)["robot"] < here
+    assert step_limits(scene, scenes.SPACING, 0.1, 0.01)["robot"] < here
+    stiffer = replace(scene.robot, stiffness=scene.robot.stiffness * 2)
+    assert step_limits(replace(scene, robot=stiffer), scenes.SPACING, 0.1, 9.0)["robot"] < here
+
+
+@pytest.mark.parametrize("courant", [0.1, 0.37, 0.5, 0.9])
+def test_frame_is_a_whole_number_of_substeps(courant: float) -> None:
+    """The step divides the frame, stays at or below what was asked for, and one substep less would not."""
+    limit = choose_step(scenes.sand_scene(), scenes.SPACING, courant, 0.008)
+    n = limit.substeps_per_frame
+    assert limit.dt * n == pytest.approx(0.008, rel=1e-14)
+    assert limit.fraction <= courant * (1 + 1e-9)
+    assert n == 1 or 0.008 / (n - 1) > courant * limit.dt_iso
+    assert limit.matter == "sand"
+
+
+def test_exact_divisor_is_taken_as_it_is() -> None:
+    """A frame of exactly three steps gets three, not four by round-off."""
+    scene = scenes.flight_scene()
+    dt_iso = step_limits(scene, scenes.SPACING, 1.0, 1.0)["robot"]
+    assert choose_step(scene, scenes.SPACING, 0.3, 3 * 0.3 * dt_iso).substeps_per_frame == 3
+
+
+def test_unsafe_step_is_refused() -> None:
+    """Above 0.9 dt_iso, with the limit and the matter that sets it."""
+    with pytest.raises(StepSizeError, match=r"0\.95 dt_iso .* limit of the sand is dt_iso = 0\.00306 s"):
+        choose_step(scenes.sand_scene(), scenes.SPACING, 0.95, 0.008)
+
+
+def test_isolated_particle_stays_bounded_near_the_limit() -> None:
+    """A single particle set off by a velocity gradient swings for 5,000 substeps at 0.9 dt_iso without growing."""
+    rate = np.array([[6.0, 2.0, 0.0], [2.0, -5.0, 1.0], [0.0, 1.0, 3.0]])
+    body = ElasticBody.passive(scenes.STIFF, np.array([[0.376, 0.371, 0.383]]), np.array([scenes.SPACING**3 / 8]))
+    body = replace(body, velocity_gradients=rate[None])
+    scene = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, gravity=scenes.NO_GRAVITY)
+    solver = Solver(scene, scenes.fidelity(courant=0.9))
+    largest = []
+    for _ in range(5):
+        rollout = solver.run(np.zeros((1000 // solver.substeps_per_frame, 1, 0)))
+        assert not rollout.divergences
+        largest.append(float((solver.matter.F[0, 0, 0] - solver.tensor(np.eye(3))).norm()))
+        solver._start = solver.matter.copy_slot(0)
+    # it swings at 2 / dt_iso or faster: this is twice the amplitude that its first speed gives
+    assert 0 < max(largest) < np.linalg.norm(rate) * solver.limit.dt_iso

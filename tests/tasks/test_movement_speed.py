@@ -1,0 +1,46 @@
+"""Movement speed against closed forms."""
+
+import dataclasses
+
+import pytest
+import torch
+
+from tests.tasks.motions import disc, rigid
+from zoobench.tasks.movement_speed import MovementSpeed
+
+
+def test_a_translating_body_scores_its_speed() -> None:
+    """Only the part along the target counts; falling and sliding sideways do not."""
+    motion = rigid(disc(), spin=0.0, velocity=(0.3, -1.0, 0.2))
+    assert MovementSpeed().score(motion).item() == pytest.approx(0.3)
+    assert MovementSpeed(heading=-90.0).score(motion).item() == pytest.approx(0.2)
+    assert MovementSpeed().reward(motion).squeeze(1).tolist() == pytest.approx([0.3] * 20)
+
+
+def test_spinning_on_the_spot_scores_nothing() -> None:
+    """The average velocity of a disc that spins is zero."""
+    assert MovementSpeed().score(rigid(disc(), spin=10.0, velocity=(0.0, 0.0, 0.0))).item() == pytest.approx(0.0)
+
+
+def test_the_way_over_the_ground_is_measured() -> None:
+    """Distance and mean speed are horizontal."""
+    metrics = MovementSpeed().metrics(rigid(disc(), spin=0.0, velocity=(0.3, -1.0, 0.4)))
+    assert metrics["distance"][0].item() == pytest.approx(0.5 * 20 * 0.008)
+    assert metrics["mean_speed"][0].item() == pytest.approx(0.5)
+    assert {name: unit for name, (_, unit) in metrics.items()} == {"distance": "m", "mean_speed": "m/s"}
+
+
+def test_particles_without_mass_do_not_exist() -> None:
+    """A massless particle's velocity changes nothing, however large."""
+    motion = rigid(disc(), spin=0.0, velocity=(0.3, 0.0, 0.0))
+    motion.velocities[:, :, 0] = 1e6
+    motion.masses[:, 0] = 0.0
+    assert MovementSpeed().score(motion).item() == pytest.approx(0.3)
+
+
+def test_existing_particles_count_alike() -> None:
+    """The average is over particles, not over mass (A.1)."""
+    motion = rigid(disc(rings=1, spokes=2), spin=0.0, velocity=(0.0, 0.0, 0.0))
+    motion.velocities[:, 0, 0, 0] = 1.0
+    heavy = dataclasses.replace(motion, masses=torch.tensor([[9.0, 1.0]], dtype=torch.float64))
+    assert MovementSpeed().score(heavy).item() == pytest.approx(0.5)

@@ -1,0 +1,130 @@
+"""The door to physics: counting, refusing, and the same numbers however many worlds run side by side."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench.errors import BudgetExhaustedError, UsageError
+from zoobench.problem import Evaluation, Problem
+from zoobench.spec import Budget
+
+
+def _draws(problem: Problem, count: int) -> list[np.ndarray]:
+    rng = np.random.default_rng(0)
+    return [problem.initial(rng) for _ in range(count)]
+
+
+def test_every_substep_is_counted() -> None:
+    """Forward alone costs an episode; with a gradient it costs three times that."""
+    problem = Problem(cell())
+    episode = problem.substeps_per_episode
+    problem.evaluate_batch(_draws(problem, 3))
+    assert (problem.meter.forward, problem.meter.recomputed, problem.meter.backward) == (3 * episode, 0, 0)
+    problem.loss_and_grad_batch(_draws(problem, 2))
+    meter = problem.meter
+    assert (meter.forward, meter.recomputed, meter.backward) == (5 * episode, 2 * episode, 2 * episode)
+    assert meter.episodes == 5
+    assert meter.seconds > 0.0
+
+
+@pytest.mark.parametrize("gradient", [False, True])
+def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
+    """Exactly the budget fits; one evaluation more is refused and costs nothing."""
+    free = Problem(cell())
+    cost = free.substeps_per_episode * (3 if gradient else 1)
+    problem = Problem(cell(budget=Budget("substeps", 2 * cost)))
+    work = problem.loss_and_grad_batch if gradient else problem.evaluate_batch
+    assert problem.affords(2, gradient=gradient)
+    assert not problem.affords(3, gradient=gradient)
+    work(_draws(problem, 2))
+    assert problem.meter.fraction(problem.spec.budget) == 1.0
+    with pytest.raises(BudgetExhaustedError, match="substeps"):
+        work(_draws(problem, 1))
+    assert problem.meter.substeps == 2 * cost
+
+
+def test_episodes_are_a_budget_too() -> None:
+    """An evaluation is an episode, with a gradient or without."""
+    problem = Problem(cell(budget=Budget("episodes", 2)))
+    problem.loss_and_grad(_draws(problem, 1)[0])
+    assert problem.affords(1)
+    assert not problem.affords(2)
+    problem.evaluate(_draws(problem, 1)[0])
+    assert not problem.affords(1)
+
+
+def test_results_do_not_depend_on_how_many_run_side_by_side() -> None:
+    """Score and gradient of each are the same bits in one world, in threes, and all at once."""
+    results = []
+    for worlds in (1, 3, 8):
+        problem = Problem(cell(environment="desert"), worlds=worlds)
+        results.append(problem.loss_and_grad_batch(_draws(problem, 4)))
+    for other in results[1:]:
+        for (evaluation, slope), (expected, expected_slope) in zip(other, results[0], strict=True):
+            assert evaluation.score == expected.score
+            np.testing.assert_array_equal(slope, expected_slope)
+
+
+def test_evaluating_and_differentiating_agree() -> None:
+    """The score does not depend on whether a gradient was asked for."""
+    problem = Problem(cell())
+    params = _draws(problem, 1)[0]
+    assert problem.evaluate(params).score == problem.loss_and_grad(params)[0].score
+
+
+def test_muscles_move_the_robot() -> None:
+    """Without activity nothing moves but the settling body; with it the score responds."""
+    problem = Problem(cell(frames=20))
+    still = problem.evaluate(np.zeros(problem.parameter_count))
+    moved = problem.evaluate(3.0 * _draws(problem, 1)[0])
+    assert still.metrics["mean_speed"].value < 0.01
+    assert moved.metrics["mean_speed"].value > 3.0 * still.metrics["mean_speed"].value
+
+
+def test_parameters_that_cannot_be_used_are_refused() -> None:
+    """Another length, or a NaN, is named before anything is simulated."""
+    problem = Problem(cell())
+    with pytest.raises(UsageError, match="was expected"):
+        problem.evaluate(np.zeros(3))
+    with pytest.raises(UsageError, match="not finite"):
+        problem.evaluate(np.full(problem.parameter_count, math.nan))
+    assert problem.meter.substeps == 0
+
+
+def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gait too fast for the step is recorded, with a NaN gradient; the world beside it is unharmed."""
+    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.01)
+    problem = Problem(cell(frames=20))
+    wild, calm = 40.0 * _draws(problem, 1)[0], np.zeros(problem.parameter_count)
+    (bad, bad_slope), (good, good_slope) = problem.loss_and_grad_batch([wild, calm])
+    alone, alone_slope = Problem(cell(frames=20)).loss_and_grad(calm)
+    assert bad.divergence is not None
+    assert bad.score == -math.inf
+    assert not bad.metrics
+    assert np.isnan(bad_slope).all()
+    assert good.score == alone.score
+    np.testing.assert_array_equal(good_slope, alone_slope)
+    assert problem.meter.forward < 2 * problem.substeps_per_episode
+
+
+def test_an_evaluation_survives_its_checkpoint() -> None:
+    """State and back: the same numbers to the last bit."""
+    problem = Problem(cell())
+    evaluation = problem.evaluate(_draws(problem, 1)[0])
+    back = Evaluation.from_state(evaluation.state())
+    assert back.score == evaluation.score
+    assert back.metrics == evaluation.metrics
+    np.testing.assert_array_equal(back.reward, evaluation.reward)
+
+
+def test_the_meter_goes_on_where_it_stopped() -> None:
+    """Counts and earlier seconds are carried over; the clock adds to them."""
+    problem = Problem(cell())
+    problem.evaluate(_draws(problem, 1)[0])
+    state = problem.meter.state()
+    resumed = Problem(cell())
+    resumed.meter.restore(state)
+    assert resumed.meter.substeps == problem.meter.substeps
+    assert resumed.meter.seconds == state["earlier_seconds"] > 0.0

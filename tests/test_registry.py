@@ -1,0 +1,134 @@
+"""The registry: discovery, references made whole, and refusals that help."""
+
+import importlib.metadata
+from typing import Literal
+
+import pytest
+
+from zoobench import registry
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.registry import Kind, register
+from zoobench.spec import Ref
+
+
+@pytest.fixture(autouse=True)
+def _own_registry(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_components", {kind: {} for kind in Kind})
+    monkeypatch.setattr(registry, "_discovered", set(Kind))
+    monkeypatch.setattr(registry, "_failures", [])
+
+    @register(Kind.TASK, "hopping", tags=("new",))
+    def hopping(
+        *, height: float = 1, count: int = 3, side: Literal["left", "right"] = "left", soft: bool = True
+    ) -> str:
+        """Hop on one foot.
+
+        More text.
+        """
+        return f"{height} {count} {side} {soft}"
+
+    @register(Kind.TASK, "hopping", version=2)
+    def hopping_again(*, target: str) -> str:
+        """Hop to somewhere."""
+        return target
+
+
+def test_a_component_is_described_by_its_factory() -> None:
+    """Summary, tags and defaults come from docstring, decorator and signature."""
+    component = registry.get(Kind.TASK, "hopping", 1)
+    assert component.summary == "Hop on one foot."
+    assert component.tags == {"new"}
+    assert component.defaults == {"height": 1.0, "count": 3, "side": "left", "soft": True}
+
+
+def test_the_newest_version_is_the_default() -> None:
+    """Version 0 means the newest registered one."""
+    assert registry.get(Kind.TASK, "hopping").version == 2
+
+
+def test_a_resolved_reference_states_everything() -> None:
+    """Defaults are filled in and values take the parameter's type, so that equal runs have equal keys."""
+    whole = registry.resolve(Kind.TASK, Ref.parse("hopping-v1[height=2,count=4.0]"))
+    assert whole == Ref.parse("hopping-v1[height=2.0,count=4,side=left,soft=true]")
+    assert isinstance(whole.kwargs["height"], float)
+    assert isinstance(whole.kwargs["count"], int)
+    assert registry.resolve(Kind.TASK, whole) == whole
+
+
+def test_create_calls_the_factory_with_the_parameters() -> None:
+    """A reference becomes the component that it describes."""
+    assert registry.create(Kind.TASK, Ref.parse("hopping-v1[side=right]")) == "1.0 3 right True"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("hopping-v1[count=2.5]", "'count' must be of type int"),
+        ("hopping-v1[height=tall]", "'height' must be of type float"),
+        ("hopping-v1[height=nan]", "'height' must be of type float"),
+        ("hopping-v1[soft=1]", "'soft' must be of type bool"),
+        ("hopping-v1[side=up]", "Choose one of left, right"),
+        ("hopping-v1[heigth=2]", "Did you mean 'height'?"),
+        ("hopping", "hopping[target=...]"),
+        ("hopping-v7", "Known: hopping-v1, hopping-v2"),
+    ],
+)
+def test_a_reference_that_does_not_fit_is_refused(text: str, told: str) -> None:
+    """Each mistake in a reference is told with what would be right."""
+    with pytest.raises(UsageError) as caught:
+        registry.resolve(Kind.TASK, Ref.parse(text))
+    assert told in str(caught.value)
+
+
+def test_an_unknown_name_suggests_the_nearest() -> None:
+    """A misspelt name gets "did you mean"."""
+    with pytest.raises(UnknownNameError, match=r"Unknown task 'hoping'\. Did you mean 'hopping'\?"):
+        registry.get(Kind.TASK, "hoping")
+
+
+def test_a_name_is_registered_once() -> None:
+    """A second component of the same name and version is refused, and the first one stays."""
+    with pytest.raises(UsageError, match="registered already"):
+        register(Kind.TASK, "hopping")(lambda: None)
+    assert registry.create(Kind.TASK, Ref("hopping", 1)).startswith("1.0")
+
+
+@pytest.mark.parametrize("name", ["Hopping", "hop_ping", "", "hop--ping"])
+def test_a_name_is_kebab_case(name: str) -> None:
+    """A name that could not be typed as a reference is refused."""
+    with pytest.raises(UsageError, match="kebab-case"):
+        register(Kind.TASK, name)
+
+
+def test_a_factory_that_hides_its_parameters_is_refused() -> None:
+    """Parameters must have names, and defaults that a key can hold."""
+    with pytest.raises(UsageError, match="name every parameter"):
+        register(Kind.TASK, "loose")(lambda **anything: anything)
+    with pytest.raises(UsageError, match="has no type"):
+        register(Kind.TASK, "vague")(lambda where="here": where)
+
+    def nowhere(*, where: str | None = None) -> None: ...
+
+    with pytest.raises(UsageError, match="no bool, int, float or str"):
+        register(Kind.TASK, "nowhere")(nowhere)
+
+
+class _EntryPoint:
+    def __init__(self, name: str, error: Exception | None) -> None:
+        self.name, self._error = name, error
+
+    def load(self) -> None:
+        if self._error is not None:
+            raise self._error
+        register(Kind.ENV, self.name)(lambda: self.name)
+
+
+def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plug-in that cannot be imported is a failure to show; those beside it are loaded."""
+    points = {"zoobench.envs": [_EntryPoint("broken", ImportError("no such thing")), _EntryPoint("moon", None)]}
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.get(group, []))
+    monkeypatch.setattr(registry, "_discovered", set(Kind) - {Kind.ENV})
+    assert "moon" in registry.names(Kind.ENV)
+    assert [(failure.entry_point, failure.reason) for failure in registry.failures()] == [
+        ("broken", "ImportError: no such thing")
+    ]

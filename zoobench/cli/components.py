@@ -1,0 +1,196 @@
+"""`zoobench list` and `zoobench show`: what there is to choose from, and one thing in full."""
+
+from enum import StrEnum
+from inspect import getdoc
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, emit, emit_facts
+from zoobench.errors import UnknownNameError, UsageError
+
+if TYPE_CHECKING:
+    from zoobench.registry import Component
+
+
+class KindName(StrEnum):
+    """The kinds of components, as one types them."""
+
+    ENVS = "envs"
+    TASKS = "tasks"
+    DESIGNS = "designs"
+    CONTROLLERS = "controllers"
+    METHODS = "methods"
+    FIDELITIES = "fidelities"
+
+
+def list_components(
+    kind: Annotated[KindName | None, Argument(help="One kind only.")] = None,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """List what there is to choose from.
+
+    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version.
+    """
+    from zoobench import registry
+    from zoobench.report.listing import Listing
+
+    kinds = list(registry.Kind) if kind is None else [registry.Kind(kind)]
+    components = [registry.get(each, name) for each in kinds for name in registry.names(each)]
+    rows = tuple((str(item.kind), item.name, item.version, item.summary) for item in components)
+    emit(Listing(("kind", "name", "version", "summary"), rows), form)
+
+
+def show(
+    name: Annotated[str, Argument(help="A component (desert, diffphysics-v1), or a run by number or key.")],
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Show a component or a run in full.
+
+    A component with its parameters and their defaults; a run with its state, attempts, final values, origin, and the
+    command that repeats it.
+    """
+    from zoobench.report.listing import to_json
+
+    if form not in (Format.TABLE, Format.JSON):
+        raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
+    found = _components(name)
+    card: list[dict[str, Any]] | dict[str, Any]
+    card = [_component_card(component) for component in found] if found else _run_card(name, db)
+    if form is Format.JSON:
+        print(to_json(card))
+    elif isinstance(card, list):
+        _print_components(card)
+    else:
+        _print_run(card)
+
+
+def _components(text: str) -> list["Component"]:
+    """The components of that name, of whatever kind (some names are used by two)."""
+    from zoobench import registry
+    from zoobench.spec import Ref
+
+    if _may_be_run(text):
+        return []
+    ref = Ref.parse(text)
+    kinds = [kind for kind in registry.Kind if ref.name in registry.names(kind)]
+    return [registry.get(kind, ref.name, ref.version) for kind in kinds]
+
+
+def _may_be_run(text: str) -> bool:
+    return text[:1].isdigit()
+
+
+def _run_card(text: str, db: str) -> dict[str, Any]:
+    from pathlib import Path
+
+    from zoobench import registry
+
+    is_key = len(text) >= 4 and set(text.lower()) <= set("0123456789abcdef")
+    if not _may_be_run(text) and not (is_key and ("://" in db or Path(db).exists())):
+        known = [name for kind in registry.Kind for name in registry.names(kind)]
+        raise UnknownNameError("component", text, known)
+
+    from zoobench.db.store import Store
+    from zoobench.report.query import Result
+    from zoobench.report.views import run_card
+
+    with Store(db, create=False) as store:
+        run = store.run(text)
+        result = Result(run, {final.name: final for final in store.finals(run.id)})
+        return run_card(result, store.attempts(run.id))
+
+
+def _component_card(component: "Component") -> dict[str, Any]:
+    return {
+        "name": component.name,
+        "kind": component.kind.noun,
+        "version": component.version,
+        "summary": component.summary,
+        "description": getdoc(component.factory) or "",
+        "tags": sorted(component.tags),
+        "parameters": [
+            {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
+            for name, expected in component.parameters.items()
+        ],
+    }
+
+
+def _type_name(expected: Any) -> str:
+    return expected.__name__ if isinstance(expected, type) else str(expected).removeprefix("typing.")
+
+
+def _print_components(cards: list[dict[str, Any]]) -> None:
+    for card in cards:
+        parameters = [
+            (f"  {item['name']}", f"{item['type']}, default {item['default']}") for item in card["parameters"]
+        ]
+        emit_facts([("name", f"{card['name']} ({card['kind']}, version {card['version']})")])
+        print(f"\n{card['description']}\n")
+        if card["tags"]:
+            emit_facts([("tags", ", ".join(card["tags"]))])
+        print("parameters" if parameters else "no parameters")
+        emit_facts(parameters)
+
+
+def _print_run(card: dict[str, Any]) -> None:
+    from zoobench.report.listing import cell_text
+    from zoobench.report.views import AXES, duration
+    from zoobench.spec import RunSpec
+
+    spec = RunSpec.from_dict(card["spec"])
+    emit_facts(
+        [
+            ("run", f"{card['run']}{' (smoke: the numbers mean nothing)' if card['is_smoke'] else ''}"),
+            ("key", card["key"]),
+            *((axis, str(getattr(spec, axis))) for axis in AXES),
+            ("seed", str(spec.seed)),
+            ("frames", str(spec.frames)),
+            ("budget", str(spec.budget)),
+            ("state", card["state"] + (f": {card['reason']}" if card["reason"] else "")),
+            ("time", duration(card["seconds"])),
+        ]
+    )
+    for title, entries in (("finals", _final_facts(card)), ("attempts", _attempt_facts(card))):
+        print(f"\n{title}" + ("" if entries else ": none"))
+        emit_facts(entries)
+    if card["attempts"]:
+        print("\nprovenance of the last attempt")
+        provenance = card["attempts"][-1]["provenance"]
+        emit_facts((f"  {name}", cell_text(value)) for name, value in _flat(provenance))
+    print(f"\nrepeat it in another database with\n  {card['repeat']}")
+
+
+def _final_facts(card: dict[str, Any]) -> list[tuple[str, str]]:
+    from zoobench.report.listing import cell_text
+
+    return [
+        (f"  {name}", f"{cell_text(final['value'])} {final['unit']}".rstrip()) for name, final in card["finals"].items()
+    ]
+
+
+def _attempt_facts(card: dict[str, Any]) -> list[tuple[str, str]]:
+    from zoobench.report.views import duration
+
+    facts = []
+    for attempt in card["attempts"]:
+        text = attempt["outcome"]
+        text += f" after {duration(attempt['seconds'])}" if attempt["seconds"] is not None else ""
+        text += ", resumed from a checkpoint" if attempt["resumed"] else ""
+        text += f", killed by signal {attempt['signal']}" if attempt["signal"] else ""
+        text += f": {attempt['reason']}" if attempt["reason"] else ""
+        facts.append((f"  {attempt['number']}", text))
+    return facts
+
+
+def _flat(data: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Nested plain data as dotted names."""
+    facts: list[tuple[str, Any]] = []
+    for name, value in data.items():
+        if isinstance(value, dict):
+            facts += _flat(value, f"{prefix}{name}.")
+        else:
+            facts.append((prefix + name, ", ".join(map(str, value)) if isinstance(value, list) else value))
+    return facts

@@ -1,0 +1,122 @@
+"""`zoobench results`, `table` and `logs`: what the database holds of finished and unfinished runs."""
+
+from datetime import datetime
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Argument, Option
+
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    ChosenDesignOption,
+    ChosenEnvOption,
+    ChosenFidelityOption,
+    ChosenMethodOption,
+    ChosenTaskOption,
+    DatabaseOption,
+    FormatOption,
+)
+from zoobench.cli.output import Format, emit, say
+
+if TYPE_CHECKING:
+    from zoobench.report.footer import Footer
+    from zoobench.report.tables import Table
+
+
+def results(
+    env: ChosenEnvOption = "",
+    task: ChosenTaskOption = "",
+    design: ChosenDesignOption = "",
+    method: ChosenMethodOption = "",
+    fidelity: ChosenFidelityOption = "",
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Print one row per run.
+
+    The table gives the score; csv, json and md give every final value and all settings.
+    """
+    from zoobench.db.store import Store
+    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.views import results_listing, results_overview, results_records
+
+    with Store(db, create=False) as store:
+        found = choose_results(store, Choice(env, task, design, "", method, fidelity))
+    listing = results_overview(found) if form is Format.TABLE else results_listing(found)
+    emit(listing, form, records=results_records(found))
+    if any(result.is_smoke for result in found):
+        say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
+
+
+def table(
+    env: ChosenEnvOption = "",
+    task: ChosenTaskOption = "",
+    design: ChosenDesignOption = "",
+    method: ChosenMethodOption = "",
+    fidelity: ChosenFidelityOption = "",
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Compare the methods, with 95 % intervals.
+
+    Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget and
+    episode length, and below it where the numbers come from. Smoke runs are left out.
+    """
+    from zoobench.db.store import Store
+    from zoobench.report.footer import footer
+    from zoobench.report.query import Choice, choose_results, origins
+    from zoobench.report.tables import score_tables
+
+    choice = Choice(env, task, design, "", method, fidelity)
+    with Store(db, create=False) as store:
+        counted = [result for result in choose_results(store, choice) if not result.is_smoke]
+        tables = score_tables(counted)
+        command = ["zoobench", "table", *choice.options(), "--format", str(form)]
+        foot = footer(tables, origins(store, counted), command)
+    _print_tables(tables, foot, form)
+    if not tables:
+        say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
+
+
+def logs(
+    run: Annotated[str, Argument(help="A run, by its number or the start of its key.")],
+    attempt: Annotated[int | None, Option("--attempt", help="One attempt only.")] = None,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Print what a run said, and its traceback."""
+    from zoobench.db.store import Store
+
+    with Store(db, create=False) as store:
+        found = store.run(run)
+        lines = store.logs(found.id, attempt=attempt)
+        attempts = [item for item in store.attempts(found.id) if attempt in (None, item.number)]
+    for item in attempts:
+        say(f"attempt {item.number} of run {found.id}: {item.outcome}{f', {item.reason}' if item.reason else ''}")
+        for line in lines:
+            if line.attempt == item.number:
+                print(f"{datetime.fromtimestamp(line.at):%H:%M:%S}  {line.text}")
+        if item.traceback:
+            print(item.traceback.rstrip())
+    if not lines and not any(item.traceback for item in attempts):
+        say(f"Run {found.id} is {found.state} and has said nothing.")
+
+
+def _print_tables(tables: "list[Table]", foot: "Footer", form: Format) -> None:
+    from dataclasses import asdict
+
+    from zoobench.report.listing import to_json
+    from zoobench.report.tables import long_listing, table_listing
+
+    if form is Format.JSON:
+        print(to_json({"cells": long_listing(tables).records(), "provenance": asdict(foot)}))
+    elif form is Format.CSV:
+        emit(long_listing(tables), form)
+        for line in foot.lines():
+            say(line)
+    else:
+        mark = "### " if form is Format.MD else ""
+        for item in tables:
+            print(f"{mark}Score: {item.title}\n")
+            emit(table_listing(item), form)
+            print()
+        for line in foot.lines() if tables else ():
+            print(f"- {line}" if form is Format.MD else line)

@@ -1,0 +1,75 @@
+"""`zoobench doctor` and `zoobench bench`: is this machine fit, and how fast is it."""
+
+from typing import Annotated
+
+from typer import Exit, Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, emit, say
+from zoobench.errors import UsageError
+
+
+def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
+    """Check this installation and machine.
+
+    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if something is
+    broken.
+    """
+    from zoobench.report.listing import Listing
+    from zoobench.studies.doctor import Verdict, examine
+
+    checks = list(examine(db))
+    rows = tuple((check.name, str(check.verdict), check.detail) for check in checks)
+    emit(Listing(("check", "verdict", "detail"), rows), form)
+    if any(check.verdict is Verdict.PROBLEM for check in checks):
+        raise Exit(1)
+
+
+def bench(
+    scenes: Annotated[str, Option("--scenes", help="Environments to measure; all if not given.")] = "",
+    particles: Annotated[str, Option("--particles", help="Particle counts to come close to.")] = "10000",
+    gradients: Annotated[bool, Option(help="Measure the backward pass too.")] = True,
+    repeats: Annotated[int, Option("--repeats", min=1, help="Measured episodes, of which the median.")] = 5,
+    precision: Annotated[int, Option("--precision", help="32 or 64 bits.")] = 32,
+    device: Annotated[str, Option("--device", help="cpu or cuda.")] = "cpu",
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Measure how fast the simulator is here.
+
+    Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
+    and a filled cache; peak memory [MiB].
+    """
+    from dataclasses import astuple, fields
+
+    from zoobench.report.listing import Listing
+    from zoobench.studies.bench import BenchCase, BenchRow, scene_names
+    from zoobench.studies.bench import bench as measure
+
+    if precision not in (32, 64) or device not in ("cpu", "cuda"):
+        raise UsageError(f"No {precision} bits on {device!r}. The precision is 32 or 64, the device cpu or cuda.")
+
+    def tell(case: BenchCase) -> None:
+        say(f"measuring {case.scene} with about {case.particle_count} particles")
+
+    rows = measure(
+        [name.strip() for name in scenes.split(",")] if scenes else scene_names(),
+        parse_counts(particles),
+        gradients=gradients,
+        repeats=repeats,
+        precision=precision,
+        device=device,
+        on_case=tell,
+    )
+    emit(Listing(tuple(field.name for field in fields(BenchRow)), tuple(map(astuple, rows))), form)
+
+
+def parse_counts(text: str) -> list[int]:
+    """Read `1000,10000` as numbers of particles.
+
+    Raises:
+        UsageError: something else.
+    """
+    try:
+        return [int(word) for word in text.split(",")]
+    except ValueError:
+        raise UsageError(f"Cannot read {text!r} as particle counts. Write for example 1000,10000.") from None

@@ -1,0 +1,67 @@
+"""The command line: every command is registered here, and every error that a user can act on ends here."""
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+from typer import Exit, Option, Typer
+
+from zoobench import __version__
+from zoobench.cli.components import list_components, show
+from zoobench.cli.listings import logs, results, table
+from zoobench.cli.machine import bench, doctor
+from zoobench.cli.plan import plan
+from zoobench.cli.run import run
+from zoobench.cli.status import status
+from zoobench.errors import ZoobenchError
+
+app = Typer(
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help reads the same in a terminal, a pipe and the README
+)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(f"zoobench {__version__}")
+        raise Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Which body, which brain and which algorithm wins in which environment.
+
+    Start with: zoobench run --env desert --task turning
+    """
+
+
+app.command("list")(list_components)
+app.command("show")(show)
+app.command("plan")(plan)
+app.command("run")(run)
+app.command("status")(status)
+app.command("results")(results)
+app.command("table")(table)
+app.command("logs")(logs)
+app.command("doctor")(doctor)
+app.command("bench")(bench)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line, that of the process for None; returns the exit code of a ZoobenchError.
+
+    Every other ending is a SystemExit: 0 ok, 1 some run failed or a check fell short, 2 usage, 130 interrupted.
+    """
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="zoobench")
+    except ZoobenchError as error:
+        print(f"Error: {error}", file=sys.stderr)
+        return error.exit_code
+    return 0

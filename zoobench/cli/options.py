@@ -1,0 +1,37 @@
+"""Options that several commands share, each described once."""
+
+from typing import Annotated
+
+from typer import Option
+
+from zoobench.cli.output import Format
+
+DEFAULT_DATABASE = "zoobench.db"
+
+DatabaseOption = Annotated[str, Option("--db", envvar="ZOOBENCH_DB", help="The database: a path, or a PostgreSQL URL.")]
+FormatOption = Annotated[Format, Option("--format", "-f", help="How to print.")]
+
+EnvOption = Annotated[str, Option("--env", help="Environments: names or globs, separated by commas.")]
+TaskOption = Annotated[str, Option("--task", help="Tasks.")]
+DesignOption = Annotated[str, Option("--design", help="Designs; the preset's if not given.")]
+ControllerOption = Annotated[str, Option("--controller", help="Controllers; the preset's if not given.")]
+MethodOption = Annotated[
+    str, Option("--method", help="Methods, as in 'random,diffphysics[lr=0.05]'; the preset's if not given.")
+]
+SeedsOption = Annotated[str, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
+PresetOption = Annotated[
+    str, Option("--preset", help="Settings that go together: smoke, quick or paper.", show_default="quick")
+]
+SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
+BudgetOption = Annotated[
+    str, Option("--budget", help="What each run may spend, as in '200000 substeps' or '60 seconds'.")
+]
+FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
+FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'quick[precision=64]'.")]
+WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
+
+ChosenEnvOption = Annotated[str, Option("--env", help="Only these environments: names or globs.")]
+ChosenTaskOption = Annotated[str, Option("--task", help="Only these tasks.")]
+ChosenDesignOption = Annotated[str, Option("--design", help="Only these designs.")]
+ChosenMethodOption = Annotated[str, Option("--method", help="Only these methods.")]
+ChosenFidelityOption = Annotated[str, Option("--fidelity", help="Only this fidelity.")]

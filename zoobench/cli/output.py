@@ -1,0 +1,103 @@
+"""How commands speak: data on standard output, talk on standard error."""
+
+import sys
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from zoobench.report.listing import Listing
+
+_UNLIMITED = 10_000  # columns; off a terminal nothing is folded or cut
+
+
+class Format(StrEnum):
+    """How a listing is printed."""
+
+    TABLE = "table"
+    CSV = "csv"
+    JSON = "json"
+    MD = "md"
+
+
+def say(text: str) -> None:
+    """A line for the person at the terminal, on standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
+    """Print a listing as data; `records` replaces its rows in the JSON form."""
+    from zoobench.report.listing import to_csv, to_json, to_markdown
+
+    if form is Format.JSON:
+        print(to_json(listing.records() if records is None else records))
+    elif form is Format.CSV:
+        print(to_csv(listing))
+    elif form is Format.MD:
+        print(to_markdown(listing))
+    else:
+        _print_table(listing)
+
+
+def _print_table(listing: "Listing") -> None:
+    out = console()
+    if out.is_terminal:
+        out.print(rich_table(listing))
+        return
+    with out.capture() as captured:
+        out.print(rich_table(_with_stars(listing)))
+    for line in captured.get().splitlines():
+        print(line.rstrip())
+
+
+def _with_stars(listing: "Listing") -> "Listing":
+    """The listing with a star after each bold cell, for where bold cannot be seen."""
+    from dataclasses import replace
+
+    from zoobench.report.listing import cell_text
+
+    rows = tuple(
+        tuple(f"{cell_text(cell)} *" if (number, place) in listing.bold else cell for place, cell in enumerate(row))
+        for number, row in enumerate(listing.rows)
+    )
+    return replace(listing, rows=rows)
+
+
+def emit_facts(facts: Iterable[tuple[str, str]]) -> None:
+    """Print named facts below each other, the names aligned."""
+    pairs = list(facts)
+    width = max((len(name) for name, _ in pairs), default=0)
+    for name, text in pairs:
+        print(f"{name:<{width}}  {text}".rstrip())
+
+
+def console(*, stderr: bool = False) -> "Console":
+    """A Rich console that folds to a terminal's width and leaves lines whole elsewhere."""
+    from rich.console import Console
+
+    found = Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+    if not found.is_terminal:
+        found.width = _UNLIMITED
+    return found
+
+
+def rich_table(listing: "Listing") -> "Table":
+    """The listing as a Rich table: numbers to the right, the stressed cells bold."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    from zoobench.report.listing import cell_text
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for index, name in enumerate(listing.columns):
+        cells = [row[index] for row in listing.rows]
+        is_number = any(isinstance(cell, int | float) for cell in cells)
+        table.add_column(Text(name), justify="right" if is_number else "left")
+    for number, row in enumerate(listing.rows):
+        styles = ["bold" if (number, place) in listing.bold else "" for place in range(len(row))]
+        table.add_row(*(Text(cell_text(cell), style) for cell, style in zip(row, styles, strict=True)))
+    return table

@@ -1,0 +1,84 @@
+"""`zoobench plan`: what `run` would do, and for how long. Nothing runs and nothing is written."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    BudgetOption,
+    ControllerOption,
+    DatabaseOption,
+    DesignOption,
+    EnvOption,
+    FidelityOption,
+    FormatOption,
+    FramesOption,
+    MethodOption,
+    PresetOption,
+    SeedsOption,
+    SmokeOption,
+    TaskOption,
+    WorkersOption,
+)
+from zoobench.cli.output import Format, emit, say
+from zoobench.cli.selection import Selection
+
+if TYPE_CHECKING:
+    from zoobench.report.query import Result
+
+
+def plan(
+    env: EnvOption,
+    task: TaskOption,
+    design: DesignOption = "",
+    controller: ControllerOption = "",
+    method: MethodOption = "",
+    seeds: SeedsOption = "",
+    preset: PresetOption = "",
+    smoke: SmokeOption = False,
+    budget: BudgetOption = "",
+    frames: FramesOption = None,
+    fidelity: FidelityOption = "",
+    jobs: WorkersOption = 2,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Show what `run` would do, and for how long.
+
+    Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
+    """
+    from zoobench.harness.grid import Skip, expand
+    from zoobench.report.estimate import estimate_seconds, total_seconds
+    from zoobench.report.views import duration, plan_listing
+
+    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity).grid()
+    cells = expand(chosen)
+    past = _past_results(db)
+    states = {result.run.key: str(result.run.state) for result in past}
+    specs = [cell for cell in cells if not isinstance(cell, Skip)]
+    known = [states.get(spec.key(), "new") for spec in specs]
+    estimates = [estimate_seconds(spec, past) for spec in specs]
+    emit(plan_listing(specs, known, estimates), form)
+
+    open_estimates = [seconds for seconds, state in zip(estimates, known, strict=True) if state in _TO_DO]
+    skips = [cell for cell in cells if isinstance(cell, Skip)]
+    say(
+        f"{len(open_estimates)} runs to do of {len(specs)}, {len(skips)} skipped; "
+        f"estimated time with {jobs} at once: {duration(total_seconds(open_estimates, jobs))}"
+    )
+    for skip in skips:
+        say(f"  skipped {skip.spec}: {skip.reason}")
+
+
+_TO_DO = ("new", "queued", "running", "skipped")
+
+
+def _past_results(db: str) -> "list[Result]":
+    """The results to judge by; none if there is no database yet."""
+    if "://" not in db and not Path(db).exists():
+        return []
+    from zoobench.db.store import Store
+    from zoobench.report.query import Choice, choose_results
+
+    with Store(db, create=False) as store:
+        return choose_results(store, Choice())

@@ -1,0 +1,168 @@
+"""What one sees while runs go on: bars on a terminal, plain lines elsewhere. All of it on standard error."""
+
+import time
+from collections.abc import Collection
+from types import TracebackType
+from typing import TYPE_CHECKING, Protocol, Self
+
+from zoobench.cli.output import console, say
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
+
+    from zoobench.db.rows import RunRow
+
+_PLAIN_SECONDS = 15.0  # between two lines about one run in progress
+
+
+class Display(Protocol):
+    """Something that shows the state of a set of runs; used as a context."""
+
+    def update(self, rows: "list[RunRow]") -> None:
+        """Show this state."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+def display(run_ids: Collection[int]) -> Display:
+    """Bars on a terminal, lines elsewhere."""
+    return Bars(run_ids) if console(stderr=True).is_terminal else Lines(run_ids)
+
+
+class Pace:
+    """Time left for a set of runs, judged by what was done since the start of this command."""
+
+    def __init__(self) -> None:
+        self._start: tuple[float, float] | None = None
+
+    def seconds_left(self, rows: "list[RunRow]") -> float | None:
+        """Wall time left [s]; None while nothing has moved yet."""
+        now, done = time.monotonic(), sum(_share(row) for row in rows)
+        if self._start is None:
+            self._start = (now, done)
+        begun, before = self._start
+        return None if done <= before else (now - begun) * (len(rows) - done) / (done - before)
+
+
+class Lines:
+    """A line when a run starts or ends, and now and then one in between."""
+
+    def __init__(self, run_ids: Collection[int]) -> None:
+        self._total = len(run_ids)
+        self._told: dict[int, tuple[str, float]] = {}
+
+    def update(self, rows: "list[RunRow]") -> None:
+        """Print what is new since the last call."""
+        from zoobench.db.rows import RunState
+
+        settled = sum(_is_settled(row) for row in rows)
+        now = time.monotonic()
+        for row in rows:
+            state, at = self._told.get(row.id, ("", now))
+            is_news = state != row.state and row.state is not RunState.QUEUED
+            if not is_news and not (row.state is RunState.RUNNING and now - at >= _PLAIN_SECONDS):
+                continue
+            self._told[row.id] = (row.state, now)
+            text = _ending(row) if _is_settled(row) else f"running   {_name(row)}{_standing(row)}"
+            say(f"[{settled}/{self._total}] {text}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return
+
+
+class Bars:
+    """One bar per run in progress with its score so far, and one for all runs."""
+
+    def __init__(self, run_ids: Collection[int]) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        self._progress = Progress(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=24),
+            TextColumn("{task.fields[standing]}", markup=False),
+            console=console(stderr=True),
+        )
+        self._all = self._progress.add_task("all runs", total=len(run_ids), standing="")
+        self._bars: dict[int, TaskID] = {}
+        self._settled: set[int] = set()
+        self._pace = Pace()
+
+    def update(self, rows: "list[RunRow]") -> None:
+        """Move the bars; a run that has ended becomes a line above them."""
+        from zoobench.db.rows import RunState
+        from zoobench.report.views import duration
+
+        for row in rows:
+            if _is_settled(row):
+                self._close(row)
+            elif row.state is RunState.RUNNING:
+                self._move(row)
+        left = self._pace.seconds_left(rows)
+        standing = f"{len(self._settled)} of {len(rows)} done, {duration(left)} left" if left is not None else ""
+        self._progress.update(self._all, completed=sum(_share(row) for row in rows), standing=standing)
+
+    def _move(self, row: "RunRow") -> None:
+        if row.id not in self._bars:
+            self._bars[row.id] = self._progress.add_task(_name(row), total=None, standing="starting")
+        if row.fraction > 0:
+            self._progress.update(
+                self._bars[row.id], total=1.0, completed=row.fraction, standing=_standing(row).lstrip(", ")
+            )
+
+    def _close(self, row: "RunRow") -> None:
+        if row.id in self._settled:
+            return
+        self._settled.add(row.id)
+        if row.id in self._bars:
+            self._progress.remove_task(self._bars.pop(row.id))
+        self._progress.console.print(_ending(row))
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+
+def _is_settled(row: "RunRow") -> bool:
+    from zoobench.db.rows import OPEN_STATES
+
+    return row.state not in OPEN_STATES
+
+
+def _share(row: "RunRow") -> float:
+    return 1.0 if _is_settled(row) else row.fraction
+
+
+def _name(row: "RunRow") -> str:
+    return f"{row.id} {row.spec}"
+
+
+def _standing(row: "RunRow") -> str:
+    """How far a run in progress is, as the tail of a line."""
+    from zoobench.report.views import duration
+
+    if row.fraction <= 0:
+        return ""
+    score = "" if row.score is None else f", score {row.score:.4g}"
+    return f", {row.fraction:.0%}{score}, {duration(row.seconds_left)} left"
+
+
+def _ending(row: "RunRow") -> str:
+    from zoobench.report.views import duration
+
+    score = "" if row.score is None else f", score {row.score:.4g}"
+    reason = f": {row.reason}" if row.reason else ""
+    return f"{row.state:<9} {_name(row)}{score}, {duration(row.seconds)}{reason}"

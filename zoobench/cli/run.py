@@ -1,0 +1,171 @@
+"""`zoobench run`: do what was asked for and is not done yet."""
+
+import os
+import re
+import shlex
+from collections.abc import Iterable
+from enum import StrEnum
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Exit, Option
+
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    BudgetOption,
+    ControllerOption,
+    DatabaseOption,
+    DesignOption,
+    EnvOption,
+    FidelityOption,
+    FramesOption,
+    MethodOption,
+    PresetOption,
+    SeedsOption,
+    SmokeOption,
+    TaskOption,
+    WorkersOption,
+)
+from zoobench.cli.output import say
+from zoobench.cli.selection import Selection
+from zoobench.errors import UsageError
+
+if TYPE_CHECKING:
+    from zoobench.db.rows import EnqueueReport, RunRow
+    from zoobench.db.store import Store
+    from zoobench.harness.grid import Skip
+
+_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
+
+
+class Retry(StrEnum):
+    """Which unsuccessful runs to try again."""
+
+    FAILED = "failed"
+    DIVERGED = "diverged"
+    TIMEOUT = "timeout"
+    ALL = "all"
+
+
+def run(
+    env: EnvOption,
+    task: TaskOption,
+    design: DesignOption = "",
+    controller: ControllerOption = "",
+    method: MethodOption = "",
+    seeds: SeedsOption = "",
+    preset: PresetOption = "",
+    smoke: SmokeOption = False,
+    budget: BudgetOption = "",
+    frames: FramesOption = None,
+    fidelity: FidelityOption = "",
+    jobs: WorkersOption = 2,
+    timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
+    retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
+    rerun: Annotated[
+        str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
+    ] = "",
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Run every combination that is not done yet.
+
+    Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
+    preset decides.
+    """
+    from zoobench.cli.progress import display
+    from zoobench.db.store import Store
+    from zoobench.harness.grid import Skip, expand
+    from zoobench.harness.launch import launch
+
+    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity).grid()
+    limit = parse_duration(timeout) if timeout else None
+    cells = expand(chosen)
+    skips = [cell for cell in cells if isinstance(cell, Skip)]
+    with Store(db) as store:
+        report = store.enqueue(
+            [cell for cell in cells if not isinstance(cell, Skip)],
+            skips=[(skip.spec, skip.reason) for skip in skips],
+        )
+        again = _queue_again(store, report, retry, rerun)
+    _tell_plan(report, again, skips)
+    todo = sorted({*report.open, *again})
+    try:
+        with display(todo) as shown:
+            rows = launch(db, todo, jobs=jobs, timeout=limit, on_update=shown.update) if todo else []
+    except KeyboardInterrupt:
+        say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
+        raise Exit(130) from None
+    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=chosen.fidelity.name == "smoke")
+
+
+def parse_duration(text: str) -> float:
+    """Read `90`, `90s`, `10min` or `1.5h` as seconds.
+
+    Raises:
+        UsageError: another shape, or no time at all.
+    """
+    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(s|min|m|h)?\s*", text)
+    seconds = float(match[1]) * _UNITS[match[2] or ""] if match else 0.0
+    if seconds <= 0:
+        raise UsageError(f"Cannot read {text!r} as a time limit. Write for example 90s, 10min or 2h.")
+    return seconds
+
+
+def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, rerun: str) -> list[int]:
+    """Put back into the queue what --retry and --rerun name among the runs of this command; their ids."""
+    from zoobench.db.rows import UNSUCCESSFUL_STATES, RunState
+
+    again: list[int] = []
+    if retry is not None:
+        states = UNSUCCESSFUL_STATES if retry is Retry.ALL else (RunState(retry.value),)
+        again += store.retry(report.existing_failed, states=states)
+    if rerun:
+        settled = store.runs(ids=[*report.existing_done, *report.existing_failed])
+        named = [row.id for row in settled if _has_name(row, rerun)]
+        again += store.retry(named, states=(RunState.DONE, *UNSUCCESSFUL_STATES))
+        if not named:
+            say(f"--rerun {rerun}: none of the finished runs has a component of that name.")
+    return again
+
+
+def _has_name(row: "RunRow", glob: str) -> bool:
+    spec = row.spec
+    refs = (spec.env, spec.task, spec.design, spec.controller, spec.method)
+    return any(fnmatchcase(ref.name, glob) for ref in refs)
+
+
+def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]") -> None:
+    groups = {
+        "new": report.new,
+        "under way": report.existing_open,
+        "to be done again": again,
+        "done already": set(report.existing_done) - set(again),
+        "unsuccessful before (--retry all tries them again)": set(report.existing_failed) - set(again),
+        "skipped": report.skipped,
+    }
+    always = ("new", "done already", "skipped")
+    say(", ".join(f"{len(ids)} {name}" for name, ids in groups.items() if ids or name in always))
+    for skip in skips:
+        say(f"  skipped {skip.spec}: {skip.reason}")
+
+
+def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smoke: bool) -> None:
+    """Say what failed and what to type next; the exit code is 1 if some run did not succeed."""
+    from zoobench.db.rows import RunState
+    from zoobench.report.views import counts_text
+
+    failed = [row for row in rows if row.state is not RunState.DONE]
+    if rows:
+        states = [row.state for row in rows]
+        say(counts_text({state: states.count(state) for state in states}))
+    for row in failed:
+        say(f"  why run {row.id} {row.state}: {_command('logs', str(row.id), db=db)}")
+    say(f"Next: {_command('results' if is_smoke else 'table', db=db)}")
+    if failed or failed_before:
+        raise Exit(1)
+
+
+def _command(*words: str, db: str) -> str:
+    """A command to type in the same place, naming the database where it must."""
+    is_known = db in (DEFAULT_DATABASE, os.environ.get("ZOOBENCH_DB"))
+    return shlex.join(["zoobench", *words, *([] if is_known else ["--db", db])])

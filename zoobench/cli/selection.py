@@ -1,0 +1,79 @@
+"""From the words after `run` and `plan` to a grid."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from zoobench.errors import UsageError
+
+if TYPE_CHECKING:
+    from zoobench.harness.grid import GridSpec
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was typed; an empty text or None leaves the choice to the preset."""
+
+    env: str
+    task: str
+    design: str = ""
+    controller: str = ""
+    method: str = ""
+    seeds: str = ""
+    preset: str = ""
+    smoke: bool = False
+    budget: str = ""
+    frames: int | None = None
+    fidelity: str = ""
+
+    def grid(self) -> "GridSpec":
+        """The grid that was asked for.
+
+        Raises:
+            UsageError: something cannot be read; UnknownNameError: something is not known.
+        """
+        from zoobench.harness import presets
+        from zoobench.harness.grid import parse_selector
+        from zoobench.registry import Kind
+        from zoobench.spec import Budget, Ref
+
+        def chosen(text: str, kind: Kind) -> list[Ref] | None:
+            return parse_selector(text, kind) if text else None
+
+        return presets.get(self._preset_name()).grid(
+            parse_selector(self.env, Kind.ENV),
+            parse_selector(self.task, Kind.TASK),
+            designs=chosen(self.design, Kind.DESIGN),
+            controllers=chosen(self.controller, Kind.CONTROLLER),
+            methods=chosen(self.method, Kind.METHOD),
+            seeds=parse_seeds(self.seeds) if self.seeds else None,
+            budget=Budget.parse(self.budget) if self.budget else None,
+            fidelity=Ref.parse(self.fidelity) if self.fidelity else None,
+            frames=self.frames,
+        )
+
+    def _preset_name(self) -> str:
+        from zoobench.harness import presets
+
+        if self.smoke and self.preset not in ("", "smoke"):
+            raise UsageError(f"--smoke is a preset, and --preset {self.preset} was given too. Leave one out.")
+        return "smoke" if self.smoke else self.preset or presets.DEFAULT
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Read `3` as the seeds 0, 1, 2, and `0,4,7` (or `4,` for one) as those seeds.
+
+    Raises:
+        UsageError: no whole numbers, a negative one, or no seed at all.
+    """
+    words = [word.strip() for word in text.split(",")]
+    try:
+        numbers = [int(word) for word in words if word]
+    except ValueError:
+        raise UsageError(f"Cannot read {text!r} as seeds. Write how many (3), or which (0,1,2).") from None
+    if any(number < 0 for number in numbers):
+        raise UsageError(f"The seeds {text!r} hold a negative number. Give whole numbers from 0 upwards.")
+    if len(words) == 1:
+        numbers = list(range(numbers[0])) if numbers else []
+    if not numbers:
+        raise UsageError(f"{text!r} means no seed at all. Give at least 1.")
+    return tuple(dict.fromkeys(numbers))

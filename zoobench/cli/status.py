@@ -1,0 +1,75 @@
+"""`zoobench status`: what is going on in a database, from any terminal."""
+
+import time
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, console, emit, rich_table, say
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from zoobench.db.store import Store
+
+_REFRESH_SECONDS = 1.0
+
+
+def status(
+    watch: Annotated[bool, Option("--watch", "-w", help="Refresh until nothing is left to do.")] = False,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Count the runs and show those in progress.
+
+    For each: attempt, share of the budget used, best score so far, seconds since it last reported a metric, seconds
+    that its worker's lease still lasts, time left.
+    """
+    from zoobench.db.store import Store
+
+    with Store(db, create=False) as store:
+        if watch and form is Format.TABLE:
+            _watch(store)
+        else:
+            _print_once(store, form)
+
+
+def _print_once(store: "Store", form: Format) -> None:
+    from zoobench.db.rows import RunState
+    from zoobench.report.views import counts_text, running_listing
+
+    counts = store.counts()
+    listing = running_listing(store.runs(states=[RunState.RUNNING]))
+    if form is Format.JSON:
+        emit(listing, form, records={"counts": counts, "running": listing.records()})
+        return
+    if form is Format.TABLE:
+        print(counts_text(counts))
+    else:
+        say(counts_text(counts))
+    if listing.rows or form is not Format.TABLE:
+        emit(listing, form)
+
+
+def _watch(store: "Store") -> None:
+    from rich.live import Live
+
+    from zoobench.db.rows import OPEN_STATES
+
+    with Live(_picture(store), console=console(), auto_refresh=False) as live:
+        while any(store.counts().get(state) for state in OPEN_STATES):
+            time.sleep(_REFRESH_SECONDS)
+            live.update(_picture(store), refresh=True)
+
+
+def _picture(store: "Store") -> "RenderableType":
+    from rich.console import Group
+    from rich.text import Text
+
+    from zoobench.db.rows import RunState
+    from zoobench.report.views import counts_text, running_listing
+
+    listing = running_listing(store.runs(states=[RunState.RUNNING]))
+    counts = Text(counts_text(store.counts()))
+    return Group(counts, rich_table(listing)) if listing.rows else counts

@@ -1,0 +1,66 @@
+"""The sine basis (specification G): open loop, every muscle a weighted sum of sine waves."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import UsageError
+from zoobench.registry import Kind, register
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@register(Kind.CONTROLLER, "sine-basis", tags=("open-loop",))
+@dataclass(frozen=True, kw_only=True)
+class SineBasis:
+    """Sine waves of two frequencies and four phases, weighted for every muscle.
+
+    a_k(t) = tanh(b_k + sum_ij W_kij sin(omega_i t + 2 pi j / phases)), at the start t of a control frame and
+    held over it. The parameter vector is W, muscle by muscle and slow waves first, then b.
+
+    * `slow`, `fast`: omega [rad/s]; the specification's 20 and 80.
+    * `phases`: per frequency; the specification's 4.
+    * `scale`: standard deviation of the initial weights; biases start at 0.
+    """
+
+    slow: float = 20.0
+    fast: float = 80.0
+    phases: int = 4
+    scale: float = 0.3
+
+    def __post_init__(self) -> None:
+        if self.phases < 1 or self.scale <= 0:
+            raise UsageError(
+                f"A sine basis with {self.phases} phases and initial scale {self.scale:g} controls nothing. "
+                "Give at least 1 phase and a positive scale."
+            )
+
+    @property
+    def wave_count(self) -> int:
+        """How many waves a muscle is the sum of."""
+        return 2 * self.phases
+
+    def parameter_count(self, muscle_count: int) -> int:
+        """One weight per wave and one bias for every muscle."""
+        return muscle_count * (self.wave_count + 1)
+
+    def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
+        """Normal weights, zero biases."""
+        weights = rng.normal(0.0, self.scale, muscle_count * self.wave_count)
+        return np.concatenate([weights, np.zeros(muscle_count)])
+
+    def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
+        """Activity `[frames, worlds, muscle_count]`."""
+        import torch
+
+        offsets = times.new_tensor([2.0 * math.pi * phase / self.phases for phase in range(self.phases)])
+        omegas = times.new_tensor([self.slow, self.fast])
+        angles = times[:, None, None] * omegas[:, None] + offsets
+        waves = torch.sin(angles).reshape(len(times), self.wave_count)
+        split = muscle_count * self.wave_count
+        weights = parameters[:, :split].reshape(-1, muscle_count, self.wave_count)
+        return torch.tanh(torch.einsum("fb,wkb->fwk", waves, weights) + parameters[:, split:])

@@ -1,0 +1,64 @@
+"""How attempts end and what becomes of their runs; the part of the store that knows the rules of retrying."""
+
+import time
+
+from sqlalchemy import Update, update
+from sqlalchemy.orm import Session
+
+from zoobench.db.models import AttemptRecord, RunRecord
+from zoobench.db.owner import Owner
+from zoobench.db.rows import Ending, RunState
+
+MAX_STRIKES = 3  # attempts lost in a row without a new checkpoint, before a run is given up
+
+
+def attempt_update(run_id: int, number: int) -> Update:
+    """An UPDATE of one attempt, to be completed with `.values`."""
+    return update(AttemptRecord).where(AttemptRecord.run_id == run_id, AttemptRecord.number == number)
+
+
+def why_lost(run: RunRecord) -> str | None:
+    """Why the worker of a RUNNING run must be taken for dead; None while it may live."""
+    if run.owner is None or Owner.parse(run.owner).is_known_dead:
+        return "Its worker died."
+    if run.lease_until is None or run.lease_until < time.time():
+        return "Its worker has not been heard of for longer than its lease."
+    return None
+
+
+def close_attempt(session: Session, run_id: int, number: int, ending: Ending) -> None:
+    """Record the ending of an attempt and move its run on; the caller holds the write lock and the claim."""
+    now = time.time()
+    columns = {
+        "outcome": ending.outcome,
+        "ended_at": now,
+        "wall_seconds": now - AttemptRecord.started_at,
+        "exit_code": ending.exit_code,
+        "signal": ending.signal,
+        "reason": ending.reason,
+        "traceback": ending.traceback,
+        "peak_memory": ending.peak_memory,
+    }
+    statement = attempt_update(run_id, number).values(columns).returning(AttemptRecord.progressed)
+    progressed = session.scalars(statement).one()
+    run = session.get_one(RunRecord, run_id, populate_existing=True)
+    run.owner = run.lease_until = None
+    if ending.outcome is RunState.LOST and not progressed:
+        run.strikes += 1
+    run.state, run.reason = _next_state(ending, run.strikes)
+    run.finished_at = None if run.state == RunState.QUEUED else now
+    if run.state == RunState.DONE:
+        run.fraction = 1.0
+
+
+def _next_state(ending: Ending, strikes: int) -> tuple[RunState, str | None]:
+    if ending.outcome is RunState.CANCELLED:
+        return RunState.QUEUED, ending.reason
+    if ending.outcome is not RunState.LOST:
+        return ending.outcome, ending.reason
+    if strikes < MAX_STRIKES:
+        return RunState.QUEUED, ending.reason
+    return (
+        RunState.FAILED,
+        f"Given up after {strikes} lost attempts in a row without progress. {ending.reason}",
+    )

@@ -1,0 +1,135 @@
+"""The tables. Times are seconds since the epoch; a change here needs a migration beside the initial one."""
+
+from sqlalchemy import BigInteger, ForeignKey, Index, LargeBinary, String, Text, UniqueConstraint
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+
+class Base(DeclarativeBase):
+    """Declarative base of all tables."""
+
+
+class SpecRecord(Base):
+    """What a run is; `document` is its canonical JSON, the columns beside it are there to be searched."""
+
+    __tablename__ = "specs"
+
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    document: Mapped[str] = mapped_column(Text)
+    env: Mapped[str] = mapped_column(String(200), index=True)
+    task: Mapped[str] = mapped_column(String(200), index=True)
+    design: Mapped[str] = mapped_column(String(200), index=True)
+    controller: Mapped[str] = mapped_column(String(200))
+    method: Mapped[str] = mapped_column(String(200), index=True)
+    fidelity: Mapped[str] = mapped_column(String(200))
+    seed: Mapped[int]
+    frames: Mapped[int]
+    budget_kind: Mapped[str] = mapped_column(String(20))
+    budget_amount: Mapped[float]
+
+
+class RunRecord(Base):
+    """One run of one spec. `(id, owner, attempt)` is the fencing token of its worker.
+
+    `lease_until` says whether its worker is alive, `progress_at` whether it gets anywhere; `strikes` counts
+    the attempts lost in a row without a new checkpoint.
+    """
+
+    __tablename__ = "runs"
+    __table_args__ = (Index("ix_runs_state_id", "state", "id"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    spec_key: Mapped[str] = mapped_column(ForeignKey("specs.key"), unique=True)
+    state: Mapped[str] = mapped_column(String(12))
+    attempt: Mapped[int] = mapped_column(default=0)
+    strikes: Mapped[int] = mapped_column(default=0)
+    owner: Mapped[str | None] = mapped_column(String(300))
+    lease_until: Mapped[float | None]
+    progress_at: Mapped[float | None]
+    fraction: Mapped[float] = mapped_column(default=0.0)
+    score: Mapped[float | None]
+    reason: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[float]
+    started_at: Mapped[float | None]
+    finished_at: Mapped[float | None]
+
+
+class ProvenanceRecord(Base):
+    """Code, packages and machine, stored once for all attempts that share them."""
+
+    __tablename__ = "provenance"
+
+    hash: Mapped[str] = mapped_column(String(64), primary_key=True)
+    document: Mapped[str] = mapped_column(Text)
+
+
+class AttemptRecord(Base):
+    """One attempt at a run; written when it starts and when it ends, and never again."""
+
+    __tablename__ = "attempts"
+    __table_args__ = (UniqueConstraint("run_id", "number"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    number: Mapped[int]
+    outcome: Mapped[str] = mapped_column(String(12))
+    owner: Mapped[str] = mapped_column(String(300))
+    host: Mapped[str] = mapped_column(String(255))
+    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"))
+    started_at: Mapped[float]
+    ended_at: Mapped[float | None]
+    wall_seconds: Mapped[float | None]
+    exit_code: Mapped[int | None]
+    signal: Mapped[int | None]
+    reason: Mapped[str | None] = mapped_column(Text)
+    traceback: Mapped[str | None] = mapped_column(Text)
+    resumed: Mapped[bool]
+    progressed: Mapped[bool] = mapped_column(default=False)
+    peak_memory: Mapped[int | None] = mapped_column(BigInteger)
+
+
+class MetricRecord(Base):
+    """One point of a learning curve; a resumed run overwrites the points that it computes again."""
+
+    __tablename__ = "metrics"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), primary_key=True)
+    step: Mapped[int] = mapped_column(primary_key=True)
+    attempt: Mapped[int]
+    value: Mapped[float | None]
+    kind: Mapped[str] = mapped_column(String(8))
+
+
+class FinalRecord(Base):
+    """One final result, written in the transaction that ends the run as DONE."""
+
+    __tablename__ = "finals"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), primary_key=True)
+    value: Mapped[float | None]
+    kind: Mapped[str] = mapped_column(String(8))
+    unit: Mapped[str] = mapped_column(String(30))
+
+
+class CheckpointRecord(Base):
+    """The newest state from which a run can go on; removed when the run is done."""
+
+    __tablename__ = "checkpoints"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    attempt: Mapped[int]
+    saved_at: Mapped[float]
+    data: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+class LogRecord(Base):
+    """One line that a child process printed."""
+
+    __tablename__ = "logs"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), index=True)
+    attempt: Mapped[int]
+    at: Mapped[float]
+    text: Mapped[str] = mapped_column(Text)

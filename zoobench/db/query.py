@@ -1,0 +1,191 @@
+"""Reading: everything that status, results and tables ask of a database. Nothing here writes."""
+
+import json
+import time
+from collections.abc import Collection
+from pathlib import Path
+from typing import Self
+
+from sqlalchemy import ColumnElement, func, select
+from sqlalchemy.orm import Session
+
+from zoobench.db.engine import Database, among
+from zoobench.db.models import (
+    AttemptRecord,
+    FinalRecord,
+    LogRecord,
+    MetricRecord,
+    ProvenanceRecord,
+    RunRecord,
+    SpecRecord,
+)
+from zoobench.db.rows import AttemptRow, FinalRow, LogRow, MetricRow, RunRow, RunState, decode_value
+from zoobench.db.schema import prepare
+from zoobench.errors import UsageError
+from zoobench.spec import RunSpec
+
+
+class Reader:
+    """The questions that can be asked of a database; `Store` adds the writing.
+
+    Every method raises StorageError if the database cannot be read.
+    """
+
+    def __init__(self, location: str | Path, *, create: bool = True) -> None:
+        self._database = Database(location, create=create)
+        prepare(self._database)
+
+    @property
+    def location(self) -> str:
+        """The path or URL as it was given."""
+        return self._database.location
+
+    def close(self) -> None:
+        """Close all connections; the store cannot be used afterwards."""
+        self._database.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def runs(self, *, ids: Collection[int] | None = None, states: Collection[RunState] | None = None) -> list[RunRow]:
+        """The runs in the order of their creation; `ids` and `states` narrow the choice, None does not."""
+        conditions = []
+        if ids is not None:
+            conditions.append(among(RunRecord.id, ids))
+        if states is not None:
+            conditions.append(RunRecord.state.in_([str(state) for state in states]))
+        with self._database.read() as session:
+            return _fetch_runs(session, *conditions)
+
+    def run(self, prefix: str) -> RunRow:
+        """The run with this id or with a key that starts with this text (at least 4 letters).
+
+        Raises:
+            UsageError: no run, or several, match.
+        """
+        is_id = prefix.isdecimal() and len(prefix) < 10
+        if not is_id and len(prefix) < 4:
+            raise UsageError(f"{prefix!r} names no run. Give its number, or 4 letters or more of its key.")
+        by_key = RunRecord.spec_key.startswith(prefix.lower(), autoescape=True)
+        with self._database.read() as session:
+            found = _fetch_runs(session, RunRecord.id == int(prefix) if is_id else by_key)
+        if len(found) != 1:
+            problem = "Several runs match" if found else "No run matches"
+            raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
+        return found[0]
+
+    def counts(self, *, ids: Collection[int] | None = None) -> dict[RunState, int]:
+        """How many runs are in each state; states without a run are absent."""
+        statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)
+        if ids is not None:
+            statement = statement.where(among(RunRecord.id, ids))
+        with self._database.read() as session:
+            return {RunState(state): count for state, count in session.execute(statement)}
+
+    def finals(self, run_id: int) -> list[FinalRow]:
+        """The final results of a run by name; empty unless it is DONE."""
+        return self.all_finals([run_id]).get(run_id, [])
+
+    def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
+        """The final results of many runs at once, by run id; of all runs for None."""
+        statement = select(FinalRecord).order_by(FinalRecord.run_id, FinalRecord.name)
+        if ids is not None:
+            statement = statement.where(among(FinalRecord.run_id, ids))
+        finals: dict[int, list[FinalRow]] = {}
+        with self._database.read() as session:
+            for record in session.scalars(statement):
+                row = FinalRow(record.name, decode_value(record.value, record.kind), record.unit)
+                finals.setdefault(record.run_id, []).append(row)
+        return finals
+
+    def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
+        """The learning curves of a run, or the one of that name, by name and step."""
+        statement = select(MetricRecord).where(MetricRecord.run_id == run_id)
+        if name is not None:
+            statement = statement.where(MetricRecord.name == name)
+        with self._database.read() as session:
+            return [
+                MetricRow(record.name, record.step, decode_value(record.value, record.kind), record.attempt)
+                for record in session.scalars(statement.order_by(MetricRecord.name, MetricRecord.step))
+            ]
+
+    def attempts(self, run_id: int) -> list[AttemptRow]:
+        """All attempts at a run, oldest first."""
+        statement = (
+            select(AttemptRecord, ProvenanceRecord.document)
+            .join(ProvenanceRecord, ProvenanceRecord.hash == AttemptRecord.provenance_hash)
+            .where(AttemptRecord.run_id == run_id)
+            .order_by(AttemptRecord.number)
+        )
+        with self._database.read() as session:
+            return [_attempt_row(record, document) for record, document in session.execute(statement)]
+
+    def logs(self, run_id: int, *, attempt: int | None = None) -> list[LogRow]:
+        """What the children of a run printed, oldest first; of all attempts for None."""
+        statement = select(LogRecord).where(LogRecord.run_id == run_id).order_by(LogRecord.id)
+        if attempt is not None:
+            statement = statement.where(LogRecord.attempt == attempt)
+        with self._database.read() as session:
+            return [LogRow(record.attempt, record.at, record.text) for record in session.scalars(statement)]
+
+    def check(self) -> list[str]:
+        """What the database's own integrity check complains about; empty if nothing."""
+        return self._database.check()
+
+
+def _fetch_runs(session: Session, *conditions: ColumnElement[bool]) -> list[RunRow]:
+    finished = func.sum(AttemptRecord.wall_seconds)
+    running_since = func.max(AttemptRecord.started_at).filter(AttemptRecord.ended_at.is_(None))
+    statement = (
+        select(RunRecord, SpecRecord.document, finished, running_since)
+        .join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
+        .outerjoin(AttemptRecord, AttemptRecord.run_id == RunRecord.id)
+        .where(*conditions)
+        .group_by(RunRecord.id, SpecRecord.document)
+        .order_by(RunRecord.id)
+    )
+    return [_run_row(*row) for row in session.execute(statement)]
+
+
+def _run_row(record: RunRecord, document: str, finished: float | None, running_since: float | None) -> RunRow:
+    running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
+    return RunRow(
+        id=record.id,
+        key=record.spec_key,
+        spec=RunSpec.from_dict(json.loads(document)),
+        state=RunState(record.state),
+        attempt=record.attempt,
+        owner=record.owner,
+        reason=record.reason,
+        created_at=record.created_at,
+        started_at=record.started_at,
+        finished_at=record.finished_at,
+        progress_at=record.progress_at,
+        lease_until=record.lease_until,
+        fraction=record.fraction,
+        score=record.score,
+        seconds=(finished or 0.0) + running,
+    )
+
+
+def _attempt_row(record: AttemptRecord, document: str) -> AttemptRow:
+    return AttemptRow(
+        number=record.number,
+        outcome=RunState(record.outcome),
+        owner=record.owner,
+        host=record.host,
+        started_at=record.started_at,
+        ended_at=record.ended_at,
+        wall_seconds=record.wall_seconds,
+        exit_code=record.exit_code,
+        signal=record.signal,
+        reason=record.reason,
+        traceback=record.traceback,
+        resumed=record.resumed,
+        progressed=record.progressed,
+        peak_memory=record.peak_memory,
+        provenance=json.loads(document),
+    )

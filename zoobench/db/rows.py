@@ -1,0 +1,209 @@
+"""What the database says and is told, as frozen values: no SQL and no SQLAlchemy here."""
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from zoobench.spec import RunSpec
+
+
+class RunState(StrEnum):
+    """Where a run stands, and how an attempt ended. Each way of not succeeding is a state of its own."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"  # an exception, or the retries after losses are used up
+    DIVERGED = "diverged"  # the physics left its bounds
+    TIMEOUT = "timeout"
+    LOST = "lost"  # of an attempt only: its worker or child died; the run itself is queued again
+    CANCELLED = "cancelled"  # of an attempt: interrupted by the user; the run itself is queued again
+    SKIPPED = "skipped"  # the cell cannot be run; the reason says why
+
+
+OPEN_STATES = (RunState.QUEUED, RunState.RUNNING)
+UNSUCCESSFUL_STATES = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.CANCELLED)
+
+
+class ValueKind(StrEnum):
+    """Which number a stored value is: databases keep no NaN and no infinity."""
+
+    FINITE = "finite"
+    NAN = "nan"
+    PLUS_INFINITY = "+inf"
+    MINUS_INFINITY = "-inf"
+
+
+def encode_value(value: float) -> tuple[float | None, ValueKind]:
+    """A number as the nullable value and the kind that are stored; the sign of zero is not kept, as SQLite does not."""
+    if math.isfinite(value):
+        return value + 0.0, ValueKind.FINITE
+    if math.isnan(value):
+        return None, ValueKind.NAN
+    return None, ValueKind.PLUS_INFINITY if value > 0 else ValueKind.MINUS_INFINITY
+
+
+def decode_value(value: float | None, kind: str) -> float:
+    """The inverse of `encode_value`."""
+    return float(kind) if value is None else value
+
+
+@dataclass(frozen=True)
+class FinalRow:
+    """One final result of a run; `unit` is empty for a pure number."""
+
+    name: str
+    value: float
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class MetricRow:
+    """One point of a learning curve; `attempt` is the one that wrote it."""
+
+    name: str
+    step: int
+    value: float
+    attempt: int = 0
+
+
+@dataclass(frozen=True)
+class LogRow:
+    """One line that a run's child process printed; `at` in seconds since the epoch."""
+
+    attempt: int
+    at: float
+    text: str
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """One run as `status` shows it. Times are seconds since the epoch.
+
+    Attributes:
+        attempt: the number of the newest attempt, 0 before the first.
+        owner: `host:pid:start` of the worker that holds it.
+        fraction: how much of its budget is used, 0 to 1.
+        score: the best score so far, None before the first and for a diverged one.
+        seconds: wall time of all attempts together [s].
+        progress_at: when it last reported anything; None before.
+    """
+
+    id: int
+    key: str
+    spec: RunSpec
+    state: RunState
+    attempt: int
+    owner: str | None
+    reason: str | None
+    created_at: float
+    started_at: float | None
+    finished_at: float | None
+    progress_at: float | None
+    lease_until: float | None
+    fraction: float
+    score: float | None
+    seconds: float
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Time left at the pace so far [s]; None while there is nothing to judge it by."""
+        if self.state is not RunState.RUNNING or self.fraction <= 0.0:
+            return None
+        return max(self.seconds * (1.0 - self.fraction) / self.fraction, 0.0)
+
+
+@dataclass(frozen=True)
+class AttemptRow:
+    """One attempt at a run, kept for ever.
+
+    Attributes:
+        outcome: RUNNING until it ends.
+        signal: the number of the signal that killed the child, if one did.
+        resumed: whether it started from a checkpoint of an earlier attempt.
+        progressed: whether it stored a new checkpoint.
+        peak_memory: of the child [bytes], if it could tell.
+        provenance: commit, versions and machine, as `zoobench.provenance.gather` gives them.
+    """
+
+    number: int
+    outcome: RunState
+    owner: str
+    host: str
+    started_at: float
+    ended_at: float | None
+    wall_seconds: float | None
+    exit_code: int | None
+    signal: int | None
+    reason: str | None
+    traceback: str | None
+    resumed: bool
+    progressed: bool
+    peak_memory: int | None
+    provenance: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class EnqueueReport:
+    """What became of the specs handed to `Store.enqueue`, as run ids."""
+
+    new: tuple[int, ...] = ()
+    existing_done: tuple[int, ...] = ()
+    existing_open: tuple[int, ...] = ()
+    existing_failed: tuple[int, ...] = ()
+    skipped: tuple[int, ...] = ()
+
+    @property
+    def open(self) -> tuple[int, ...]:
+        """The runs that are still to be done, old and new: what to hand to `launch`."""
+        return tuple(sorted(self.new + self.existing_open))
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The right to work on a run. Owner and attempt together are the fencing token of every write."""
+
+    run_id: int
+    spec: RunSpec
+    owner: str
+    attempt: int
+    checkpoint: bytes | None
+
+
+@dataclass
+class Batch:
+    """What a child has said since the last commit; written in one transaction, in which order matters not."""
+
+    metrics: dict[tuple[str, int], float] = field(default_factory=dict)
+    logs: list[tuple[float, str]] = field(default_factory=list)
+    checkpoint: bytes | None = None
+    fraction: float | None = None
+    score: float | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to write but the lease."""
+        return not self.metrics and not self.logs and self.checkpoint is None and self.fraction is None
+
+    def log(self, text: str) -> None:
+        """Add one line with the present time."""
+        self.logs.append((time.time(), text))
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How an attempt ended.
+
+    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals.
+    """
+
+    outcome: RunState
+    reason: str | None = None
+    finals: tuple[FinalRow, ...] = ()
+    traceback: str | None = None
+    exit_code: int | None = None
+    signal: int | None = None
+    peak_memory: int | None = None

@@ -1,0 +1,52 @@
+"""Bringing a database to the schema of this code, and refusing what it cannot know."""
+
+from pathlib import Path
+
+from sqlalchemy import inspect, text
+from sqlalchemy.orm import Session
+
+from zoobench.db.engine import Database
+from zoobench.errors import StorageError
+
+HEAD = "0001"  # the newest revision under migrations/versions
+_MIGRATIONS = Path(__file__).parent / "migrations"
+
+
+def prepare(database: Database) -> None:
+    """Make the tables in an empty database and check the schema of any other.
+
+    Raises:
+        StorageError: the tables are another program's, or those of a newer zoobench.
+    """
+    with database.read() as session:
+        revision = _revision(session, database.location)
+    if revision is None:
+        with database.write() as session:  # under the write lock, since another process may be at it too
+            if _revision(session, database.location) is None:
+                _migrate(session)
+    elif revision != HEAD:
+        raise StorageError(
+            f"{database.location} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
+            "Update with `pip install --upgrade zoobench`, or name another database with --db."
+        )
+
+
+def _revision(session: Session, location: str) -> str | None:
+    """The schema revision, None for a database without tables."""
+    tables = inspect(session.connection()).get_table_names()
+    if not tables:
+        return None
+    if "alembic_version" not in tables or "specs" not in tables:
+        raise StorageError(f"{location} holds the tables of another program. Give another path with --db.")
+    return str(session.scalar(text("SELECT version_num FROM alembic_version")))
+
+
+def _migrate(session: Session) -> None:
+    # Alembic takes a third of a second to import, and is needed once in the life of a database.
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
+    config.attributes["connection"] = session.connection()
+    command.upgrade(config, "head")

@@ -1,0 +1,271 @@
+"""The only module that writes: the queue of runs, their attempts, and what they report.
+
+A worker owns a run by its claim: owner and attempt number are checked in every write (the fencing token), so
+that a worker that was given up for dead cannot touch what another has taken over.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from sqlalchemy import Update, case, delete, select, update
+from sqlalchemy.orm import Session
+
+from zoobench.db.engine import among
+from zoobench.db.lifecycle import attempt_update, close_attempt, why_lost
+from zoobench.db.models import (
+    AttemptRecord,
+    CheckpointRecord,
+    FinalRecord,
+    LogRecord,
+    MetricRecord,
+    ProvenanceRecord,
+    RunRecord,
+    SpecRecord,
+)
+from zoobench.db.owner import Owner
+from zoobench.db.query import Reader
+from zoobench.db.rows import (
+    OPEN_STATES,
+    UNSUCCESSFUL_STATES,
+    Batch,
+    Claim,
+    Ending,
+    EnqueueReport,
+    RunState,
+    encode_value,
+)
+from zoobench.errors import StorageError
+from zoobench.spec import RunSpec, canonical_json
+
+LEASE_SECONDS = 60.0
+
+
+class ClaimLostError(StorageError):
+    """Another worker holds the run now, or it was settled: the caller must drop its work."""
+
+
+class Store(Reader):
+    """A database of runs; `location` is a path to an SQLite file (made if missing) or a URL.
+
+    Safe to open from any number of processes. Every method raises StorageError, or StorageFullError when the
+    disk is full: then nothing of that call is stored, and everything of the earlier ones is.
+    """
+
+    def enqueue(self, specs: Iterable[RunSpec], *, skips: Iterable[tuple[RunSpec, str]] = ()) -> EnqueueReport:
+        """Queue the specs that the database does not have; `skips` are recorded with their reason.
+
+        A run that was skipped and can be run now is queued. Runs in any other state are left as they are.
+        """
+        asked: dict[str, tuple[RunSpec, str | None]] = {spec.key(): (spec, None) for spec in specs}
+        for spec, reason in skips:
+            asked.setdefault(spec.key(), (spec, reason))
+        groups: dict[str, list[int]] = {name: [] for name in EnqueueReport.__dataclass_fields__}
+        with self._database.write() as session:
+            for key, (spec, why) in asked.items():
+                record, is_new = self._find_or_add(session, key, spec, why)
+                groups[_group(record, is_new)].append(record.id)
+        return EnqueueReport(**{name: tuple(ids) for name, ids in groups.items()})
+
+    def _find_or_add(self, session: Session, key: str, spec: RunSpec, reason: str | None) -> tuple[RunRecord, bool]:
+        values = _spec_values(key, spec)
+        session.execute(self._database.insert(SpecRecord).values(values).on_conflict_do_nothing())
+        state = RunState.QUEUED if reason is None else RunState.SKIPPED
+        values = {"spec_key": key, "state": state, "reason": reason, "created_at": time.time()}
+        insert = self._database.insert(RunRecord).values(values).on_conflict_do_nothing()
+        is_new = session.execute(insert.returning(RunRecord.id)).first() is not None
+        record = session.scalars(select(RunRecord).where(RunRecord.spec_key == key)).one()
+        if record.state == RunState.SKIPPED and reason is None:
+            record.state, record.reason, is_new = RunState.QUEUED, None, True
+        return record, is_new
+
+    def retry(self, ids: Collection[int], *, states: Collection[RunState] = UNSUCCESSFUL_STATES) -> list[int]:
+        """Queue runs again that ended in one of these states, and return their ids.
+
+        They go on from their newest checkpoint; what their earlier attempts recorded stays. A run that was done has
+        none and starts anew.
+        """
+        anew = RunRecord.state == RunState.DONE
+        statement = (
+            update(RunRecord)
+            .where(among(RunRecord.id, ids), RunRecord.state.in_([str(state) for state in states]))
+            .values(
+                state=RunState.QUEUED,
+                reason=None,
+                finished_at=None,
+                strikes=0,
+                fraction=case((anew, 0.0), else_=RunRecord.fraction),
+                score=case((anew, None), else_=RunRecord.score),
+            )
+            .returning(RunRecord.id)
+        )
+        with self._database.write() as session:
+            return sorted(session.scalars(statement))
+
+    def claim(self, owner: Owner, *, provenance: Mapping[str, Any], ids: Collection[int] | None = None) -> Claim | None:
+        """Take the oldest queued run, among `ids` if given, and open an attempt; None if there is none."""
+        oldest = select(RunRecord.id).where(RunRecord.state == RunState.QUEUED).order_by(RunRecord.id).limit(1)
+        if ids is not None:
+            oldest = oldest.where(among(RunRecord.id, ids))
+        now = time.time()
+        statement = (
+            update(RunRecord)
+            .where(RunRecord.id == oldest.with_for_update(skip_locked=True).scalar_subquery())
+            .values(
+                state=RunState.RUNNING,
+                owner=str(owner),
+                attempt=RunRecord.attempt + 1,
+                lease_until=now + LEASE_SECONDS,
+                reason=None,
+            )
+            .returning(RunRecord)
+        )
+        with self._database.write() as session:
+            run = session.scalars(statement).one_or_none()
+            if run is None:
+                return None
+            run.started_at = run.started_at or now
+            checkpoint = session.get(CheckpointRecord, run.id)
+            self._open_attempt(session, run, owner, provenance, resumed=checkpoint is not None)
+            spec = _load_spec(session, run.spec_key)
+            return Claim(run.id, spec, str(owner), run.attempt, checkpoint.data if checkpoint else None)
+
+    def _open_attempt(
+        self, session: Session, run: RunRecord, owner: Owner, provenance: Mapping[str, Any], *, resumed: bool
+    ) -> None:
+        document = canonical_json(dict(provenance))
+        values = {"hash": hashlib.sha256(document.encode()).hexdigest(), "document": document}
+        session.execute(self._database.insert(ProvenanceRecord).values(values).on_conflict_do_nothing())
+        session.add(
+            AttemptRecord(
+                run_id=run.id,
+                number=run.attempt,
+                outcome=RunState.RUNNING,
+                owner=str(owner),
+                host=owner.host,
+                provenance_hash=values["hash"],
+                started_at=time.time(),
+                resumed=resumed,
+            )
+        )
+
+    def commit(self, claim: Claim, batch: Batch) -> None:
+        """Store what the child has reported and renew the lease, in one transaction.
+
+        Raises:
+            ClaimLostError: the claim is not valid any more; nothing is stored.
+        """
+        with self._database.write() as session:
+            self._hold(session, claim, lease_until=time.time() + LEASE_SECONDS)
+            self._write_batch(session, claim, batch)
+
+    def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
+        """Close the attempt: settle the run, or queue it again if it was lost or interrupted.
+
+        The batch, the finals of a DONE run and the new state are one transaction.
+
+        Raises:
+            ClaimLostError: the claim is not valid any more; nothing is stored.
+        """
+        with self._database.write() as session:
+            self._hold(session, claim)
+            self._write_batch(session, claim, batch)
+            close_attempt(session, claim.run_id, claim.attempt, ending)
+            if ending.outcome is RunState.DONE:  # a run that is done again replaces what it gave before
+                session.execute(delete(FinalRecord).where(FinalRecord.run_id == claim.run_id))
+            for final in ending.finals:
+                value, kind = encode_value(final.value)
+                session.add(FinalRecord(run_id=claim.run_id, name=final.name, value=value, kind=kind, unit=final.unit))
+            if ending.outcome is RunState.DONE:
+                session.execute(delete(CheckpointRecord).where(CheckpointRecord.run_id == claim.run_id))
+
+    def recover(self, *, ids: Collection[int] | None = None) -> list[int]:
+        """Take back the runs of workers that died: at once on this host, by the expired lease elsewhere.
+
+        Their attempts are recorded as LOST and the runs queued again, or FAILED after too many losses without
+        progress. Returns the ids of these runs.
+        """
+        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
+        if ids is not None:
+            statement = statement.where(among(RunRecord.id, ids))
+        with self._database.read() as session:
+            suspects = [run.id for run in session.scalars(statement) if why_lost(run)]
+        if not suspects:
+            return []
+        with self._database.write() as session:
+            runs = list(session.scalars(statement.where(among(RunRecord.id, suspects)).with_for_update()))
+            lost = [(run, reason) for run in runs if (reason := why_lost(run))]
+            for run, reason in lost:
+                close_attempt(session, run.id, run.attempt, Ending(RunState.LOST, reason))
+            return [run.id for run, _ in lost]
+
+    def _hold(self, session: Session, claim: Claim, **values: Any) -> None:
+        """Check the fencing token and write these columns of the run, in one statement."""
+        statement: Update = update(RunRecord).where(
+            RunRecord.id == claim.run_id,
+            RunRecord.state == RunState.RUNNING,
+            RunRecord.owner == claim.owner,
+            RunRecord.attempt == claim.attempt,
+        )
+        values = values or {"owner": claim.owner}
+        if session.execute(statement.values(values).returning(RunRecord.id)).first() is None:
+            raise ClaimLostError(f"Run {claim.run_id} is not held by attempt {claim.attempt} any more.")
+
+    def _write_batch(self, session: Session, claim: Claim, batch: Batch) -> None:
+        if batch.is_empty:
+            return
+        now = time.time()
+        progress: dict[str, Any] = {"progress_at": now}
+        if batch.fraction is not None:
+            progress.update(fraction=batch.fraction, score=batch.score)
+        for (name, step), number in batch.metrics.items():
+            value, kind = encode_value(number)
+            self._upsert(
+                session,
+                MetricRecord,
+                {"run_id": claim.run_id, "name": name, "step": step},
+                {"attempt": claim.attempt, "value": value, "kind": kind},
+            )
+        for at, text in batch.logs:
+            session.add(LogRecord(run_id=claim.run_id, attempt=claim.attempt, at=at, text=text))
+        if batch.checkpoint is not None:
+            contents = {"attempt": claim.attempt, "saved_at": now, "data": batch.checkpoint}
+            self._upsert(session, CheckpointRecord, {"run_id": claim.run_id}, contents)
+            session.execute(attempt_update(claim.run_id, claim.attempt).values(progressed=True))
+            progress["strikes"] = 0
+        session.execute(update(RunRecord).where(RunRecord.id == claim.run_id).values(progress))
+
+    def _upsert(self, session: Session, table: Any, key: dict[str, Any], values: dict[str, Any]) -> None:
+        insert = self._database.insert(table).values(**key, **values)
+        session.execute(insert.on_conflict_do_update(index_elements=list(key), set_=values))
+
+
+def _group(record: RunRecord, is_new: bool) -> str:
+    """The field of `EnqueueReport` that a run belongs to."""
+    state = RunState(record.state)
+    if state is RunState.SKIPPED:
+        return "skipped"
+    if is_new:
+        return "new"
+    if state is RunState.DONE:
+        return "existing_done"
+    return "existing_open" if state in OPEN_STATES else "existing_failed"
+
+
+def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
+    refs = ("env", "task", "design", "controller", "method", "fidelity")
+    return {
+        "key": key,
+        "document": canonical_json(spec.to_dict()),
+        **{name: str(getattr(spec, name)) for name in refs},
+        "seed": spec.seed,
+        "frames": spec.frames,
+        "budget_kind": spec.budget.kind,
+        "budget_amount": spec.budget.amount,
+    }
+
+
+def _load_spec(session: Session, key: str) -> RunSpec:
+    return RunSpec.from_dict(json.loads(session.get_one(SpecRecord, key).document))

@@ -1,0 +1,33 @@
+"""Desert: a bed of dry sand that yields under the robot."""
+
+from zoobench.envs.base import LAND_ROBOT, Bed, Environment
+from zoobench.registry import Kind, register
+from zoobench.sim.scene import SandMaterial
+
+
+@register(Kind.ENV, "desert", tags=("land", "granular"))
+def desert(
+    *,
+    friction: float = 0.5,
+    thickness: float = 0.02,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    friction_angle: float = 45.0,
+) -> Environment:
+    """A bed of dry sand on rough ground.
+
+    The bed fills the arena from wall to wall, so its size is the price of the environment. The default is just
+    enough for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and may turn
+    on the spot. It is a whole number of cells at the fidelities quick and paper.
+
+    * `friction`: Coulomb coefficient of the ground under the sand [-] (physics.md 2).
+    * `thickness`: of the bed [m] (physics.md 3).
+    * `length`, `width`: of bed and arena along x and z [m].
+    * `friction_angle`: of the sand, in triaxial compression [degrees]; the reference's 45 (physics.md 2).
+    """
+    # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: physics.md 3, the reference's medium. Real sand is stiffer by far;
+    # here stiffness only has to keep the elastic strain under a robot small (0.5 % per 500 Pa).
+    sand = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=friction_angle)
+    return Environment(
+        robot=LAND_ROBOT, friction=friction, arena=(length, 0.3, width), bed=Bed(sand, thickness), start=(0.35, 0.5)
+    )

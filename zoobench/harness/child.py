@@ -1,0 +1,149 @@
+"""One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
+
+The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null) and `parent` (process
+id). A later line `stop` asks the method to return. What it has to say goes to standard output, one JSON object a
+line with a `type`:
+
+* `metric`: `step`, `values`
+* `checkpoint`: `data` (base64)
+* `progress`: `fraction`, `score`
+* one of `done` (`finals`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last one.
+
+Anything that other code prints goes to standard error, which is the run's log.
+"""
+
+import base64
+import json
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from zoobench import registry
+from zoobench.errors import DivergenceError, ZoobenchError
+from zoobench.harness.lifeline import Lifeline, die_with
+from zoobench.registry import Kind
+from zoobench.seeding import METHOD_AXES, generator
+from zoobench.spec import RunSpec
+
+if TYPE_CHECKING:
+    from zoobench.methods.base import Method, Solution
+    from zoobench.problem import Problem
+
+Final = tuple[str, float, str]
+"""Name, value and unit of a final result."""
+
+
+class Wire:
+    """The way to the worker. It takes standard output for itself, and what others print goes to the log."""
+
+    def __init__(self) -> None:
+        self._stream = os.fdopen(os.dup(1), "wb", buffering=0)
+        os.dup2(2, 1)
+
+    def send(self, kind: str, **contents: Any) -> None:
+        """Send one message; numbers keep every bit."""
+        line = memoryview(json.dumps({"type": kind, **contents}).encode() + b"\n")
+        while line:
+            line = line[self._stream.write(line) :]
+
+
+class ChildContext:
+    """The `RunContext` of a method that runs in a child process."""
+
+    def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
+        self.rng = generator(spec, "method", METHOD_AXES)
+        self._wire = wire
+        self._checkpoint = checkpoint
+        self._stop = stop
+
+    def report(self, step: int, **metrics: float) -> None:
+        """Put a point on the learning curve."""
+        self._wire.send("metric", step=step, values={name: float(value) for name, value in metrics.items()})
+
+    def checkpoint(self, data: bytes) -> None:
+        """Replace the stored state; everything reported before becomes durable with it."""
+        self._wire.send("checkpoint", data=base64.b64encode(data).decode())
+
+    def restore(self) -> bytes | None:
+        """The state that an earlier attempt stored last, or None."""
+        return self._checkpoint
+
+    def should_stop(self) -> bool:
+        """Whether the worker has asked to stop."""
+        return self._stop.is_set()
+
+    def progress(self, fraction: float, score: float | None) -> None:
+        """Say how far the run is, in [0, 1], and the best score so far."""
+        self._wire.send("progress", fraction=float(fraction), score=None if score is None else float(score))
+
+
+def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
+    """Do the run that the spec describes: build its problem, run its method on it."""
+    from zoobench.problem import Problem
+
+    problem = Problem(spec)
+    method: Method = registry.create(Kind.METHOD, spec.method)
+    return finals_of(problem, method.run(problem, context))
+
+
+def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
+    """The final results as name, value and unit: score, the task's metrics, what was spent, the method's facts.
+
+    No times: two runs of one spec must agree in every number.
+    """
+    meter = problem.meter
+    spent: Mapping[str, float] = {
+        "forward_substeps": meter.forward,
+        "recomputed_substeps": meter.recomputed,
+        "backward_substeps": meter.backward,
+        "episodes": meter.episodes,
+        "iterations": meter.iterations,
+    }
+    metrics = solution.evaluation.metrics
+    rows = {name: (metric.value, metric.unit) for name, metric in metrics.items()}
+    rows |= {name: (float(value), "") for name, value in {**solution.facts, **spent}.items()}
+    rows["score"] = (solution.evaluation.score, rows.get("score", (0.0, ""))[1])
+    return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
+
+
+def _stop_simulator() -> None:
+    # Only a runtime that is stopped writes what it compiled into its cache.
+    runtime = sys.modules.get("zoobench.sim.runtime")
+    if runtime is not None:
+        runtime.stop()
+
+
+def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
+    """Read the job from standard input, do it with `solve`, and say how it ended."""
+    lifeline = Lifeline()
+    line = lifeline.line()
+    if line is None:
+        return
+    job = json.loads(line)
+    die_with(job["parent"])
+    stop = threading.Event()
+    lifeline.watch(on_line=lambda _: stop.set(), on_end=lambda: os._exit(1))
+    wire = Wire()
+    checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
+    try:
+        spec = RunSpec.from_dict(job["spec"])
+        finals = solve(spec, ChildContext(spec, wire, checkpoint, stop))
+    except DivergenceError as error:
+        wire.send("diverged", reason=str(error))
+    except Exception as error:
+        reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
+        wire.send("failed", reason=reason, traceback=traceback.format_exc())
+    else:
+        # A method that was asked to stop returns early, so what it returns is not the result of the run.
+        if stop.is_set():
+            wire.send("stopped")
+        else:
+            wire.send("done", finals=finals)
+    _stop_simulator()
+
+
+if __name__ == "__main__":
+    serve(solve)

@@ -1,0 +1,113 @@
+"""From selectors to runs: the product of the axes, as specs or as skips with their reason. No database here."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from itertools import product
+
+from zoobench import registry
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import Budget, Ref, RunSpec
+
+NEEDS_GRADIENT = "gradient"  # tag of a method
+HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
+
+_COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
+
+
+@dataclass(frozen=True)
+class GridSpec:
+    """The axes of a benchmark; every combination is a cell, every cell with every seed a run."""
+
+    envs: tuple[Ref, ...]
+    tasks: tuple[Ref, ...]
+    designs: tuple[Ref, ...]
+    controllers: tuple[Ref, ...]
+    methods: tuple[Ref, ...]
+    seeds: tuple[int, ...]
+    budget: Budget
+    fidelity: Ref
+    frames: int
+
+
+@dataclass(frozen=True)
+class Skip:
+    """A run of the grid that cannot be done, and why."""
+
+    spec: RunSpec
+    reason: str
+
+
+def expand(grid: GridSpec) -> list[RunSpec | Skip]:
+    """All runs of a grid, each once, with every reference resolved; seeds vary fastest.
+
+    Raises:
+        UnknownNameError, UsageError: an axis is empty, or names or sets what does not exist.
+    """
+    for axis in ("envs", "tasks", "designs", "controllers", "methods", "seeds"):
+        if not getattr(grid, axis):
+            raise UsageError(f"The grid has no {axis}. Name at least one.")
+    runs: dict[str, RunSpec | Skip] = {}
+    for spec in _product(grid):
+        reason = _why_impossible(spec)
+        runs[spec.key()] = spec if reason is None else Skip(spec, reason)
+    return list(runs.values())
+
+
+def parse_selector(text: str, kind: Kind) -> list[Ref]:
+    """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
+
+    Raises:
+        UnknownNameError: a name or pattern that fits no component; suggests the nearest.
+        UsageError: another shape, or an unknown version.
+    """
+    refs: dict[Ref, None] = {}
+    for item in _COMMA_OUTSIDE_BRACKETS.split(text):
+        head, bracket, rest = item.strip().partition("[")
+        known = registry.names(kind)
+        heads = [head]
+        if "*" in head or "?" in head:
+            heads = [name for name in known if fnmatchcase(name, head)]
+            if not heads:
+                raise UnknownNameError(kind.noun, head, known)
+        for name in heads:
+            ref = Ref.parse(name + bracket + rest)
+            registry.get(kind, ref.name, ref.version)
+            refs[ref] = None
+    return list(refs)
+
+
+def _product(grid: GridSpec) -> Iterator[RunSpec]:
+    axes = (
+        _resolve(Kind.ENV, grid.envs),
+        _resolve(Kind.TASK, grid.tasks),
+        _resolve(Kind.DESIGN, grid.designs),
+        _resolve(Kind.CONTROLLER, grid.controllers),
+        _resolve(Kind.METHOD, grid.methods),
+    )
+    fidelity = registry.resolve(Kind.FIDELITY, grid.fidelity)
+    for env, task, design, controller, method in product(*axes):
+        for seed in grid.seeds:
+            yield RunSpec(env, task, design, controller, method, seed, grid.budget, fidelity, grid.frames)
+
+
+def _resolve(kind: Kind, refs: tuple[Ref, ...]) -> list[Ref]:
+    return [registry.resolve(kind, ref) for ref in refs]
+
+
+def _why_impossible(spec: RunSpec) -> str | None:
+    method = registry.get(Kind.METHOD, spec.method.name, spec.method.version)
+    if NEEDS_GRADIENT not in method.tags:
+        return None
+    others = (
+        (Kind.ENV, spec.env),
+        (Kind.TASK, spec.task),
+        (Kind.DESIGN, spec.design),
+        (Kind.CONTROLLER, spec.controller),
+    )
+    for kind, ref in others:
+        if HAS_NO_GRADIENT in registry.get(kind, ref.name, ref.version).tags:
+            return f"The method {method.name!r} needs a gradient, and the {kind.noun} {ref.name!r} has none."
+    return None

@@ -1,0 +1,162 @@
+"""Doing a set of runs on this machine: keeps workers busy until every run is settled."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from zoobench import errors
+from zoobench.db.owner import Owner
+from zoobench.db.rows import OPEN_STATES, RunRow, RunState
+from zoobench.db.store import Store
+from zoobench.errors import StorageError, UsageError, ZoobenchError
+from zoobench.harness.process import CHILD_COMMAND
+from zoobench.harness.supervise import GRACE_SECONDS
+from zoobench.harness.worker import WorkerOrders
+
+POLL_SECONDS = 0.5
+_WORKER_COMMAND = (sys.executable, "-m", "zoobench.harness.worker")
+_PATIENCE_SECONDS = GRACE_SECONDS + 5.0  # for workers to stop their children and hand their runs back
+
+
+def launch(
+    location: str | Path,
+    run_ids: Collection[int],
+    *,
+    jobs: int = 2,
+    timeout: float | None = None,
+    on_update: Callable[[list[RunRow]], None] | None = None,
+    child: Sequence[str] = CHILD_COMMAND,
+) -> list[RunRow]:
+    """Do these runs with `jobs` workers and return them settled, in the order of their ids.
+
+    Args:
+        location: path or URL of the database.
+        run_ids: those that are queued are done; those that another `run` has in hand are waited for.
+        timeout: wall time that one attempt may take [s].
+        on_update: called about twice a second with the present state of all the runs.
+        child: the command that does one run.
+
+    Raises:
+        StorageFullError, StorageError: the database refuses; what is stored is safe and the runs can be resumed.
+        KeyboardInterrupt: children are stopped and their runs are queued again before it goes on.
+    """
+    if jobs < 1:
+        raise UsageError(f"{jobs} jobs do nothing. Give at least 1.")
+    if timeout is not None and not timeout > 0:
+        raise UsageError(f"A time limit of {timeout:g} s allows nothing. Give a positive one.")
+    orders = WorkerOrders(str(location), tuple(sorted(run_ids)), timeout, tuple(child))
+    with Store(location, create=False) as store, _Crew(orders) as crew:
+        while True:
+            store.recover(ids=run_ids)
+            rows = store.runs(ids=run_ids)
+            if on_update is not None:
+                on_update(rows)
+            ours = [row for row in rows if row.state in OPEN_STATES and not crew.is_elsewhere(row)]
+            if not any(row.state in OPEN_STATES for row in rows):
+                return rows
+            crew.staff(min(jobs, len(ours)))
+            time.sleep(POLL_SECONDS)
+
+
+class _Worker:
+    def __init__(self, orders: WorkerOrders) -> None:
+        # A session of its own, so that Ctrl-C reaches `run` alone, which then stops its workers in order.
+        self.process = subprocess.Popen(
+            _WORKER_COMMAND,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        assert self.process.stdin is not None
+        with suppress(OSError):
+            self.process.stdin.write(orders.to_json().encode() + b"\n")
+            self.process.stdin.flush()
+
+    def ask_to_stop(self) -> None:
+        assert self.process.stdin is not None
+        with suppress(OSError):
+            self.process.stdin.close()
+
+    def error(self) -> ZoobenchError | None:
+        """Why an ended worker gave up. A killed one did not: another takes its place."""
+        code = self.process.poll()
+        if not code or code < 0:
+            return None
+        said, trace = (text.decode(errors="replace").strip() for text in self.process.communicate())
+        if said:
+            told = json.loads(said.splitlines()[-1])
+            return _rebuild(told["error"], told["message"])
+        return ZoobenchError(f"A worker ended with exit code {code}. Please report this:\n{trace}")
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
+            assert stream is not None
+            with suppress(OSError):
+                stream.close()
+
+
+class _Crew:
+    """The workers of one `launch`; leaving the context stops them all."""
+
+    def __init__(self, orders: WorkerOrders) -> None:
+        self._orders = orders
+        self._workers: list[_Worker] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            deadline = time.monotonic() + _PATIENCE_SECONDS
+            for worker in self._workers:
+                worker.ask_to_stop()
+            for worker in self._workers:
+                with suppress(subprocess.TimeoutExpired):
+                    worker.process.wait(timeout=max(deadline - time.monotonic(), 0.0))
+        finally:
+            _close(self._workers)
+
+    def is_elsewhere(self, row: RunRow) -> bool:
+        """Whether the run is in the hands of a worker that is not one of these."""
+        if row.state is not RunState.RUNNING or row.owner is None:
+            return False
+        return Owner.parse(row.owner).pid not in {worker.process.pid for worker in self._workers}
+
+    def staff(self, count: int) -> None:
+        """Replace workers that were killed, so that `count` are at work.
+
+        Raises:
+            ZoobenchError: a worker gave up, for the reason that the error tells.
+        """
+        ended = [worker for worker in self._workers if worker.process.poll() is not None]
+        reasons = [reason for worker in ended if (reason := worker.error()) is not None]
+        _close(ended)
+        self._workers = [worker for worker in self._workers if worker not in ended]
+        if reasons:
+            raise reasons[0]
+        while len(self._workers) < count:
+            self._workers.append(_Worker(self._orders))
+
+
+def _close(workers: Iterable[_Worker]) -> None:
+    for worker in workers:
+        worker.close()
+
+
+def _rebuild(name: str, message: str) -> ZoobenchError:
+    """The error that a worker met, as this process's own."""
+    kind = getattr(errors, name, None)
+    if isinstance(kind, type) and issubclass(kind, StorageError):
+        return kind(message)
+    return ZoobenchError(message)

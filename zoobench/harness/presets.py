@@ -1,0 +1,111 @@
+"""Presets: settings that go together, from a smoke test to those of the published benchmark."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from zoobench.errors import UnknownNameError
+from zoobench.harness.grid import GridSpec
+from zoobench.spec import Budget, Ref
+
+DEFAULT = "quick"
+
+
+@dataclass(frozen=True)
+class Preset:
+    """What a run gets where the user says nothing.
+
+    Attributes:
+        frames: length of an episode in control frames.
+        methods: the methods with their settings; a method that the user names bare gets its settings from here.
+    """
+
+    name: str
+    summary: str
+    fidelity: Ref
+    frames: int
+    budget: Budget
+    seeds: tuple[int, ...]
+    methods: tuple[Ref, ...]
+    designs: tuple[Ref, ...] = (Ref("caterpillar"),)
+    controllers: tuple[Ref, ...] = (Ref("sine-basis"),)
+
+    def grid(
+        self,
+        envs: Sequence[Ref],
+        tasks: Sequence[Ref],
+        *,
+        designs: Sequence[Ref] | None = None,
+        controllers: Sequence[Ref] | None = None,
+        methods: Sequence[Ref] | None = None,
+        seeds: Sequence[int] | None = None,
+        budget: Budget | None = None,
+        fidelity: Ref | None = None,
+        frames: int | None = None,
+    ) -> GridSpec:
+        """The grid of these axes, with this preset's choice for each that is None."""
+        return GridSpec(
+            envs=tuple(envs),
+            tasks=tuple(tasks),
+            designs=self.designs if designs is None else tuple(designs),
+            controllers=self.controllers if controllers is None else tuple(controllers),
+            methods=self.methods if methods is None else tuple(self.settle(method) for method in methods),
+            seeds=self.seeds if seeds is None else tuple(seeds),
+            budget=budget or self.budget,
+            fidelity=fidelity or self.fidelity,
+            frames=self.frames if frames is None else frames,
+        )
+
+    def settle(self, method: Ref) -> Ref:
+        """The method with this preset's settings filled in where the reference names none."""
+        for own in self.methods:
+            if own.name == method.name:
+                return method.with_defaults(**own.kwargs)
+        return method
+
+
+_PRESETS = (
+    Preset(
+        name="smoke",
+        summary="seconds: every moving part moves once, the numbers mean nothing",
+        fidelity=Ref("smoke"),
+        frames=6,
+        budget=Budget("iterations", 3),
+        seeds=(0,),
+        methods=(Ref.parse("diffphysics[restarts=2]"), Ref.parse("random[batch=2]")),
+    ),
+    Preset(
+        name="quick",
+        summary="minutes on two cores: a first answer",
+        fidelity=Ref("quick"),
+        frames=100,
+        budget=Budget("substeps", 100_000),
+        seeds=(0, 1),
+        methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
+    ),
+    Preset(
+        name="paper",
+        summary="hours: the settings of the published benchmark",
+        fidelity=Ref("paper"),
+        frames=200,
+        budget=Budget("iterations", 30),
+        seeds=(0, 1, 2),
+        methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=8]")),
+    ),
+)
+
+
+def names() -> list[str]:
+    """The names of all presets, from the smallest to the largest."""
+    return [preset.name for preset in _PRESETS]
+
+
+def get(name: str) -> Preset:
+    """The preset of that name.
+
+    Raises:
+        UnknownNameError: there is none; suggests the nearest.
+    """
+    for preset in _PRESETS:
+        if preset.name == name:
+            return preset
+    raise UnknownNameError("preset", name, names())

@@ -1,0 +1,153 @@
+"""Watching over one attempt: what the child says goes to the database, and its ending is judged."""
+
+import base64
+import signal
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from zoobench.db.rows import Batch, Claim, Ending, FinalRow, RunState
+from zoobench.db.store import ClaimLostError, Store
+from zoobench.errors import StorageError
+from zoobench.harness.process import ChildProcess, End, Event, LogLine, Message
+
+COMMIT_SECONDS = 1.0
+CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
+GRACE_SECONDS = 3.0  # for a child that was asked to stop
+EXIT_SECONDS = 30.0  # for one that has said its last word and writes its compile cache
+_POLL_SECONDS = 0.1
+_LAST_WORDS = frozenset({"done", "diverged", "failed", "stopped"})
+_MOST_LOG_LINES = 10_000  # of one attempt
+
+
+def supervise(
+    store: Store, claim: Claim, command: Sequence[str], *, timeout: float | None, stop: threading.Event
+) -> RunState:
+    """Run one attempt in a child process and record all of it; `stop` interrupts it. Returns its outcome.
+
+    Raises:
+        ClaimLostError: another worker has taken the run over; the child is stopped.
+        StorageError: the database refuses; the child is stopped and the run goes on from what is stored.
+    """
+    process = ChildProcess(command, claim)
+    try:
+        return _Supervisor(store, claim, process, timeout, stop).run()
+    except ClaimLostError:
+        raise
+    except StorageError as error:
+        process.close()
+        _hand_back(store, claim, str(error))
+        raise
+    finally:
+        process.close()
+
+
+def _hand_back(store: Store, claim: Claim, reason: str) -> None:
+    """Queue the run again if the database lets us; else `recover` does it when this worker is gone."""
+    try:
+        store.finish(claim, Ending(RunState.CANCELLED, reason), Batch())
+    except StorageError:
+        return
+
+
+class _Supervisor:
+    def __init__(
+        self,
+        store: Store,
+        claim: Claim,
+        process: ChildProcess,
+        timeout: float | None,
+        stop: threading.Event,
+    ) -> None:
+        self._store = store
+        self._claim = claim
+        self._process = process
+        self._timeout = timeout
+        self._stop = stop
+        self._started = self._committed = time.monotonic()
+        self._batch = Batch()
+        self._log_lines = 0
+        self._last_log = ""
+        self._last_word: Message | None = None
+        self._halted: tuple[RunState, str] | None = None
+        self._kill_at = float("inf")
+
+    def run(self) -> RunState:
+        while not isinstance(event := self._process.next(_POLL_SECONDS), End):
+            if event is not None:
+                self._take(event)
+            now = time.monotonic()
+            patience = COMMIT_SECONDS if self._batch.checkpoint is None else CHECKPOINT_SECONDS
+            if now - self._committed >= patience:
+                self._store.commit(self._claim, self._batch)
+                self._batch = Batch()
+                self._committed = now
+            self._enforce(now)
+        ending = self._judge(self._process.wait())
+        self._store.finish(self._claim, ending, self._batch)
+        return ending.outcome
+
+    def _take(self, event: Event) -> None:
+        match event:
+            case LogLine(text):
+                self._log(text)
+            case Message("metric", contents):
+                for name, value in contents["values"].items():
+                    self._batch.metrics[name, contents["step"]] = value
+            case Message("checkpoint", contents):
+                self._batch.checkpoint = base64.b64decode(contents["data"])
+            case Message("progress", contents):
+                self._batch.fraction, self._batch.score = contents["fraction"], contents["score"]
+            case Message(kind) if kind in _LAST_WORDS:
+                self._last_word = event
+                self._kill_at = min(self._kill_at, time.monotonic() + EXIT_SECONDS)
+
+    def _log(self, text: str) -> None:
+        self._log_lines += 1
+        self._last_log = text or self._last_log
+        if self._log_lines < _MOST_LOG_LINES:
+            self._batch.log(text)
+        elif self._log_lines == _MOST_LOG_LINES:
+            self._batch.log("(more lines were printed; they are not kept)")
+
+    def _enforce(self, now: float) -> None:
+        """Interrupt the child when asked to or when its time is over; kill it when it does not obey."""
+        if self._halted is None and self._last_word is None:
+            if self._stop.is_set():
+                self._halt(RunState.CANCELLED, "Interrupted; it goes on from its checkpoint.")
+            elif self._timeout is not None and now - self._started > self._timeout:
+                self._halt(RunState.TIMEOUT, f"Stopped after {self._timeout:g} s, its time limit.")
+        if now > self._kill_at:
+            self._process.kill()
+
+    def _halt(self, outcome: RunState, reason: str) -> None:
+        self._halted = (outcome, reason)
+        self._kill_at = time.monotonic() + GRACE_SECONDS
+        self._process.ask_to_stop()
+
+    def _judge(self, code: int) -> Ending:
+        """The ending of the attempt, by the child's last word; without one, by what became of it."""
+        exit_facts: dict[str, Any] = {"exit_code": code} if code >= 0 else {"signal": -code}
+        word = self._last_word
+        if word is not None and word.kind == "done":
+            finals = tuple(FinalRow(name, value, unit) for name, value, unit in word.contents["finals"])
+            return Ending(RunState.DONE, finals=finals, **exit_facts)
+        if word is not None and word.kind == "diverged":
+            return Ending(RunState.DIVERGED, word.contents["reason"], **exit_facts)
+        if word is not None and word.kind == "failed":
+            trace = word.contents["traceback"]
+            return Ending(RunState.FAILED, word.contents["reason"], traceback=trace, **exit_facts)
+        if self._halted is not None:
+            return Ending(*self._halted, **exit_facts)
+        return Ending(RunState.LOST, self._describe_death(code), **exit_facts)
+
+    def _describe_death(self, code: int) -> str:
+        last = f" Its last line: {self._last_log}" if self._last_log else ""
+        if code >= 0:
+            return f"Its process ended with exit code {code} and said nothing.{last}"
+        try:
+            name = signal.Signals(-code).name
+        except ValueError:
+            name = "an unknown signal"
+        return f"Its process was killed by signal {-code} ({name}).{last}"

@@ -1,0 +1,61 @@
+"""The budget meter: what a method has spent, in every currency that a budget can be given in."""
+
+import time
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from zoobench.spec import Budget, BudgetKind
+
+
+@dataclass
+class BudgetMeter:
+    """What a method has spent.
+
+    Attributes:
+        forward, recomputed, backward: world-substeps simulated.
+        episodes: evaluations, with a gradient or without.
+        iterations: counted by the method.
+        earlier_seconds: wall time of the attempts before this one.
+    """
+
+    forward: int = 0
+    recomputed: int = 0
+    backward: int = 0
+    episodes: int = 0
+    iterations: int = 0
+    earlier_seconds: float = 0.0
+    _started: float | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def substeps(self) -> int:
+        """World-substeps of all three kinds together."""
+        return self.forward + self.recomputed + self.backward
+
+    @property
+    def seconds(self) -> float:
+        """Wall time since the first evaluation, attempts before this one included."""
+        running = 0.0 if self._started is None else time.perf_counter() - self._started
+        return self.earlier_seconds + running
+
+    def start_clock(self) -> None:
+        """Start the wall clock, once."""
+        if self._started is None:
+            self._started = time.perf_counter()
+
+    def spent(self, kind: BudgetKind) -> float:
+        """How much of this currency is spent."""
+        return float(getattr(self, kind))
+
+    def fraction(self, budget: Budget) -> float:
+        """The spent share of a budget, in [0, 1]."""
+        return min(1.0, self.spent(budget.kind) / budget.amount)
+
+    def state(self) -> dict[str, float]:
+        """Plain numbers for a method's checkpoint."""
+        counts = {item.name: getattr(self, item.name) for item in fields(self) if item.init and item.compare}
+        return {**counts, "earlier_seconds": self.seconds}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from `state`: a resumed run stops where the uninterrupted one would."""
+        for name, value in state.items():
+            setattr(self, name, value)

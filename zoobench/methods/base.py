@@ -1,0 +1,152 @@
+"""What a method is: it makes a problem's score large within its budget, and can be interrupted."""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import Divergence, DivergenceError
+from zoobench.problem import Evaluation, Problem
+
+Array = NDArray[np.float64]
+
+
+class Need(StrEnum):
+    """What a method asks of a problem; a cell that cannot give it is skipped with this reason."""
+
+    EPISODES = "episodes"
+    GRADIENT = "gradient"
+
+
+class RunContext(Protocol):
+    """The world outside of the physics, as a method sees it."""
+
+    rng: np.random.Generator
+
+    def report(self, step: int, **metrics: float) -> None:
+        """Put a point on the learning curve."""
+        ...
+
+    def checkpoint(self, data: bytes) -> None:
+        """Replace the stored state; everything reported before becomes durable with it."""
+        ...
+
+    def restore(self) -> bytes | None:
+        """The stored state, or None in a fresh run."""
+        ...
+
+    def should_stop(self) -> bool:
+        """Whether somebody asks the method to return after this iteration."""
+        ...
+
+    def progress(self, fraction: float, score: float | None) -> None:
+        """Say how far the run is, in [0, 1], and the best score so far."""
+        ...
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a method found.
+
+    Attributes:
+        params: the best parameters `[parameter_count]`.
+        evaluation: the episode in which they were measured.
+        facts: counts and readings of the method itself, such as gradients clipped.
+    """
+
+    params: Array
+    evaluation: Evaluation
+    facts: Mapping[str, float] = field(default_factory=dict)
+
+
+class Method(Protocol):
+    """An optimiser."""
+
+    needs: ClassVar[frozenset[Need]]
+
+    def run(self, problem: Problem, context: RunContext) -> Solution:
+        """Spend the problem's budget and return the best found; goes on from `context.restore()` if there is
+        one.
+
+        Raises:
+            DivergenceError: every evaluation diverged.
+            BudgetExhaustedError: the budget does not hold the first iteration.
+        """
+        ...
+
+
+@dataclass
+class Champion:
+    """The best evaluation so far; one that diverged never wins."""
+
+    params: Array | None = None
+    evaluation: Evaluation | None = None
+    diverged: int = 0
+    last_divergence: Divergence | None = None
+
+    @property
+    def score(self) -> float | None:
+        """Its score, None while every evaluation diverged."""
+        return None if self.evaluation is None else self.evaluation.score
+
+    def offer(self, params: Array, evaluation: Evaluation) -> None:
+        """Take it if it is better; the earlier one wins a tie."""
+        if evaluation.divergence is not None:
+            self.diverged += 1
+            self.last_divergence = evaluation.divergence
+        elif self.evaluation is None or evaluation.score > self.evaluation.score:
+            self.params, self.evaluation = params.copy(), evaluation
+
+    def solution(self, **facts: float) -> Solution:
+        """The end of a run.
+
+        Raises:
+            DivergenceError: every evaluation diverged.
+        """
+        if self.params is None or self.evaluation is None:
+            if self.last_divergence is None:
+                raise ValueError("A solution was asked for before anything was evaluated.")
+            raise DivergenceError(self.last_divergence)
+        return Solution(self.params, self.evaluation, {"diverged_evaluations": self.diverged, **facts})
+
+    def state(self) -> dict[str, Any]:
+        """Plain data for a checkpoint."""
+        last = self.last_divergence
+        return {
+            "params": None if self.params is None else self.params.tolist(),
+            "evaluation": None if self.evaluation is None else self.evaluation.state(),
+            "diverged": self.diverged,
+            "last_divergence": None if last is None else vars(last),
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> "Champion":
+        """The inverse of `state`."""
+        params, evaluation, last = state["params"], state["evaluation"], state["last_divergence"]
+        return cls(
+            None if params is None else np.array(params),
+            None if evaluation is None else Evaluation.from_state(evaluation),
+            state["diverged"],
+            None if last is None else Divergence(**last),
+        )
+
+
+def pack(state: Mapping[str, Any]) -> bytes:
+    """Tensors, numbers, text, lists and dicts of them as bytes, exact to the last bit."""
+    import torch
+
+    buffer = io.BytesIO()
+    torch.save(dict(state), buffer)
+    return buffer.getvalue()
+
+
+def unpack(data: bytes) -> dict[str, Any]:
+    """The inverse of `pack`; refuses anything that is no plain data."""
+    import torch
+
+    state: dict[str, Any] = torch.load(io.BytesIO(data), weights_only=True)
+    return state

@@ -1,0 +1,60 @@
+"""Random search: the floor that every method must beat."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from zoobench.errors import UsageError
+from zoobench.methods.base import Champion, Need, RunContext, Solution, pack, unpack
+from zoobench.problem import Problem
+from zoobench.registry import Kind, register
+
+
+@register(Kind.METHOD, "random", tags=("baseline",))
+@dataclass(frozen=True, kw_only=True)
+class RandomSearch:
+    """Draw parameters from the prior and keep the best, until the budget is spent.
+
+    * `batch`: draws evaluated side by side in one iteration.
+    """
+
+    batch: int = 8
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.EPISODES})
+
+    def __post_init__(self) -> None:
+        if self.batch < 1:
+            raise UsageError(f"A batch of {self.batch} draws is empty. Give at least 1.")
+
+    def run(self, problem: Problem, context: RunContext) -> Solution:
+        """Draw, evaluate, keep the best; the last batch is cut to what the budget holds."""
+        champion = Champion()
+        if (stored := context.restore()) is not None:
+            state = unpack(stored)
+            champion = Champion.from_state(state["champion"])
+            problem.meter.restore(state["meter"])
+            context.rng.bit_generator.state = state["rng"]
+        while (size := self._affordable(problem)) or not problem.meter.episodes:
+            # With nothing affordable at all one draw is tried, so that the problem explains its budget.
+            draws = [problem.initial(context.rng) for _ in range(max(size, 1))]
+            evaluations = problem.evaluate_batch(draws)
+            for params, evaluation in zip(draws, evaluations, strict=True):
+                champion.offer(params, evaluation)
+            problem.meter.iterations += 1
+            self._report(problem, context, champion, max(item.score for item in evaluations))
+            meter, rng = problem.meter.state(), context.rng.bit_generator.state
+            context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+            if context.should_stop():
+                break
+        return champion.solution(iterations=problem.meter.iterations)
+
+    def _affordable(self, problem: Problem) -> int:
+        return next((size for size in range(self.batch, 0, -1) if problem.affords(size)), 0)
+
+    @staticmethod
+    def _report(problem: Problem, context: RunContext, champion: Champion, current: float) -> None:
+        readings = {"substeps": float(problem.meter.substeps), "diverged": float(champion.diverged)}
+        if champion.score is not None:
+            readings["score"] = champion.score
+        if current > -float("inf"):
+            readings["score_current"] = current
+        context.report(problem.meter.iterations, **readings)
+        context.progress(problem.meter.fraction(problem.spec.budget), champion.score)

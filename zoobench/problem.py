@@ -1,0 +1,266 @@
+"""The only door from a method to physics: every simulated substep passes through here and is counted."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench import registry
+from zoobench.controllers.base import Controller
+from zoobench.designs.base import Body, Design
+from zoobench.envs.base import Environment
+from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
+from zoobench.meter import BudgetMeter
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import RunSpec
+from zoobench.tasks.base import Metric, Motion, Task
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from zoobench.sim.solver import Rollout, Solver
+
+Array = NDArray[np.float64]
+
+FRAME_SECONDS = 0.008
+"""Length of a control frame [s] (physics.md 3)."""
+
+_GRADIENT_PASSES = 3
+"""A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
+
+_GRADIENT_MEMORY = 2**30
+"""Bytes that the stored states of all worlds of one solver may take."""
+
+_PARTICLE_BYTES = 200
+"""Generous size of a particle's state in double precision: x, v, C, F."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What one episode with one set of parameters gave.
+
+    Attributes:
+        score: the task's score; -inf if the simulation diverged, which is for comparing only.
+        metrics: the task's readings by name, the score with its unit among them; none if the simulation diverged.
+        reward: `[frames]`; empty if the simulation diverged.
+        divergence: where the simulation blew up, or None.
+    """
+
+    score: float
+    metrics: dict[str, Metric]
+    reward: Array
+    divergence: Divergence | None = None
+
+    def state(self) -> dict[str, Any]:
+        """Plain data for a method's checkpoint; only for an episode that did not diverge."""
+        metrics = {name: [metric.value, metric.unit] for name, metric in self.metrics.items()}
+        return {"score": self.score, "metrics": metrics, "reward": self.reward.tolist()}
+
+    @classmethod
+    def from_state(cls, state: dict[str, Any]) -> "Evaluation":
+        """The inverse of `state`."""
+        metrics = {name: Metric(value, unit) for name, (value, unit) in state["metrics"].items()}
+        return cls(state["score"], metrics, np.array(state["reward"]))
+
+
+class Problem:
+    """A cell of the benchmark as a function of the controller's parameters, with a meter on it.
+
+    Args:
+        spec: what to simulate and how much may be spent.
+        worlds: how many evaluations run side by side at most; results do not depend on it.
+
+    Raises:
+        UnknownNameError, UsageError, SceneError: the spec names or describes something that cannot be built.
+    """
+
+    def __init__(self, spec: RunSpec, *, worlds: int = 8) -> None:
+        if worlds < 1:
+            raise UsageError(f"{worlds} worlds side by side evaluate nothing. Give at least 1.")
+        self.spec = spec
+        self.worlds = worlds
+        self.meter = BudgetMeter()
+        env: Environment = registry.create(Kind.ENV, spec.env)
+        design: Design = registry.create(Kind.DESIGN, spec.design)
+        self.task: Task = registry.create(Kind.TASK, spec.task)
+        self.controller: Controller = registry.create(Kind.CONTROLLER, spec.controller)
+        self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
+        self.body: Body = design.body(self.fidelity)
+        self.scene = env.scene(self.body, self.fidelity)
+        self._masses = self.body.masses(env.robot.density)
+        self._substeps_per_frame = self._choose_substeps()
+        self._solvers: dict[tuple[int, bool], Solver] = {}
+
+    @property
+    def parameter_count(self) -> int:
+        """Length of a parameter vector."""
+        return self.controller.parameter_count(self.body.muscle_count)
+
+    @property
+    def substeps_per_episode(self) -> int:
+        """Substeps of one forward episode."""
+        return self._substeps_per_frame * self.spec.frames
+
+    def initial(self, rng: np.random.Generator) -> Array:
+        """A draw from the prior over parameters `[parameter_count]`; every method starts from it."""
+        return self.controller.initial(rng, self.body.muscle_count)
+
+    def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
+        """Whether the budget holds `count` more evaluations, with gradients or without."""
+        budget, meter = self.spec.budget, self.meter
+        if budget.kind == "substeps":
+            cost = self.substeps_per_episode * (_GRADIENT_PASSES if gradient else 1)
+            return meter.substeps + count * cost <= budget.amount
+        if budget.kind == "episodes":
+            return meter.episodes + count <= budget.amount
+        return meter.spent(budget.kind) < budget.amount
+
+    def evaluate(self, parameters: Array) -> Evaluation:
+        """Simulate one episode; see `evaluate_batch`."""
+        return self.evaluate_batch([parameters])[0]
+
+    def evaluate_batch(self, batch: Sequence[Array]) -> list[Evaluation]:
+        """Simulate an episode for each parameter vector `[parameter_count]`; a divergence is an Evaluation
+        too.
+
+        Raises:
+            BudgetExhaustedError: the budget does not hold all of them; none is simulated then.
+            UsageError: parameters of another shape or not finite.
+        """
+        return [evaluation for evaluation, _ in self._evaluate(batch, gradient=False)]
+
+    def loss_and_grad(self, parameters: Array) -> tuple[Evaluation, Array]:
+        """Simulate one episode and its gradient; see `loss_and_grad_batch`."""
+        return self.loss_and_grad_batch([parameters])[0]
+
+    def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
+        """Episodes with the gradient `[parameter_count]` of the loss, which is minus the task's objective.
+
+        The gradient of an episode that diverged is all NaN. Raises as `evaluate_batch`.
+        """
+        return self._evaluate(batch, gradient=True)
+
+    def _evaluate(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
+        parameters = self._check(batch)
+        if not self.affords(len(batch), gradient=gradient):
+            raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
+        self.meter.start_clock()
+        width = self._width(gradient)
+        parts = (parameters[begin : begin + width] for begin in range(0, len(batch), width))
+        return [result for part in parts for result in self._simulate(part, gradient)]
+
+    def _simulate(self, parameters: Array, gradient: bool) -> Iterator[tuple[Evaluation, Array]]:
+        """One solver's worth of worlds, `[worlds, parameter_count]`.
+
+        Controller and task see one world at a time: the rounding of a batched sum depends on the batch's width, and
+        a result must not depend on what ran beside it.
+        """
+        import torch
+
+        solver = self._solver(len(parameters), gradient)
+        before = (solver.meter.forward, solver.meter.recomputed, solver.meter.backward)
+        times = torch.arange(self.spec.frames, dtype=torch.float64) * FRAME_SECONDS
+        rows = [torch.tensor(row[None], requires_grad=gradient) for row in parameters]
+        activity = [self.controller.actuation(row, times, self.body.muscle_count) for row in rows]
+        rollout = solver.run(torch.cat(activity, dim=1).detach().numpy())
+        motions = [self._motion(rollout, world, gradient) for world in range(len(rows))]
+        slopes = np.full(parameters.shape, math.nan)
+        if gradient:
+            pull = solver.backward(rollout, *self._path_adjoints(motions)).actuation
+            for world, (row, active) in enumerate(zip(rows, activity, strict=True)):
+                if world not in rollout.divergences:
+                    (slope,) = torch.autograd.grad(active, row, torch.as_tensor(pull[:, world : world + 1]))
+                    slopes[world] = slope[0].numpy()
+        self.meter.episodes += len(parameters)
+        self.meter.forward += solver.meter.forward - before[0]
+        self.meter.recomputed += solver.meter.recomputed - before[1]
+        self.meter.backward += solver.meter.backward - before[2]
+        evaluations = [self._read(motion, rollout.divergences.get(w)) for w, motion in enumerate(motions)]
+        return zip(evaluations, slopes, strict=True)
+
+    def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
+        import torch
+
+        def leaf(values: NDArray[np.floating]) -> "Tensor":
+            return torch.tensor(values[:, world : world + 1], dtype=torch.float64, requires_grad=gradient)
+
+        masses = torch.tensor(self._masses[None])
+        return Motion(leaf(rollout.positions), leaf(rollout.velocities), masses, FRAME_SECONDS)
+
+    def _path_adjoints(self, motions: Sequence[Motion]) -> tuple[Array, Array]:
+        """Derivatives of the loss by positions and velocities, `[frames + 1, worlds, particle_count, 3]` each."""
+        import torch
+
+        pulls = [
+            torch.autograd.grad(
+                -self.task.objective(motion).sum(),
+                (motion.positions, motion.velocities),
+                allow_unused=True,
+                materialize_grads=True,
+            )
+            for motion in motions
+        ]
+        positions, velocities = (torch.cat(parts, dim=1).numpy() for parts in zip(*pulls, strict=True))
+        return positions, velocities
+
+    def _read(self, motion: Motion, divergence: Divergence | None) -> Evaluation:
+        import torch
+
+        if divergence is not None:
+            return Evaluation(-math.inf, {}, np.zeros(0), divergence)
+        with torch.no_grad():
+            score = float(self.task.score(motion))
+            reward = self.task.reward(motion)[:, 0].numpy().copy()
+            readings = self.task.metrics(motion)
+        metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
+        return Evaluation(score, {**metrics, "score": Metric(score, self.task.unit)}, reward)
+
+    def _solver(self, worlds: int, gradient: bool) -> "Solver":
+        """A solver of this width, kept: the last batch of a method may be narrower than the others."""
+        from zoobench.sim.solver import Solver
+
+        key = (worlds, gradient)
+        if key not in self._solvers:
+            self._solvers[key] = Solver(
+                self.scene, self.fidelity, worlds=worlds, frame_seconds=FRAME_SECONDS, gradients=gradient
+            )
+        return self._solvers[key]
+
+    def _choose_substeps(self) -> int:
+        from zoobench.sim.stepping import choose_step
+
+        step = choose_step(self.scene, self.fidelity.grid_spacing, self.fidelity.courant, FRAME_SECONDS)
+        return step.substeps_per_frame
+
+    def _width(self, gradient: bool) -> int:
+        """Worlds side by side, fewer where a gradient's stored states would fill the memory."""
+        if not gradient:
+            return self.worlds
+        states = 2 * math.isqrt(self.substeps_per_episode) + 2
+        bytes_per_world = states * self.scene.particle_count * _PARTICLE_BYTES
+        return max(1, min(self.worlds, _GRADIENT_MEMORY // bytes_per_world))
+
+    def _check(self, batch: Sequence[Array]) -> Array:
+        parameters = np.array(batch, dtype=np.float64)
+        if parameters.shape != (len(batch), self.parameter_count) or not len(batch):
+            raise UsageError(
+                f"Parameters of shape {parameters.shape} were given; (at least 1, {self.parameter_count}) was expected."
+            )
+        if not np.isfinite(parameters).all():
+            raise UsageError("The parameters hold values that are not finite. Check the method's step.")
+        return parameters
+
+    def _exhausted(self, count: int, gradient: bool) -> str:
+        budget = self.spec.budget
+        cost = count
+        if budget.kind == "substeps":
+            cost *= self.substeps_per_episode * (_GRADIENT_PASSES if gradient else 1)
+        return (
+            f"{count} evaluations {'with' if gradient else 'without'} gradient would cost {cost:,} "
+            f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "
+            "Give a larger budget or fewer frames."
+        )

@@ -1,0 +1,231 @@
+"""Names to components: environments, tasks, designs, controllers, methods and fidelities.
+
+A component is a class or function behind `@register(Kind.TASK, "turning", version=1)` in a module of the
+package `zoobench.<kind>`, or in a module that an installed plug-in names as an entry point of the group
+`zoobench.<kind>`. Nothing is imported before the first question about a kind.
+"""
+
+import importlib
+import importlib.metadata
+import inspect
+import math
+import pkgutil
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.spec import Ref, Scalar
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+class Kind(StrEnum):
+    """The axes of the benchmark that are filled by registered components; the value names the package."""
+
+    ENV = "envs"
+    TASK = "tasks"
+    DESIGN = "designs"
+    CONTROLLER = "controllers"
+    METHOD = "methods"
+    FIDELITY = "fidelities"
+
+    @property
+    def noun(self) -> str:
+        """What one component of this kind is called in a message."""
+        return _NOUNS[self]
+
+
+_NOUNS = {
+    Kind.ENV: "environment",
+    Kind.TASK: "task",
+    Kind.DESIGN: "design",
+    Kind.CONTROLLER: "controller",
+    Kind.METHOD: "method",
+    Kind.FIDELITY: "fidelity",
+}
+
+
+@dataclass(frozen=True)
+class Component:
+    """One registered version of one component.
+
+    Attributes:
+        factory: called with the parameters of a `Ref` as keywords.
+        summary: the first line of the factory's docstring.
+        defaults: the parameters that have a default, with it.
+        parameters: the expected type of every parameter, as annotated.
+    """
+
+    kind: Kind
+    name: str
+    version: int
+    factory: Callable[..., Any]
+    summary: str
+    tags: frozenset[str]
+    defaults: Mapping[str, Scalar]
+    parameters: Mapping[str, Any]
+
+    @property
+    def ref(self) -> Ref:
+        """The reference to this component with all defaults stated."""
+        return Ref(self.name, self.version, tuple(sorted(self.defaults.items())))
+
+
+@dataclass(frozen=True)
+class PluginFailure:
+    """An installed plug-in that could not be loaded; shown by `zoobench doctor`."""
+
+    group: str
+    entry_point: str
+    reason: str
+
+
+_components: dict[Kind, dict[str, dict[int, Component]]] = {kind: {} for kind in Kind}
+_discovered: set[Kind] = set()
+_failures: list[PluginFailure] = []
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = ()) -> Callable[[_F], _F]:
+    """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
+
+    Bump `version` whenever the component's numbers change: results of different versions are never mixed.
+
+    Raises:
+        UsageError: the name is taken or malformed, or a default is not a bool, int, float or str.
+    """
+    if not _NAME.fullmatch(name) or version < 1:
+        raise UsageError(f"Cannot register {name!r} version {version}: write kebab-case and count from 1.")
+
+    def decorate(factory: _F) -> _F:
+        versions = _components[kind].setdefault(name, {})
+        if version in versions:
+            other = versions[version].factory
+            raise UsageError(
+                f"The {kind.noun} {name!r} version {version} is registered already, by {other.__module__}."
+                f"{other.__qualname__}. Choose another name or bump the version."
+            )
+        versions[version] = _describe(kind, name, version, factory, frozenset(tags))
+        return factory
+
+    return decorate
+
+
+def names(kind: Kind) -> list[str]:
+    """The names of a kind, sorted."""
+    _discover(kind)
+    return sorted(_components[kind])
+
+
+def get(kind: Kind, name: str, version: int = 0) -> Component:
+    """The component of that name; version 0 means the newest.
+
+    Raises:
+        UnknownNameError: no component has this name; suggests the nearest.
+        UsageError: the name exists, but not in this version.
+    """
+    _discover(kind)
+    versions = _components[kind].get(name)
+    if not versions:
+        raise UnknownNameError(kind.noun, name, _components[kind])
+    if version == 0:
+        return versions[max(versions)]
+    if version not in versions:
+        known = ", ".join(f"{name}-v{known}" for known in sorted(versions))
+        raise UsageError(f"The {kind.noun} {name!r} has no version {version}. Known: {known}.")
+    return versions[version]
+
+
+def resolve(kind: Kind, ref: Ref) -> Ref:
+    """The same reference with its version and all parameters stated, so that its key says everything.
+
+    Raises:
+        UnknownNameError: unknown name.
+        UsageError: unknown version or parameter, a value of the wrong type, or a required parameter missing.
+    """
+    component = get(kind, ref.name, ref.version)
+    given = {key: _coerce(component, key, value) for key, value in ref.params}
+    missing = [key for key in component.parameters if key not in given and key not in component.defaults]
+    if missing:
+        raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
+    return Ref(ref.name, component.version, tuple(sorted({**component.defaults, **given}.items())))
+
+
+def create(kind: Kind, ref: Ref) -> Any:
+    """Build the component that the reference names, with its parameters.
+
+    Raises:
+        UsageError: as `resolve`.
+    """
+    resolved = resolve(kind, ref)
+    return get(kind, resolved.name, resolved.version).factory(**resolved.kwargs)
+
+
+def failures() -> list[PluginFailure]:
+    """The installed plug-ins that could not be loaded, over all kinds."""
+    for kind in Kind:
+        _discover(kind)
+    return list(_failures)
+
+
+def _describe(kind: Kind, name: str, version: int, factory: Callable[..., Any], tags: frozenset[str]) -> Component:
+    defaults: dict[str, Scalar] = {}
+    parameters: dict[str, Any] = {}
+    for key, parameter in inspect.signature(factory, eval_str=True).parameters.items():
+        if parameter.kind not in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            raise UsageError(f"The {kind.noun} {name!r} takes *{key}: name every parameter, with its type.")
+        if parameter.annotation is parameter.empty:
+            raise UsageError(f"The parameter {key!r} of {name!r} has no type. Annotate it.")
+        parameters[key] = parameter.annotation
+        if parameter.default is parameter.empty:
+            continue
+        if not isinstance(parameter.default, bool | int | float | str):
+            raise UsageError(f"The default of {key!r} of {name!r} is no bool, int, float or str.")
+        defaults[key] = float(parameter.default) if parameter.annotation is float else parameter.default
+    summary = (inspect.getdoc(factory) or "").partition("\n")[0]
+    return Component(kind, name, version, factory, summary, tags, defaults, parameters)
+
+
+def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
+    """The value in the parameter's own type (`lr=1` and `lr=1.0` are one run), or a clear refusal."""
+    if key not in component.parameters:
+        raise UnknownNameError(f"parameter of {component.name!r}:", key, component.parameters)
+    expected = component.parameters[key]
+    if get_origin(expected) is Literal:
+        for choice in get_args(expected):
+            if choice == value:
+                return cast("Scalar", choice)
+        choices = ", ".join(str(choice) for choice in get_args(expected))
+        raise UsageError(f"{component.name}[{key}={value}] is not offered. Choose one of {choices}.")
+    if expected is str:
+        return str(value)
+    if isinstance(value, bool):
+        if expected is bool:
+            return value
+    elif isinstance(value, int | float) and math.isfinite(value):
+        if expected is float:
+            return float(value)
+        if expected is int and value == int(value):
+            return int(value)
+    noun = getattr(expected, "__name__", str(expected))
+    raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be of type {noun}.")
+
+
+def _discover(kind: Kind) -> None:
+    if kind in _discovered:
+        return
+    package = importlib.import_module(f"zoobench.{kind}")
+    for module in pkgutil.iter_modules(getattr(package, "__path__", [])):
+        if not module.name.startswith("_") and module.name != "base":
+            importlib.import_module(f"{package.__name__}.{module.name}")
+    group = f"zoobench.{kind}"
+    for entry_point in importlib.metadata.entry_points(group=group):
+        try:
+            entry_point.load()
+        except Exception as error:  # a stranger's module fails in any way it likes, alone
+            _failures.append(PluginFailure(group, entry_point.name, f"{type(error).__name__}: {error}"))
+    _discovered.add(kind)

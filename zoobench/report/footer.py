@@ -1,0 +1,106 @@
+"""What stands under a table: everything needed to judge its numbers and to make them again.
+
+It depends on the database and the command only, not on the moment: the same runs give the same text.
+"""
+
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from zoobench.db.rows import AttemptRow
+from zoobench.report.tables import Table
+
+_PACKAGES = ("zoobench", "taichi", "torch", "numpy")
+_LEGEND = (
+    "mean over seeds ± half of the 95 % Student-t interval; n: seeds behind it, with the number asked for if fewer; "
+    "bold or *: all seeds done and the interval above those of the other methods"
+)
+
+
+@dataclass(frozen=True)
+class Footer:
+    """The provenance of a set of tables.
+
+    Attributes:
+        commits: of zoobench, each marked where there were uncommitted changes.
+        components: every reference in the tables with its version and all parameters.
+        machines: processor, cores, accelerators, memory.
+        packages: name and version of what the numbers depend on.
+        dates: first start and last end of the runs, UTC; empty without a finished run.
+        command: what prints these tables.
+    """
+
+    commits: tuple[str, ...]
+    components: tuple[str, ...]
+    machines: tuple[str, ...]
+    packages: tuple[str, ...]
+    dates: tuple[str, ...]
+    command: str
+
+    def lines(self) -> list[str]:
+        """The footer as text, one fact a line."""
+        facts = {
+            "cells": (_LEGEND,),
+            "commit": self.commits,
+            "components": self.components,
+            "machine": self.machines,
+            "packages": self.packages,
+            "runs from": (" to ".join(self.dates),) if self.dates else (),
+            "made by": (self.command,),
+        }
+        return [f"{name}: {'; '.join(values) or 'unknown'}" for name, values in facts.items()]
+
+
+def footer(tables: Sequence[Table], attempts: Iterable[AttemptRow], command: Sequence[str]) -> Footer:
+    """Gather the provenance of these tables from the attempts that made their numbers."""
+    made = list(attempts)
+    documents = [attempt.provenance for attempt in made]
+    times = [time for attempt in made for time in (attempt.started_at, attempt.ended_at) if time is not None]
+    return Footer(
+        commits=_distinct(_commit(document.get("code", {})) for document in documents),
+        components=_components(tables),
+        machines=_distinct(map(_machine, documents)),
+        packages=_distinct(map(_packages, documents)),
+        dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
+        command=shlex.join(command),
+    )
+
+
+def _components(tables: Sequence[Table]) -> tuple[str, ...]:
+    refs = {table.fidelity for table in tables} | {method for table in tables for method in table.methods}
+    for table in tables:
+        for row in table.rows:
+            refs |= {row.env, row.task, row.design, row.controller}
+    return _distinct(map(str, refs))
+
+
+def _commit(code: Mapping[str, Any]) -> str:
+    if not code.get("commit"):
+        return f"not a commit, files {str(code.get('files', 'unknown'))[:12]}"
+    state = f" with uncommitted changes, files {str(code.get('files'))[:12]}" if code.get("dirty") else ""
+    return f"{str(code['commit'])[:12]}{state}"
+
+
+def _machine(document: Mapping[str, Any]) -> str:
+    cpu = document.get("cpu", {})
+    parts = [f"{cpu.get('model') or 'unknown processor'} ({cpu.get('cores')} cores, {cpu.get('threads')} threads)"]
+    parts += document.get("gpus", [])
+    if memory := document.get("memory"):
+        parts.append(f"{memory / 2**30:.0f} GiB")
+    return ", ".join(parts)
+
+
+def _packages(document: Mapping[str, Any]) -> str:
+    versions = document.get("packages", {})
+    known = [f"{name} {versions[name]}" for name in _PACKAGES if versions.get(name)]
+    return ", ".join([f"Python {document.get('python', 'unknown')}", *known])
+
+
+def _date(time: float) -> str:
+    return datetime.fromtimestamp(time, UTC).strftime("%Y-%m-%d %H:%M UTC")
+
+
+def _distinct(texts: Iterable[str]) -> tuple[str, ...]:
+    return tuple(sorted(set(texts)))

@@ -1,0 +1,78 @@
+"""Rows with named columns, and their text as CSV, JSON and Markdown.
+
+The JSON form is stable: a list with one object per row, the column names as keys, numbers as numbers, a value that
+does not exist as null.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A rectangular listing. Column names are snake_case; a cell holds text, a number, a truth value or None.
+
+    `bold` names the cells to stress, by row and column.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    bold: frozenset[tuple[int, int]] = frozenset()
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.columns):
+                raise ValueError(f"A row of {len(row)} cells does not fit the {len(self.columns)} columns.")
+
+    def records(self) -> list[dict[str, Any]]:
+        """One dictionary per row; a number that is not finite becomes None, since JSON cannot hold it."""
+        return [dict(zip(self.columns, map(_finite, row), strict=True)) for row in self.rows]
+
+
+def cell_text(value: Any) -> str:
+    """A cell as a person reads it: four significant digits, an empty cell for None."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return str(value)
+
+
+def to_json(value: Any) -> str:
+    """Indented JSON text of plain data; keys keep their order, NaN is refused."""
+    return json.dumps(value, indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def to_csv(listing: Listing) -> str:
+    """CSV with a header line and every digit of the numbers; None is an empty field."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(listing.columns)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in listing.rows)
+    return buffer.getvalue().rstrip("\n")
+
+
+def to_markdown(listing: Listing) -> str:
+    """A Markdown table; pipes and line breaks inside cells are escaped."""
+    lines = [_markdown_line(listing.columns), "|" + " --- |" * len(listing.columns)]
+    for number, row in enumerate(listing.rows):
+        texts = [cell_text(cell) for cell in row]
+        stressed = [f"**{text}**" if (number, i) in listing.bold else text for i, text in enumerate(texts)]
+        lines.append(_markdown_line(stressed))
+    return "\n".join(lines)
+
+
+def _markdown_line(cells: Sequence[str]) -> str:
+    escaped = (cell.replace("|", "\\|").replace("\n", " ") for cell in cells)
+    return "| " + " | ".join(escaped) + " |"
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

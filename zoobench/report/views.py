@@ -1,0 +1,183 @@
+"""Listings of runs: what `results`, `status` and `plan` print, and the card of one run."""
+
+import math
+import shlex
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from zoobench.db.rows import AttemptRow, RunRow, RunState
+from zoobench.report.labels import labels
+from zoobench.report.listing import Listing
+from zoobench.report.query import Result
+from zoobench.spec import Ref, RunSpec
+
+AXES = ("env", "task", "design", "controller", "method", "fidelity")
+_SHORT_AXES = ("env", "task", "design", "method", "fidelity")
+
+
+def duration(seconds: float | None) -> str:
+    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`; `unknown` for None."""
+    if seconds is None:
+        return "unknown"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def results_overview(results: Sequence[Result]) -> Listing:
+    """One row per run with its score, for reading."""
+    names = _short_names([result.run.spec for result in results])
+    rows = [
+        (
+            result.run.id,
+            *names[index],
+            result.run.spec.seed,
+            str(result.run.state),
+            None if result.score is None else result.score.value,
+            None if result.score is None else result.score.unit,
+            duration(result.run.seconds) if result.run.attempt else None,
+            result.run.reason,
+        )
+        for index, result in enumerate(results)
+    ]
+    return Listing(("run", *_SHORT_AXES, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
+
+
+def results_listing(results: Sequence[Result]) -> Listing:
+    """One row per run with everything: references with all parameters and every final value, its unit in brackets."""
+    finals = sorted({(final.name, final.unit) for result in results for final in result.finals.values()})
+    columns = (
+        "run", "key", *AXES, "seed", "frames", "budget_kind", "budget_amount", "state", "reason", "attempts",
+        "seconds", *(f"{name} [{unit}]" if unit else name for name, unit in finals),
+    )  # fmt: skip
+    return Listing(columns, tuple(_full_row(result, finals) for result in results))
+
+
+def results_records(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """The stable JSON form of results: the run, its whole spec, and `finals` as name -> value and unit."""
+    return [{**_run_record(result.run), "finals": _finals_record(result)} for result in results]
+
+
+def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
+    """The runs in progress; ages and what is left of the lease in seconds at the time `now`."""
+    moment = time.time() if now is None else now
+    names = _short_names([run.spec for run in runs])
+    columns = (
+        "run", *_SHORT_AXES, "seed", "attempt", "progress", "score", "metric_age_s", "lease_s", "time_left"
+    )  # fmt: skip
+    rows = [
+        (
+            run.id,
+            *names[index],
+            run.spec.seed,
+            run.attempt,
+            f"{run.fraction:.0%}",
+            run.score,
+            None if run.progress_at is None else round(moment - run.progress_at),
+            None if run.lease_until is None else round(run.lease_until - moment),
+            duration(run.seconds_left),
+        )
+        for index, run in enumerate(runs)
+    ]
+    return Listing(columns, tuple(rows))
+
+
+def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
+    """What a run would do, one row per run: what is known of it, and how long it would take."""
+    names = _short_names(specs)
+    rows = [
+        (*names[index], spec.seed, str(spec.budget), state, None if state == "done" else duration(seconds))
+        for index, (spec, state, seconds) in enumerate(zip(specs, states, estimates, strict=True))
+    ]
+    return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
+
+
+def run_card(result: Result, attempts: Sequence[AttemptRow]) -> dict[str, Any]:
+    """Everything that is stored about one run, as plain data."""
+    return {
+        **_run_record(result.run),
+        "finals": _finals_record(result),
+        "attempts": [_attempt_record(attempt) for attempt in attempts],
+        "repeat": repeat_command(result.run.spec),
+    }
+
+
+def repeat_command(spec: RunSpec) -> str:
+    """The command that makes this run again in another database."""
+    words = ["zoobench", "run"]
+    for axis in AXES:
+        words += [f"--{axis}", str(getattr(spec, axis))]
+    words += ["--frames", str(spec.frames), "--budget", _budget_words(spec), "--seeds", _seed_words(spec)]
+    return shlex.join(words)
+
+
+def _budget_words(spec: RunSpec) -> str:
+    amount = spec.budget.amount
+    return f"{int(amount) if amount.is_integer() else amount} {spec.budget.kind}"
+
+
+def _seed_words(spec: RunSpec) -> str:
+    # A bare number is a count of seeds, so one seed alone is written as a list.
+    return f"{spec.seed},"
+
+
+def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
+    axes: dict[str, Mapping[Ref, str]] = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
+    return [tuple(axes[axis][getattr(spec, axis)] for axis in _SHORT_AXES) for spec in specs]
+
+
+def _full_row(result: Result, finals: Sequence[tuple[str, str]]) -> tuple[Any, ...]:
+    run, spec = result.run, result.run.spec
+    values = {(final.name, final.unit): final.value for final in result.finals.values()}
+    return (
+        run.id, run.key, *(str(getattr(spec, axis)) for axis in AXES), spec.seed, spec.frames, spec.budget.kind,
+        spec.budget.amount, str(run.state), run.reason, run.attempt, round(run.seconds, 3),
+        *(values.get(final) for final in finals),
+    )  # fmt: skip
+
+
+def _run_record(run: RunRow) -> dict[str, Any]:
+    return {
+        "run": run.id,
+        "key": run.key,
+        "spec": run.spec.to_dict(),
+        "state": str(run.state),
+        "reason": run.reason,
+        "attempts": run.attempt,
+        "seconds": round(run.seconds, 3),
+        "is_smoke": run.spec.fidelity.name == "smoke",
+    }
+
+
+def _finals_record(result: Result) -> dict[str, Any]:
+    # JSON holds no NaN and no infinity: such a value is null.
+    return {
+        name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
+        for name, final in sorted(result.finals.items())
+    }
+
+
+def _attempt_record(attempt: AttemptRow) -> dict[str, Any]:
+    return {
+        "number": attempt.number,
+        "outcome": str(attempt.outcome),
+        "host": attempt.host,
+        "started_at": attempt.started_at,
+        "seconds": attempt.wall_seconds,
+        "resumed": attempt.resumed,
+        "exit_code": attempt.exit_code,
+        "signal": attempt.signal,
+        "peak_memory_bytes": attempt.peak_memory,
+        "reason": attempt.reason,
+        "traceback": attempt.traceback,
+        "provenance": dict(attempt.provenance),
+    }
+
+
+def counts_text(counts: Mapping[RunState, int]) -> str:
+    """For example `3 done, 1 running`; `no runs` for an empty database."""
+    return ", ".join(f"{counts[state]} {state}" for state in RunState if counts.get(state)) or "no runs"

@@ -1,0 +1,10 @@
+"""How kernels name the tensors that they take."""
+
+import taichi as ti
+
+# The element type says only what an element's shape is: Taichi takes the precision from the tensor that is passed.
+Scalars = ti.types.ndarray()
+Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
+Matrices = ti.types.ndarray(dtype=ti.types.matrix(3, 3, float))
+Symmetric = ti.types.ndarray(dtype=ti.types.vector(6, float))
+Nodes = ti.types.ndarray(dtype=ti.types.vector(4, float))

@@ -1,0 +1,37 @@
+"""How finely a scene is simulated: the knobs that trade accuracy for time."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from zoobench.errors import UsageError
+
+PARTICLES_PER_CELL = (1, 4, 8, 27)
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """The numerical settings of a simulation.
+
+    Attributes:
+        grid_spacing: h [m].
+        courant: the step as a fraction of the largest safe one, dt_iso = h sqrt(rho0 / kappa); above 0.9 it is refused.
+        particles_per_cell: 1, 4 (face-centred), 8 or 27; 8 is enough, 1 is unusable for accuracy.
+        precision: 32 or 64 bits for every real number of the simulation.
+    """
+
+    grid_spacing: float
+    courant: float = 0.5
+    particles_per_cell: int = 8
+    precision: Literal[32, 64] = 32
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.grid_spacing < 1.0:
+            raise UsageError(f"The grid spacing {self.grid_spacing:g} m is not between 0 and 1 m. Try 1/64.")
+        if not 0.0 < self.courant <= 0.9:
+            raise UsageError(f"The Courant fraction {self.courant:g} is not in (0, 0.9]. 0.5 is a good choice.")
+        if self.particles_per_cell not in PARTICLES_PER_CELL:
+            raise UsageError(
+                f"{self.particles_per_cell} particles per cell are not offered. Choose one of {PARTICLES_PER_CELL}."
+            )
+        if self.precision not in (32, 64):
+            raise UsageError(f"A precision of {self.precision} bits is not offered. Choose 32 or 64.")

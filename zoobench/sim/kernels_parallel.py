@@ -1,0 +1,128 @@
+"""The substep and its reverse for many threads (CUDA): one substep of all worlds at once, each in its slab of the grid.
+
+Arrays are those of `kernels`. The adds are atomic, so that the last bits change from run to run.
+"""
+
+import taichi as ti
+
+from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.particles import (
+    from_grid,
+    from_grid_adjoint,
+    to_grid,
+    to_grid_adjoint,
+    update_node,
+    update_node_adjoint,
+)
+
+
+@ti.func
+def in_use(window: ti.template(), s, w, i, j, k):
+    """Whether a node lies in the window of world w at slot s."""
+    inside = window[s, w, 0] <= i and i < window[s, w, 3]
+    inside = inside and window[s, w, 1] <= j and j < window[s, w, 4]
+    return inside and window[s, w, 2] <= k and k < window[s, w, 5]
+
+
+@ti.kernel
+def advance_parallel(
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
+    s: int, t: int, h: float, dt: float,
+    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    push_x: float, push_y: float, push_z: float, mu_ground: float,
+    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+):  # fmt: skip
+    """One substep of all worlds alive at once, from slot s to slot t."""
+    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+            grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+        if alive[w] == 1:
+            to_grid(
+                x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
+                grid, w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+            )  # fmt: skip
+    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+            update_node(grid, grid, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction)
+    for w, d in ti.ndrange(x.shape[1], 3):
+        if alive[w] == 1:
+            window[t, w, d] = grid.shape[1] + grid.shape[2] + grid.shape[3]
+            window[t, w, 3 + d] = 0
+    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+        if alive[w] == 1:
+            base = from_grid(
+                x,
+                v,
+                C,
+                F,
+                b,
+                surplus,
+                tau,
+                grid,
+                w,
+                s,
+                t,
+                w,
+                p,
+                1.0 / h,
+                dt,
+                sand_mu,
+                sand_lam,
+                sand_slope,
+                sand,
+            )
+            for d in ti.static(range(3)):
+                ti.atomic_min(window[t, w, d], base[d])
+                ti.atomic_max(window[t, w, 3 + d], base[d] + 3)
+
+
+@ti.kernel
+def reverse_parallel(
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
+    grid_velocity: Nodes, grid_adjoint: Nodes,
+    x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
+    b_adj: Symmetric, surplus_adj: Scalars, tau_adj: Symmetric,
+    mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
+    s: int, h: float, dt: float,
+    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    push_x: float, push_y: float, push_z: float, mu_ground: float,
+    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+):  # fmt: skip
+    """The adjoint of the substep from slot s to s + 1, of all worlds alive at once."""
+    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+            grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            grid_velocity[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            grid_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+        if alive[w] == 1:
+            to_grid(
+                x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
+                grid, w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+            )  # fmt: skip
+    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+            update_node(grid, grid_velocity, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction)
+    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+        if alive[w] == 1:
+            from_grid_adjoint(
+                x, v, C, F, b, surplus, grid_velocity, grid_adjoint,
+                x_adj, v_adj, C_adj, F_adj, b_adj, surplus_adj, tau_adj,
+                w, s, s + 1, w, p, 1.0 / h, dt, sand_mu, sand_lam, sand_slope, sand,
+            )  # fmt: skip
+    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+            update_node_adjoint(
+                grid, grid_adjoint, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction
+            )
+    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+        if alive[w] == 1:
+            to_grid_adjoint(
+                x, v, C, F, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
+                x_adj, v_adj, C_adj, F_adj, tau_adj,
+                mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
+                w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+            )  # fmt: skip

@@ -1,0 +1,77 @@
+"""What a simulation gives back: the path of the robot, what went wrong, and the gradient."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import Divergence
+from zoobench.sim.state import Matter
+
+FloatArray = NDArray[np.floating]
+
+
+@dataclass
+class SubstepMeter:
+    """World-substeps simulated so far, the currency of budgets."""
+
+    forward: int = 0
+    recomputed: int = 0
+    backward: int = 0
+
+    @property
+    def total(self) -> int:
+        """All of them together."""
+        return self.forward + self.recomputed + self.backward
+
+
+@dataclass
+class Rollout:
+    """One episode of all worlds.
+
+    Attributes:
+        positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
+        actuation: `[frames, worlds, muscles]` as it was applied.
+        divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
+        guarded: `[worlds]` particle-frames in which log J was held at its guard.
+        checkpoints: state at every `interval` substeps, kept when gradients were asked for.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    actuation: FloatArray
+    body: dict[str, NDArray[np.float64]]
+    divergences: dict[int, Divergence]
+    guarded: NDArray[np.int64]
+    substeps_per_frame: int
+    interval: int = 0
+    checkpoints: list[Matter] = field(default_factory=list)
+
+    @property
+    def frames(self) -> int:
+        """Control frames of the episode."""
+        return len(self.actuation)
+
+    @property
+    def substeps(self) -> int:
+        """Substeps of one world's episode."""
+        return self.frames * self.substeps_per_frame
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Derivatives of a scalar of the path, in float64: zero in worlds that diverged.
+
+    Attributes:
+        actuation: `[frames, worlds, muscles]`.
+        stiffness, density_ratio, occupancy: `[worlds, robot]`.
+        muscle_membership: `[worlds, robot, muscles]`.
+        fibres: `[worlds, robot, 3]`.
+    """
+
+    actuation: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    density_ratio: NDArray[np.float64]
+    occupancy: NDArray[np.float64]
+    muscle_membership: NDArray[np.float64]
+    fibres: NDArray[np.float64]

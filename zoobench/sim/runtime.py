@@ -1,0 +1,102 @@
+"""Taichi's life in this process: started once per precision, stopped so that the compile cache is written."""
+
+import contextlib
+import os
+import time
+from pathlib import Path
+from typing import Literal
+
+import taichi as ti
+import torch
+
+from zoobench.errors import UsageError
+
+Device = Literal["cpu", "cuda"]
+
+STALE_LOCK_SECONDS = 60.0
+
+_started: tuple[int, Device, bool] | None = None
+_generation = 0
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept: `ZOOBENCH_CACHE`, else the user's cache folder."""
+    if chosen := os.environ.get("ZOOBENCH_CACHE"):
+        return Path(chosen) / "kernels"
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "zoobench" / "kernels"
+
+
+def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
+    """Make Taichi ready for one precision and device; does nothing if it already is.
+
+    Returns the generation of the runtime: a solver made under an older one must not be used again.
+    One thread only: two threads that add to one grid node in changing order give changing results.
+    With `debug`, or ZOOBENCH_DEBUG in the environment, every access to an array is checked against its bounds.
+
+    Raises:
+        UsageError: a CUDA device was asked for and none is there.
+    """
+    global _started, _generation
+    debug = debug or bool(os.environ.get("ZOOBENCH_DEBUG"))
+    wanted = (precision, device, debug)
+    if _started == wanted:
+        return _generation
+    if device == "cuda" and not torch.cuda.is_available():
+        raise UsageError("No CUDA device is available on this machine. Use the device 'cpu'.")
+    if _started is not None:
+        stop()
+    torch.set_num_threads(1)
+    if cache:
+        _drop_stale_lock()
+    with contextlib.redirect_stdout(None):  # it announces itself on standard output, which is for data
+        _initialise(precision, device, debug, cache)
+    _started = wanted
+    _generation += 1
+    return _generation
+
+
+def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
+    ti.init(
+        arch=ti.cuda if device == "cuda" else ti.cpu,
+        # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
+        default_fp=ti.f64 if precision == 64 else ti.f32,
+        cpu_max_num_threads=1,
+        # fast math may assume that no NaN exists, and the survey of a diverging simulation looks for them
+        fast_math=False,
+        # the optimisation over the control-flow graph triples the compile time and gains nothing measurable
+        cfg_optimization=False,
+        debug=debug,
+        offline_cache=cache,
+        offline_cache_file_path=str(cache_folder()),
+        log_level=ti.ERROR,
+    )
+
+
+def _drop_stale_lock() -> None:
+    """Remove the cache's lock if its owner was killed: Taichi would never write the cache again.
+
+    The lock is held for milliseconds, while the list of compiled kernels is written.
+    """
+    lock = cache_folder() / "ticache.lock"
+    with contextlib.suppress(FileNotFoundError):
+        if time.time() - lock.stat().st_mtime > STALE_LOCK_SECONDS:
+            lock.unlink()
+
+
+def generation() -> int:
+    """Which runtime is alive; it grows with every `start` that had something to do."""
+    return _generation
+
+
+def stop() -> None:
+    """End the runtime. Only a runtime that is ended writes what it compiled into the cache."""
+    global _started
+    if _started is not None:
+        ti.reset()
+        _started = None
+
+
+def real(precision: int) -> torch.dtype:
+    """The tensor type of every real number of a simulation."""
+    return torch.float64 if precision == 64 else torch.float32

@@ -1,0 +1,231 @@
+"""What is simulated: matter, ground and arena, as plain data. The effects a scene calls for are derived from it.
+
+SI units; y is up; the ground plane is y = 0.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import SceneError
+
+Array = NDArray[np.float64]
+
+EARTH_GRAVITY = (0.0, -9.81, 0.0)
+
+
+class Effect(StrEnum):
+    """A physical effect that costs kernels, fields and time; simulated only where a scene calls for it."""
+
+    ELASTICITY = "elasticity"
+    MUSCLE = "muscle"
+    SAND_PLASTICITY = "sand plasticity"
+    FRICTION = "friction"
+
+
+@dataclass(frozen=True)
+class ElasticMaterial:
+    """Neo-Hookean matter with active fibres.
+
+    Attributes:
+        youngs_modulus: E [Pa] at stiffness 1.
+        poissons_ratio: nu [-].
+        density: rho [kg/m^3].
+        muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    muscle_strength: float = 0.0
+
+
+@dataclass(frozen=True)
+class SandMaterial:
+    """Drucker-Prager sand with Hencky elasticity (Klar et al. 2016).
+
+    Attributes:
+        friction_angle: phi [degrees], as measured in triaxial compression.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    friction_angle: float
+
+    @property
+    def cone_slope(self) -> float:
+        """alpha of the cone |dev eps| <= -alpha (3 lambda + 2 mu) / (2 mu) tr(eps), fitted in triaxial compression.
+
+        alpha = sqrt(2/3) 2 sin(phi) / (3 - sin(phi)); Klar et al. 2016, eq. 31.
+        """
+        sine = float(np.sin(np.radians(self.friction_angle)))
+        return float(np.sqrt(2.0 / 3.0) * 2.0 * sine / (3.0 - sine))
+
+
+@dataclass(frozen=True)
+class ElasticBody:
+    """Matter that keeps its shape: a robot or a block. Arrays run over its particles.
+
+    Attributes:
+        material: the constitutive law's constants.
+        positions: `[particle_count, 3]` [m].
+        volumes: `[particle_count]` rest volume that each particle stands for [m^3].
+        stiffness: `[particle_count]` multiplier of E [-].
+        density_ratio: `[particle_count]` multiplier of rho [-].
+        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 takes no part.
+        muscle_membership: `[particle_count, muscle_count]` soft share of each muscle [-].
+        fibres: `[particle_count, 3]` unit muscle direction in the rest pose.
+        velocities: `[particle_count, 3]` initial velocity [m/s].
+        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+    """
+
+    material: ElasticMaterial
+    positions: Array
+    volumes: Array
+    stiffness: Array
+    density_ratio: Array
+    occupancy: Array
+    muscle_membership: Array
+    fibres: Array
+    velocities: Array
+    velocity_gradients: Array | None = None
+
+    @property
+    def particle_count(self) -> int:
+        """How many particles the body has."""
+        return len(self.positions)
+
+    @property
+    def muscle_count(self) -> int:
+        """How many muscles move it; 0 for passive matter."""
+        return int(self.muscle_membership.shape[1])
+
+    @classmethod
+    def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
+        """A body at rest without muscles, all of one kind: the block of the validation cases."""
+        count = len(positions)
+        return cls(
+            material=material,
+            positions=positions,
+            volumes=volumes,
+            stiffness=np.ones(count),
+            density_ratio=np.ones(count),
+            occupancy=np.ones(count),
+            muscle_membership=np.zeros((count, 0)),
+            fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
+            velocities=np.zeros((count, 3)),
+        )
+
+
+@dataclass(frozen=True)
+class SandBed:
+    """A bed of sand.
+
+    Attributes:
+        positions: `[particle_count, 3]` [m].
+        volumes: `[particle_count]` rest volume [m^3].
+        strains: `[particle_count, 3]` initial Hencky strain along x, y, z (principal), e.g. that of rest under gravity.
+    """
+
+    material: SandMaterial
+    positions: Array
+    volumes: Array
+    strains: Array
+
+    @property
+    def particle_count(self) -> int:
+        """How many particles the bed has."""
+        return len(self.positions)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The rigid plane y = 0 with Coulomb friction; nodes that separate from it are free."""
+
+    friction: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that the simulator needs to know about the world.
+
+    Attributes:
+        robot: the elastic body that moves itself.
+        sand: the bed it walks on, or None.
+        ground: the plane under both, or None for free flight.
+        gravity: [m/s^2]; tilted gravity is an incline.
+        lower, upper: corners of the arena [m]; its walls are frictionless and let go freely. With a ground,
+            lower y is 0.
+    """
+
+    robot: ElasticBody
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    sand: SandBed | None = None
+    ground: Ground | None = None
+    gravity: tuple[float, float, float] = EARTH_GRAVITY
+
+    def __post_init__(self) -> None:
+        _check_elastic(self.robot)
+        if self.ground is not None and self.ground.friction < 0:
+            raise SceneError(f"A friction coefficient of {self.ground.friction:g} is negative. Give 0 or more.")
+        if self.ground is not None and self.lower[1] != 0.0:
+            raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
+        bodies = {"robot": self.robot.positions} | ({"sand": self.sand.positions} if self.sand else {})
+        for name, positions in bodies.items():
+            outside = np.any((positions < self.lower) | (positions > self.upper), axis=1)
+            if outside.any():
+                place = positions[outside][0]
+                raise SceneError(
+                    f"{int(outside.sum())} particles of the {name} lie outside the arena {self.lower} to {self.upper} "
+                    f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
+                )
+
+    @property
+    def effects(self) -> frozenset[Effect]:
+        """What this scene calls for; never set by hand."""
+        found = {Effect.ELASTICITY}
+        if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
+            found.add(Effect.MUSCLE)
+        if self.sand is not None:
+            found.add(Effect.SAND_PLASTICITY)
+        if self.ground is not None and self.ground.friction > 0:
+            found.add(Effect.FRICTION)
+        return frozenset(found)
+
+    @property
+    def particle_count(self) -> int:
+        """Particles of all matter together."""
+        return self.robot.particle_count + (self.sand.particle_count if self.sand else 0)
+
+
+def lame_parameters(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
+    """(mu, lambda) [Pa] from E [Pa] and nu."""
+    mu = youngs_modulus / (2 * (1 + poissons_ratio))
+    lam = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
+    return mu, lam
+
+
+def _check_elastic(body: ElasticBody) -> None:
+    count = body.particle_count
+    shapes = {
+        "positions": (count, 3), "volumes": (count,), "stiffness": (count,), "density_ratio": (count,),
+        "occupancy": (count,), "muscle_membership": (count, body.muscle_count), "fibres": (count, 3),
+        "velocities": (count, 3),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        value = getattr(body, name)
+        if value.shape != shape:
+            raise SceneError(f"The body's {name} have shape {value.shape}; {shape} was expected.")
+        if not np.isfinite(value).all():
+            raise SceneError(f"The body's {name} hold values that are not finite. Check the design's parameters.")
+    if not count or not (body.occupancy > 0).any():
+        raise SceneError("The body is empty: no particle has an occupancy above 0. Check the design's parameters.")
+    for name in ("volumes", "stiffness", "density_ratio"):
+        if getattr(body, name).min() <= 0:
+            raise SceneError(f"The body's {name} must be positive; the smallest is {getattr(body, name).min():g}.")
+    if not -1.0 < body.material.poissons_ratio < 0.5:
+        raise SceneError(f"Poisson's ratio {body.material.poissons_ratio:g} is not between -1 and 0.5.")

@@ -1,0 +1,277 @@
+"""The differentiable MLS-MPM solver: scenes, worlds and control frames in; the robot's path and its gradient out."""
+
+import itertools
+import math
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from zoobench.errors import SceneError, UsageError
+from zoobench.sim import runtime
+from zoobench.sim.adjoint import Adjoint
+from zoobench.sim.boundary import WALL_NODES
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.health import Doctor
+from zoobench.sim.launcher import Launcher
+from zoobench.sim.rollout import FloatArray, Gradient, Rollout, SubstepMeter
+from zoobench.sim.scene import Effect, Scene
+from zoobench.sim.state import BodyState, Matter, Parameters, initial_matter
+from zoobench.sim.stepping import choose_step
+
+__all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
+
+
+class Solver:
+    """Simulates one scene in a number of independent worlds that differ in body parameters and actuation.
+
+    Args:
+        scene: what is simulated; its effects decide what is compiled.
+        fidelity: how finely.
+        worlds: how many copies run side by side (on the CPU in turn, on one thread).
+        frame_seconds: length of a control frame [s], a whole number of substeps.
+        gradients: keep checkpoints so that `backward` can follow `run`.
+        stiffness_max, density_ratio_min: bounds that a design may reach; the step is safe up to them.
+        checkpoint_interval: substeps between stored states; about the root of the episode's substeps if not given.
+        memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval where given.
+        device: `cpu`, or `cuda` where there is one.
+        parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
+
+    Raises:
+        SceneError: matter so close to the arena's walls that the grid cannot hold it.
+        StepSizeError: the fidelity asks for an unsafe step.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        fidelity: Fidelity,
+        *,
+        worlds: int = 1,
+        frame_seconds: float = 0.008,
+        gradients: bool = False,
+        stiffness_max: float = 1.0,
+        density_ratio_min: float = 1.0,
+        checkpoint_interval: int | None = None,
+        memory_budget: int | None = None,
+        device: runtime.Device = "cpu",
+        parallel: bool | None = None,
+    ) -> None:
+        if worlds < 1:
+            raise UsageError(f"{worlds} worlds were asked for. Give at least 1.")
+        self._generation = runtime.start(fidelity.precision, device)
+        self._real = runtime.real(fidelity.precision)
+        self._device = device
+        self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
+        self.gradients = gradients
+        self.checkpoint_interval, self.memory_budget = checkpoint_interval, memory_budget
+        self.limit = choose_step(
+            scene, fidelity.grid_spacing, fidelity.courant, frame_seconds,
+            stiffness_max=stiffness_max, density_ratio_min=density_ratio_min,
+        )  # fmt: skip
+        self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
+        self.dt, self.substeps_per_frame = self.limit.dt, self.limit.substeps_per_frame
+        self.effects = scene.effects
+        self.meter = SubstepMeter()
+        self.launcher = Launcher(
+            scene,
+            fidelity,
+            self.dt,
+            worlds,
+            self._real,
+            device,
+            device == "cuda" if parallel is None else parallel,
+        )
+        self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
+        self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
+        self._set_window()
+        self._start = self.matter.copy_slot(0)
+        self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
+        self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
+        self._doctor = Doctor(self)
+
+    @property
+    def robot_count(self) -> int:
+        """Particles of the robot."""
+        return self.scene.robot.particle_count
+
+    @property
+    def particle_count(self) -> int:
+        """Particles of one world."""
+        return self.scene.particle_count
+
+    @property
+    def muscle_count(self) -> int:
+        """Muscles of the robot; 0 if the scene calls for no muscle effect."""
+        return self.scene.robot.muscle_count if Effect.MUSCLE in self.effects else 0
+
+    def run(
+        self,
+        actuation: FloatArray,
+        body: BodyState | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> Rollout:
+        """Simulate an episode from the scene's initial state.
+
+        Args:
+            actuation: `[frames, worlds, muscles]` in [-1, 1], held through each control frame.
+            body: the design's arrays where they differ from the scene's robot.
+            progress: called with the number of frames done.
+
+        Raises:
+            UsageError: an array of another shape, out of range or not finite.
+        """
+        self._check_runtime()
+        actuation = self._check_actuation(actuation)
+        arrays = (body or BodyState()).filled(self.scene, self.worlds)
+        self._check_body(arrays)
+        self.set_body(arrays)
+        frames = len(actuation)
+        rollout = self._new_rollout(actuation, arrays)
+        self.matter.load_slot(0, self._start)
+        self.alive.fill_(1)
+        self._record(rollout, 0)
+        for frame in range(frames):
+            self.set_tension(rollout, frame)
+            for begin, count in self._pieces(rollout, frame):
+                if rollout.interval and begin % rollout.interval == 0:
+                    rollout.checkpoints.append(self.matter.copy_slot(0))
+                self.advance(self.matter, 0, 0, count)
+                self.meter.forward += count * int(self.alive.sum())
+            self._doctor.examine(rollout, frame)
+            self._record(rollout, frame + 1)
+            if progress is not None:
+                progress(frame + 1)
+            if not self.alive.any():
+                self._repeat_last(rollout, frame + 1)
+                break
+        return rollout
+
+    def backward(self, rollout: Rollout, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> Gradient:
+        """Derivatives of a scalar whose derivatives by the path are given, `[frames + 1, worlds, robot, 3]` each.
+
+        Raises:
+            UsageError: the solver was made without gradients.
+        """
+        self._check_runtime()
+        if not self.gradients:
+            raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
+        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint))
+
+    def advance(self, matter: Matter, slot: int, stride: int, count: int) -> None:
+        """`count` substeps from `slot` on, every result `stride` slots further; the launch that does all the work."""
+        self.launcher.advance(matter, self.parameters, self.alive, slot, stride, count)
+
+    def _set_window(self) -> None:
+        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - 0.5).int()
+        self.matter.window[0, :, :3] = base.amin(1)
+        self.matter.window[0, :, 3:] = base.amax(1) + 3
+
+    def set_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
+        """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
+        robot, sand, count = self.scene.robot, self.scene.sand, self.robot_count
+        volume = arrays["occupancy"] * robot.volumes
+        mass = volume * arrays["density_ratio"] * robot.material.density
+        self.parameters.volume[:, :count] = self.tensor(volume)
+        self.parameters.mass[:, :count] = self.tensor(mass)
+        self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
+        self.parameters.fibre[0] = self.tensor(arrays["fibres"])
+        if sand is not None:
+            self.parameters.volume[:, count:] = self.tensor(sand.volumes)
+            self.parameters.mass[:, count:] = self.tensor(sand.volumes * sand.material.density)
+
+    def _check_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
+        bounds = {
+            "stiffness": (0.0, max(self._stiffness_max, float(self.scene.robot.stiffness.max()))),
+            "density_ratio": (
+                min(self._density_ratio_min, float(self.scene.robot.density_ratio.min())),
+                math.inf,
+            ),
+            "occupancy": (0.0, 1.0),
+        }
+        shapes = BodyState().filled(self.scene, self.worlds)
+        for name, value in arrays.items():
+            if value.shape != shapes[name].shape:
+                raise UsageError(f"The body's {name} have shape {value.shape}; {shapes[name].shape} was expected.")
+            low, high = bounds.get(name, (-math.inf, math.inf))
+            if not ((value >= low) & (value <= high) & np.isfinite(value)).all():
+                raise UsageError(
+                    f"The body's {name} range from {value.min():.4g} to {value.max():.4g}; {low:g} to {high:g} was "
+                    "declared when the solver was made, and the step is only safe there."
+                )
+        if not (arrays["occupancy"].max(1) > 0).all():
+            raise SceneError("A world's body is empty: no particle has an occupancy above 0.")
+
+    def _check_actuation(self, actuation: FloatArray) -> FloatArray:
+        actuation = np.asarray(actuation, dtype=np.float64)
+        expected = (self.worlds, self.muscle_count)
+        if actuation.ndim != 3 or actuation.shape[1:] != expected or not len(actuation):
+            raise UsageError(
+                f"The actuation has shape {actuation.shape}; (frames, {expected[0]}, {expected[1]}) was expected."
+            )
+        if not (np.abs(actuation) <= 1.0).all():
+            raise UsageError("The actuation holds values outside [-1, 1] or not finite. Check the controller.")
+        return actuation
+
+    def _check_runtime(self) -> None:
+        if self._generation != runtime.generation():
+            raise UsageError("The runtime was restarted with another precision. Make a new solver.")
+
+    def _new_rollout(self, actuation: FloatArray, arrays: dict[str, NDArray[np.float64]]) -> Rollout:
+        frames = len(actuation)
+        shape = (frames + 1, self.worlds, self.robot_count, 3)
+        kind = np.float64 if self._real is torch.float64 else np.float32
+        interval = self._choose_interval(frames * self.substeps_per_frame) if self.gradients else 0
+        return Rollout(
+            np.zeros(shape, kind), np.zeros(shape, kind), actuation, arrays, {},
+            np.zeros(self.worlds, np.int64), self.substeps_per_frame, interval,
+        )  # fmt: skip
+
+    def _choose_interval(self, substeps: int) -> int:
+        if self.checkpoint_interval is not None:
+            return min(self.checkpoint_interval, substeps)
+        if self.memory_budget is None:
+            return math.ceil(math.sqrt(substeps))
+        states = self.memory_budget // self.matter.bytes_per_slot()
+        for interval in range(substeps, 0, -1):
+            if interval + 1 + math.ceil(substeps / interval) <= states:
+                return interval
+        raise UsageError(
+            f"Gradients of {substeps} substeps need at least {2 * math.ceil(math.sqrt(substeps)) + 1} stored states of "
+            f"{self.matter.bytes_per_slot()} bytes; the memory budget holds {states}. Give more memory or fewer frames."
+        )
+
+    def _pieces(self, rollout: Rollout, frame: int) -> list[tuple[int, int]]:
+        """(first substep, count) of the stretches of a frame between checkpoints."""
+        n = self.substeps_per_frame
+        return cut(frame * n, (frame + 1) * n, rollout.interval)
+
+    def set_tension(self, rollout: Rollout, frame: int) -> None:
+        """Apply a control frame's actuation: the active stress of every robot particle."""
+        if self.muscle_count:
+            share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
+            self.parameters.tension[:] = self.tensor(share * self.scene.robot.material.muscle_strength)
+
+    def _record(self, rollout: Rollout, frame: int) -> None:
+        count = self.robot_count
+        rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
+        rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()
+
+    @staticmethod
+    def _repeat_last(rollout: Rollout, frame: int) -> None:
+        rollout.positions[frame + 1 :] = rollout.positions[frame]
+        rollout.velocities[frame + 1 :] = rollout.velocities[frame]
+
+    def tensor(self, value: FloatArray) -> Tensor:
+        """An array in the simulation's precision on its device."""
+        return torch.as_tensor(np.ascontiguousarray(value), dtype=self._real, device=self._device)
+
+
+def cut(begin: int, end: int, interval: int) -> list[tuple[int, int]]:
+    """(first, count) of the stretches of [begin, end) between multiples of `interval` (0: one stretch)."""
+    if not interval:
+        return [(begin, end - begin)]
+    edges = [begin, *range((begin // interval + 1) * interval, end, interval), end]
+    return [(a, b - a) for a, b in itertools.pairwise(edges)]

@@ -1,0 +1,170 @@
+"""What a run is: frozen data with one canonical JSON form and one key.
+
+A `RunSpec` holds everything that a result may depend on and nothing else: no commit, machine, thread count or path.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, Self
+
+from zoobench.errors import UsageError
+
+Scalar = bool | int | float | str
+BudgetKind = Literal["substeps", "episodes", "iterations", "seconds"]
+BUDGET_KINDS: tuple[BudgetKind, ...] = ("substeps", "episodes", "iterations", "seconds")
+
+_REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0-9]+))?(?:\[(?P<params>.*)\])?$")
+
+
+def canonical_json(value: Any) -> str:
+    """The one JSON text of a value: sorted keys, no spaces, no NaN. Equal values give equal text."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def _parse_scalar(text: str) -> Scalar:
+    lowered = text.strip().lower()
+    if lowered in ("true", "false"):
+        return lowered == "true"
+    for kind in (int, float):
+        try:
+            return kind(lowered)
+        except ValueError:
+            continue
+    return text.strip()
+
+
+@dataclass(frozen=True)
+class Ref:
+    """A registered component with its version and parameters, written `diffphysics-v1[lr=0.1]`.
+
+    `version` 0 means "the newest registered one" and is replaced when the registry resolves the reference.
+    """
+
+    name: str
+    version: int = 0
+    params: tuple[tuple[str, Scalar], ...] = ()
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read `name`, `name-v2` or `name[key=value,key=value]`.
+
+        Raises:
+            UsageError: the text has another shape.
+        """
+        match = _REF.match(text.strip())
+        if match is None:
+            raise UsageError(f"Cannot read {text!r} as a component. Write name, name-v1 or name-v1[key=value,...].")
+        params: dict[str, Scalar] = {}
+        for item in filter(None, (match["params"] or "").split(",")):
+            key, separator, value = item.partition("=")
+            if not separator or not key.strip() or not value.strip():
+                raise UsageError(f"Cannot read the parameter {item!r} of {text!r}. Write key=value.")
+            params[key.strip()] = _parse_scalar(value)
+        return cls(match["name"], int(match["version"] or 0), tuple(sorted(params.items())))
+
+    @property
+    def kwargs(self) -> dict[str, Scalar]:
+        """The parameters as keyword arguments."""
+        return dict(self.params)
+
+    def with_defaults(self, **defaults: Scalar) -> Self:
+        """This reference with parameters filled in where it names none."""
+        return type(self)(self.name, self.version, tuple(sorted({**defaults, **self.kwargs}.items())))
+
+    def __str__(self) -> str:
+        version = f"-v{self.version}" if self.version else ""
+        params = ",".join(f"{key}={value}" for key, value in self.params)
+        return f"{self.name}{version}" + (f"[{params}]" if params else "")
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much a method may spend. `substeps` counts forward, recomputed and backward substeps together."""
+
+    kind: BudgetKind
+    amount: float
+
+    def __post_init__(self) -> None:
+        if self.kind not in BUDGET_KINDS:
+            raise UsageError(f"Unknown budget kind {self.kind!r}. Choose one of {', '.join(BUDGET_KINDS)}.")
+        if not self.amount > 0:
+            raise UsageError(f"A budget of {self.amount:g} {self.kind} allows nothing. Give a positive amount.")
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read `200000`, `200000 substeps`, `50episodes` or `60 seconds`; a bare number means substeps.
+
+        Raises:
+            UsageError: no positive number, or an unknown kind.
+        """
+        match = re.match(r"^\s*([0-9.eE+_]+)\s*([a-z]*)\s*$", text)
+        try:
+            amount = float(match[1]) if match else float("nan")
+        except ValueError:
+            amount = float("nan")
+        if match is None or amount != amount:
+            raise UsageError(f"Cannot read {text!r} as a budget. Write for example 200000 or '60 seconds'.")
+        return cls(match[2] or "substeps", amount)  # type: ignore[arg-type]  # checked in __post_init__
+
+    def __str__(self) -> str:
+        return f"{self.amount:g} {self.kind}"
+
+
+@dataclass(frozen=True)
+class RunSpec:
+    """One cell of the benchmark with one seed. `frames` is the episode's length in control frames."""
+
+    env: Ref
+    task: Ref
+    design: Ref
+    controller: Ref
+    method: Ref
+    seed: int
+    budget: Budget
+    fidelity: Ref
+    frames: int
+    schema: int = field(default=1)
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise UsageError(f"The seed {self.seed} is negative. Give a whole number from 0 upwards.")
+        if self.frames < 1:
+            raise UsageError(f"An episode of {self.frames} frames is empty. Give at least 1.")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, the inverse of `from_dict`."""
+        return {item.name: _plain(getattr(self, item.name)) for item in fields(self)}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """Rebuild a spec from `to_dict` data."""
+        refs = {
+            name: Ref(data[name]["name"], data[name]["version"], tuple(sorted(data[name]["params"].items())))
+            for name in ("env", "task", "design", "controller", "method", "fidelity")
+        }
+        budget = Budget(data["budget"]["kind"], data["budget"]["amount"])
+        return cls(**refs, seed=data["seed"], budget=budget, frames=data["frames"], schema=data["schema"])
+
+    def key(self) -> str:
+        """sha256 of the canonical JSON: the identity of the run in every database."""
+        return hashlib.sha256(canonical_json(self.to_dict()).encode()).hexdigest()
+
+    def cell(self) -> tuple[str, ...]:
+        """What the table groups by: everything but the seed."""
+        refs = (self.env, self.task, self.design, self.controller, self.method, self.fidelity)
+        return (*(str(ref) for ref in refs), str(self.frames), str(self.budget))
+
+    def __str__(self) -> str:
+        names = (self.env, self.task, self.design, self.method)
+        return " x ".join(str(Ref(ref.name)) for ref in names) + f" seed {self.seed}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Ref):
+        return {"name": value.name, "version": value.version, "params": value.kwargs}
+    if isinstance(value, Budget):
+        return {"kind": value.kind, "amount": float(value.amount)}
+    return value

@@ -1,0 +1,134 @@
+"""`zoobench doctor`: whether this installation, this machine and a database are fit for work."""
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from zoobench.errors import StorageError
+
+_PACKAGES = ("alembic", "numpy", "pandas", "psutil", "rich", "scipy", "sqlalchemy", "taichi", "torch", "typer")
+_LITTLE_SPACE = 1 << 30  # [bytes]
+_TAICHI_SECONDS = 120.0
+
+# In a process of its own: a Taichi that does not fit the machine may crash rather than raise.
+_TAICHI_PROBE = """
+import json, sys
+from zoobench.sim import runtime
+import torch
+runtime.start(32)
+runtime.stop()
+print(json.dumps({"cache": str(runtime.cache_folder()), "cuda": torch.cuda.is_available()}))
+"""
+
+
+class Verdict(StrEnum):
+    """How a check came out."""
+
+    OK = "ok"
+    WARNING = "warning"
+    PROBLEM = "problem"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at; `detail` is what was found, and what to do where it is no good."""
+
+    name: str
+    verdict: Verdict
+    detail: str
+
+
+def examine(database: str) -> Iterator[Check]:
+    """Look at Python, packages, Taichi, compile cache, plug-ins, the database and disk space, one after the other."""
+    is_new_enough = sys.version_info >= (3, 11)
+    yield Check("python", Verdict.OK if is_new_enough else Verdict.PROBLEM, sys.version.split()[0])
+    yield _check_packages()
+    yield from _check_taichi()
+    yield _check_plugins()
+    yield _check_database(database)
+    if "://" not in database:
+        yield _check_space(Path(database).absolute().parent)
+
+
+def _check_packages() -> Check:
+    found, missing = [], []
+    for name in _PACKAGES:
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            missing.append(name)
+    if missing:
+        return Check("packages", Verdict.PROBLEM, f"{', '.join(missing)} missing. Install zoobench again.")
+    return Check("packages", Verdict.OK, ", ".join(found))
+
+
+def _check_taichi() -> Iterator[Check]:
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _TAICHI_PROBE],
+            capture_output=True,
+            text=True,
+            timeout=_TAICHI_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        yield Check("taichi", Verdict.PROBLEM, f"It did not start within {_TAICHI_SECONDS:.0f} s.")
+        return
+    if done.returncode:
+        last = done.stderr.strip().splitlines()[-1:] or ["no message"]
+        yield Check("taichi", Verdict.PROBLEM, f"It ends with exit code {done.returncode}: {last[0]}")
+        return
+    told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    yield Check("taichi", Verdict.OK, "starts on the CPU; " + ("CUDA is there" if told["cuda"] else "no CUDA"))
+    yield _check_cache(Path(told["cache"]))
+
+
+def _check_cache(folder: Path) -> Check:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(b"zoobench")
+    except OSError as error:
+        advice = "Every run will compile anew. Name a writable folder in ZOOBENCH_CACHE."
+        return Check("compile cache", Verdict.WARNING, f"Cannot write to {folder}: {error.strerror}. {advice}")
+    return Check("compile cache", Verdict.OK, f"{folder} is writable")
+
+
+def _check_plugins() -> Check:
+    from zoobench.registry import failures
+
+    broken = [f"{item.entry_point} of {item.group}: {item.reason}" for item in failures()]
+    return Check("plug-ins", Verdict.PROBLEM if broken else Verdict.OK, "; ".join(broken) or "none is broken")
+
+
+def _check_database(location: str) -> Check:
+    if "://" not in location and not Path(location).exists():
+        return Check("database", Verdict.OK, f"{location} does not exist yet; `zoobench run` makes it")
+    from zoobench.db.store import Store
+
+    try:
+        with Store(location, create=False) as store:
+            complaints = store.check()
+            runs = sum(store.counts().values())
+    except StorageError as error:
+        return Check("database", Verdict.PROBLEM, str(error))
+    if complaints:
+        return Check("database", Verdict.PROBLEM, f"{location} is damaged: {'; '.join(complaints[:3])}")
+    return Check("database", Verdict.OK, f"{location} is sound and holds {runs} runs")
+
+
+def _check_space(folder: Path) -> Check:
+    try:
+        free = shutil.disk_usage(folder).free
+    except OSError as error:
+        return Check("disk space", Verdict.PROBLEM, f"Cannot look at {folder}: {error.strerror}.")
+    verdict = Verdict.OK if free > _LITTLE_SPACE else Verdict.WARNING
+    return Check("disk space", verdict, f"{free / 2**30:.1f} GiB free in {folder}")

@@ -1,0 +1,95 @@
+"""What a task is: a number to make large, computed from how the robot's particles moved.
+
+Everything here is written in torch and differentiable, so that score, reward and objective cannot disagree.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+UP = (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A measured number with its unit."""
+
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the robot moved in every world; the first frame is the state before any control.
+
+    Attributes:
+        positions: `[frames + 1, worlds, particle_count, 3]` [m].
+        velocities: the same shape [m/s].
+        masses: `[worlds, particle_count]` [kg]; 0 marks a particle that does not exist.
+        frame_seconds: length of a control frame [s].
+    """
+
+    positions: "Tensor"
+    velocities: "Tensor"
+    masses: "Tensor"
+    frame_seconds: float
+
+    @property
+    def existing(self) -> "Tensor":
+        """1 where a particle has mass, else 0 `[worlds, particle_count]`."""
+        return (self.masses > 0).to(self.positions.dtype)
+
+    def mean_over_existing(self, values: "Tensor") -> "Tensor":
+        """Plain average over the existing particles, the third axis of `values`."""
+        existing = self.existing.reshape(1, *self.existing.shape, *(1,) * (values.dim() - 3))
+        return (values * existing).sum(dim=2) / existing.sum(dim=2)
+
+    def centre_of_mass(self) -> "Tensor":
+        """`[frames + 1, worlds, 3]` [m]."""
+        weights = self.masses / self.masses.sum(dim=1, keepdim=True)
+        return (self.positions * weights[None, :, :, None]).sum(dim=2)
+
+
+class Task(Protocol):
+    """What to do. All functions are torch, run over all worlds at once and keep gradients.
+
+    Attributes:
+        unit: of score, reward and objective.
+    """
+
+    unit: ClassVar[str]
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """Reward of every control frame, from the state at its end `[frames, worlds]`; higher is better."""
+        ...
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The episode's result `[worlds]`: what tables show; higher is better."""
+        ...
+
+    def objective(self, motion: Motion) -> "Tensor":
+        """What gradient methods make large `[worlds]`: the score or a smoother stand-in for it."""
+        ...
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """Readings of the episode by name, each `[worlds]` with its unit."""
+        ...
+
+
+def travel_metrics(motion: Motion) -> dict[str, tuple["Tensor", str]]:
+    """What every task reports of the centre of mass's way over the ground.
+
+    `distance` is the horizontal line from start to end, `mean_speed` the horizontal speed averaged over
+    frames.
+    """
+    import torch
+
+    centre = motion.centre_of_mass()[..., [0, 2]]
+    steps = torch.linalg.vector_norm(centre[1:] - centre[:-1], dim=-1)
+    return {
+        "distance": (torch.linalg.vector_norm(centre[-1] - centre[0], dim=-1), "m"),
+        "mean_speed": (steps.mean(dim=0) / motion.frame_seconds, "m/s"),
+    }

@@ -1,0 +1,46 @@
+"""Movement speed (specification A.1): as fast as possible along one direction."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import Motion, travel_metrics
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@register(Kind.TASK, "movement-speed", tags=("locomotion",))
+@dataclass(frozen=True, kw_only=True)
+class MovementSpeed:
+    """Move as fast as possible along one direction.
+
+    The velocity of the existing particles is averaged and projected on the target direction, then averaged
+    over the frames [m/s].
+
+    * `heading`: the target direction [degrees], counter-clockwise seen from above; 0 is where the robot
+      looks.
+    """
+
+    heading: float = 0.0
+    unit: ClassVar[str] = "m/s"
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """Mean particle velocity along the target at the end of every frame `[frames, worlds]` [m/s]."""
+        angle = math.radians(self.heading)
+        target = motion.velocities.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])
+        return motion.mean_over_existing(motion.velocities[1:]) @ target
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The reward averaged over frames `[worlds]` [m/s]."""
+        return self.reward(motion).mean(dim=0)
+
+    def objective(self, motion: Motion) -> "Tensor":
+        """The score itself, which is smooth."""
+        return self.score(motion)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """The way over the ground."""
+        return travel_metrics(motion)

@@ -1,0 +1,73 @@
+"""Turning (specification A.2): spin counter-clockwise as fast as possible."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import UP, Motion, travel_metrics
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+# [m] A particle this near to the axis has no tangent: it counts as zero and passes no gradient on.
+_AXIS_RADIUS = 1e-9
+
+
+@register(Kind.TASK, "turning", tags=("locomotion",))
+@dataclass(frozen=True, kw_only=True)
+class Turning:
+    """Turn counter-clockwise, seen from above, as fast as possible.
+
+    With r the position relative to the centre of mass and e_y the upward direction of the rest pose, every
+    existing particle's velocity is projected on its tangent (e_y x r) / |e_y x r|; the average over
+    particles, then over frames, is the score [m/s].
+    """
+
+    unit: ClassVar[str] = "m/s"
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """Mean tangential velocity at the end of every frame `[frames, worlds]` [m/s]."""
+        import torch
+
+        relative = motion.positions[1:] - motion.centre_of_mass()[1:, :, None, :]
+        along = torch.linalg.cross(relative.new_tensor(UP).expand_as(relative), relative)
+        squared = (along**2).sum(dim=-1, keepdim=True)
+        off_axis = squared > _AXIS_RADIUS**2
+        # The inner `where` keeps sqrt away from 0, whose infinite slope would turn the masked gradient into
+        # NaN.
+        tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
+        return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The reward averaged over frames `[worlds]` [m/s]."""
+        return self.reward(motion).mean(dim=0)
+
+    def objective(self, motion: Motion) -> "Tensor":
+        """The score itself, which is smooth off the axis."""
+        return self.score(motion)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """Tangential velocity, the net angle turned, and the way over the ground."""
+        return {
+            "tangential_velocity": (self.score(motion), "m/s"),
+            "heading_angle": (net_rotation(motion), "rad"),
+            **travel_metrics(motion),
+        }
+
+
+def net_rotation(motion: Motion) -> "Tensor":
+    """Angle about e_y turned since the start, counter-clockwise and past half turns `[worlds]` [rad].
+
+    Between two frames it is the rotation about the centre of mass that fits all masses best (two-dimensional
+    Procrustes); the fits are summed. A frame must turn by less than half a turn.
+    """
+    import torch
+
+    relative = (motion.positions - motion.centre_of_mass()[:, :, None, :])[..., [0, 2]]
+    before, after = relative[:-1], relative[1:]
+    masses = motion.masses[None]
+    # counter-clockwise from above takes x to -z
+    sine = ((before[..., 1] * after[..., 0] - before[..., 0] * after[..., 1]) * masses).sum(dim=2)
+    cosine = ((before * after).sum(dim=-1) * masses).sum(dim=2)
+    return torch.atan2(sine, cosine).sum(dim=0)
