@@ -58,8 +58,8 @@ class BudgetExhaustedError(ZoobenchError):
 class Divergence:
     """Where and how a simulation blew up.
 
-    `quantity` names what left its bounds (`finite state`, `det F`, `Courant number`, `position`), `value` its worst
-    value and `limit` the bound, `place` the particle's position [m], `step` the substep counted from the start of
+    `quantity` names what left its bounds (`finite state`, `det F`, `Courant number`, ...), `value` its worst value and
+    `limit` the bound, `place` the particle's position [m], `step` the substep counted from the start of
     the episode, `frame` its control frame.
     """
 

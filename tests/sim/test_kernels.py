@@ -43,7 +43,7 @@ def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
 
 @pytest.mark.parametrize("name", [pytest.param("ground", marks=pytest.mark.slow), "sand"])
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
-    """Path and gradient to 1e-12; only the order of the additions differs."""
+    """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""
     _, serial, gradient = _episode(name)
     _, parallel, other = _episode(name, parallel=True)
     assert np.abs(parallel.positions - serial.positions).max() <= 1e-12

@@ -47,10 +47,10 @@ def test_positions_must_be_points() -> None:
     ["positions", "volumes", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres", "velocities"],
 )
 def test_array_with_a_nan_is_refused(name: str) -> None:
-    """A value that is not finite points to the design's parameters."""
+    """A value that is not finite is named."""
     value = getattr(scenes.muscle_body(), name).copy()
     value.flat[7] = np.nan
-    with pytest.raises(SceneError, match=rf"body's {name} hold values that are not finite.*design"):
+    with pytest.raises(SceneError, match=rf"body's {name} hold values that are not finite"):
         _scene_of(**{name: value})
 
 
@@ -133,3 +133,44 @@ def test_cone_slope_is_that_of_triaxial_compression() -> None:
     stress = -np.array([(1 + sine) / (1 - sine), 1.0, 1.0])
     deviator = stress - stress.mean()
     assert np.linalg.norm(deviator) == pytest.approx(-slope * stress.sum())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"material": replace(scenes.SOFT, density=-1.0)}, "density is -1"),
+        ({"material": replace(scenes.SOFT, youngs_modulus=0.0)}, "youngs_modulus is 0"),
+        ({"occupancy": np.full(COUNT, 1.5)}, "occupancy reaches 1.5 to 1.5"),
+        ({"velocity_gradients": np.zeros((COUNT, 3))}, "velocity_gradients have shape"),
+        ({"velocity_gradients": np.full((COUNT, 3, 3), np.nan)}, "velocity_gradients hold values that are not finite"),
+    ],
+)
+def test_impossible_body_is_refused(changes: dict[str, object], message: str) -> None:
+    """Density, stiffness, occupancy and initial velocity gradient must mean something."""
+    with pytest.raises(SceneError, match=message):
+        _scene_of(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"strains": np.zeros((1, 3))}, "strains have shape"),
+        ({"positions": np.full_like(scenes.sand_bed().positions, np.nan)}, "positions hold values that are not finite"),
+        ({"volumes": np.zeros_like(scenes.sand_bed().volumes)}, "without volume"),
+        ({"material": replace(scenes.sand_bed().material, friction_angle=95.0)}, "friction angle of 95"),
+        ({"material": replace(scenes.sand_bed().material, density=0.0)}, "density is 0"),
+    ],
+)
+def test_impossible_sand_is_refused(changes: dict[str, object], message: str) -> None:
+    """A bed must have particles, volume and a material that exists."""
+    bed = replace(scenes.sand_bed(), **changes)  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match=message):
+        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, sand=bed)
+
+
+def test_gravity_and_friction_must_be_finite() -> None:
+    """A NaN would reach every node in one substep."""
+    with pytest.raises(SceneError, match="gravity .* is not finite"):
+        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, gravity=(0.0, float("nan"), 0.0))
+    with pytest.raises(SceneError, match="negative or not finite"):
+        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(float("nan")))

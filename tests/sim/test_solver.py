@@ -89,6 +89,16 @@ def test_muscle_reaches_its_equilibrium_stretch(activation: float) -> None:
     assert stretch == pytest.approx([expected[0], expected[1], expected[1]], rel=5e-3)
 
 
+def test_deformation_follows_the_new_velocity_gradient() -> None:
+    """After one substep from rest F = I + dt C with the new C; with the old one F would run a step ahead of x."""
+    solver = Solver(scenes.flight_scene(moving=False), scenes.fidelity(), frame_seconds=1e-3)
+    assert solver.substeps_per_frame == 1
+    solver.run(scenes.actuation(solver, 1))
+    F, C = solver.matter.F[0, 0].numpy(), solver.matter.C[0, 0].numpy()
+    assert np.abs(C).max() > 0.1
+    assert np.abs(F - np.eye(3) - solver.dt * C).max() <= 1e-15
+
+
 @pytest.fixture
 def bodies() -> BodyState:
     """Three worlds that differ in every array."""

@@ -139,6 +139,8 @@ def update_node_adjoint(
         pull = ti.Vector([stored[0], stored[1], stored[2]])
         pull = contact_adjoint(free + push, pull, ti.Vector([i, j, k]), shape, mu_ground, friction) / q[3]
         grid_adjoint[g, i, j, k] = ti.Vector([pull[0], pull[1], pull[2], -pull.dot(free)])
+    else:  # an empty node stays at rest whatever its momentum: it has no derivative
+        grid_adjoint[g, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
 
 
 @ti.func

@@ -85,16 +85,17 @@ def _drop_stale_lock() -> None:
 
 
 def generation() -> int:
-    """Which runtime is alive; it grows with every `start` that had something to do."""
+    """Which runtime is alive; it grows with every `start` that had something to do and with every `stop`."""
     return _generation
 
 
 def stop() -> None:
     """End the runtime. Only a runtime that is ended writes what it compiled into the cache."""
-    global _started
+    global _started, _generation
     if _started is not None:
         ti.reset()
         _started = None
+        _generation += 1
 
 
 def real(precision: int) -> torch.dtype:

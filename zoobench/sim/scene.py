@@ -170,8 +170,12 @@ class Scene:
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
-        if self.ground is not None and self.ground.friction < 0:
-            raise SceneError(f"A friction coefficient of {self.ground.friction:g} is negative. Give 0 or more.")
+        if self.sand is not None:
+            _check_sand(self.sand)
+        if not np.isfinite(self.gravity).all():
+            raise SceneError(f"The gravity {self.gravity} m/s^2 is not finite.")
+        if self.ground is not None and not 0 <= self.ground.friction < np.inf:
+            raise SceneError(f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more.")
         if self.ground is not None and self.lower[1] != 0.0:
             raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
         bodies = {"robot": self.robot.positions} | ({"sand": self.sand.positions} if self.sand else {})
@@ -216,16 +220,44 @@ def _check_elastic(body: ElasticBody) -> None:
         "occupancy": (count,), "muscle_membership": (count, body.muscle_count), "fibres": (count, 3),
         "velocities": (count, 3),
     }  # fmt: skip
+    if body.velocity_gradients is not None:
+        shapes["velocity_gradients"] = (count, 3, 3)
     for name, shape in shapes.items():
-        value = getattr(body, name)
-        if value.shape != shape:
-            raise SceneError(f"The body's {name} have shape {value.shape}; {shape} was expected.")
-        if not np.isfinite(value).all():
-            raise SceneError(f"The body's {name} hold values that are not finite. Check the design's parameters.")
+        _check_array("body", name, getattr(body, name), shape)
     if not count or not (body.occupancy > 0).any():
         raise SceneError("The body is empty: no particle has an occupancy above 0. Check the design's parameters.")
     for name in ("volumes", "stiffness", "density_ratio"):
         if getattr(body, name).min() <= 0:
             raise SceneError(f"The body's {name} must be positive; the smallest is {getattr(body, name).min():g}.")
-    if not -1.0 < body.material.poissons_ratio < 0.5:
-        raise SceneError(f"Poisson's ratio {body.material.poissons_ratio:g} is not between -1 and 0.5.")
+    if body.occupancy.min() < 0 or body.occupancy.max() > 1:
+        raise SceneError(
+            f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; 0 to 1 is meant."
+        )
+    _check_material("body", body.material)
+
+
+def _check_sand(sand: SandBed) -> None:
+    count = sand.particle_count
+    for name, shape in (("positions", (count, 3)), ("volumes", (count,)), ("strains", (count, 3))):
+        _check_array("sand", name, getattr(sand, name), shape)
+    if not count or sand.volumes.min() <= 0:
+        raise SceneError("The sand is empty or has particles without volume. Leave it out, or fill a thicker bed.")
+    if not 0 <= sand.material.friction_angle < 90:
+        raise SceneError(f"A friction angle of {sand.material.friction_angle:g} degrees is not between 0 and 90.")
+    _check_material("sand", sand.material)
+
+
+def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) -> None:
+    if value.shape != shape:
+        raise SceneError(f"The {owner}'s {name} have shape {value.shape}; {shape} was expected.")
+    if not np.isfinite(value).all():
+        raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check what they are made from.")
+
+
+def _check_material(owner: str, material: ElasticMaterial | SandMaterial) -> None:
+    for name in ("youngs_modulus", "density"):
+        value = getattr(material, name)
+        if not 0 < value < np.inf:
+            raise SceneError(f"The {owner}'s {name} is {value:g}. Give a positive number.")
+    if not -1.0 < material.poissons_ratio < 0.5:
+        raise SceneError(f"The {owner}'s Poisson's ratio {material.poissons_ratio:g} is not between -1 and 0.5.")

@@ -40,7 +40,7 @@ class Solver:
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
     Raises:
-        SceneError: matter so close to the arena's walls that the grid cannot hold it.
+        SceneError: the arena has more grid nodes than can be held.
         StepSizeError: the fidelity asks for an unsafe step.
     """
 
@@ -235,13 +235,14 @@ class Solver:
         if self.memory_budget is None:
             return math.ceil(math.sqrt(substeps))
         states = self.memory_budget // self.matter.bytes_per_slot()
-        for interval in range(substeps, 0, -1):
-            if interval + 1 + math.ceil(substeps / interval) <= states:
-                return interval
-        raise UsageError(
-            f"Gradients of {substeps} substeps need at least {2 * math.ceil(math.sqrt(substeps)) + 1} stored states of "
-            f"{self.matter.bytes_per_slot()} bytes; the memory budget holds {states}. Give more memory or fewer frames."
-        )
+        needed = [interval + 1 + math.ceil(substeps / interval) for interval in range(1, substeps + 1)]
+        if min(needed) > states:
+            raise UsageError(
+                f"Gradients of {substeps} substeps need at least {min(needed)} stored states of "
+                f"{self.matter.bytes_per_slot()} bytes; the memory budget holds {states}. Give more memory or fewer "
+                "frames."
+            )
+        return max(interval for interval, count in enumerate(needed, start=1) if count <= states)
 
     def _pieces(self, rollout: Rollout, frame: int) -> list[tuple[int, int]]:
         """(first substep, count) of the stretches of a frame between checkpoints."""
