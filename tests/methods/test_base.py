@@ -30,7 +30,7 @@ def test_a_checkpoint_keeps_every_bit() -> None:
 
 def test_a_checkpoint_of_something_else_is_not_loaded() -> None:
     """Only plain data is read back: a stored object cannot run code."""
-    with pytest.raises(Exception, match="Unsupported|weights_only"):
+    with pytest.raises(Exception, match=r"Unsupported|weights_only"):
         unpack(pack({"object": Champion()}))
 
 

@@ -8,14 +8,16 @@ import pytest
 from tests.methods.toy import Context, Quadratic
 from zoobench import registry
 from zoobench.errors import BudgetExhaustedError, DivergenceError
+from zoobench.methods.base import Solution
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref
 
 METHODS = registry.names(Kind.METHOD)
 
 
-def _run(name: str, problem: Quadratic, context: Context):
-    return registry.create(Kind.METHOD, Ref(name)).run(problem, context)
+def _run(name: str, problem: Quadratic, context: Context) -> Solution:
+    solution: Solution = registry.create(Kind.METHOD, Ref(name)).run(problem, context)
+    return solution
 
 
 @pytest.mark.parametrize("name", METHODS)

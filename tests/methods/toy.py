@@ -1,7 +1,7 @@
 """A problem whose best parameters are known, and a run context that keeps what it is told."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,14 @@ from zoobench.spec import Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric
 
 Array = NDArray[np.float64]
+Rule = Callable[[Array], bool]
 
 OPTIMUM = np.array([0.7, -1.2, 0.4, 2.0])
 EPISODE = 10
+
+
+def _never(params: Array) -> bool:
+    return False
 
 
 class Quadratic:
@@ -26,7 +31,7 @@ class Quadratic:
 
     parameter_count = len(OPTIMUM)
 
-    def __init__(self, budget: Budget, diverges=lambda p: False, breaks=lambda p: False) -> None:
+    def __init__(self, budget: Budget, diverges: Rule = _never, breaks: Rule = _never) -> None:
         names = ("ground", "toy", "toy", "toy", "toy", "toy")
         env, task, design, controller, method, fidelity = (Ref(name, 1) for name in names)
         self.spec = RunSpec(env, task, design, controller, method, 0, budget, fidelity, 1)

@@ -175,7 +175,9 @@ class Scene:
         if not np.isfinite(self.gravity).all():
             raise SceneError(f"The gravity {self.gravity} m/s^2 is not finite.")
         if self.ground is not None and not 0 <= self.ground.friction < np.inf:
-            raise SceneError(f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more.")
+            raise SceneError(
+                f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more."
+            )
         if self.ground is not None and self.lower[1] != 0.0:
             raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
         bodies = {"robot": self.robot.positions} | ({"sand": self.sand.positions} if self.sand else {})
