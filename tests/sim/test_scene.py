@@ -80,7 +80,7 @@ def test_impossible_poissons_ratio_is_refused(ratio: float) -> None:
 
 def test_negative_friction_is_refused() -> None:
     """Friction takes energy, never gives it."""
-    with pytest.raises(SceneError, match=r"friction of -0\.1 is negative"):
+    with pytest.raises(SceneError, match=r"friction coefficient of -0\.1 is negative"):
         Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(-0.1))
 
 
