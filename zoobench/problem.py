@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FRAME_SECONDS = 0.008
-"""Length of a control frame [s] (physics.md 3)."""
+"""Length of a control frame [s], as in SoftZoo."""
 
 _GRADIENT_PASSES = 3
 """A gradient simulates every substep forward, forward again from a checkpoint, and backward."""

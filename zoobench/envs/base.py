@@ -22,8 +22,8 @@ from zoobench.sim.scene import (
 
 Array = NDArray[np.float64]
 
-# physics.md 3: the robot of the reference implementation on land; the muscle's strength is 0.3 E (physics.md
-# 2), below the 0.417 E at which a free fibre loses its equilibrium (validation.md V16, nu = 0.2).
+# The robot of SoftZoo's reference implementation on land. The muscle's strength is 0.3 E, below the E / (2 (1 + nu)) =
+# 0.417 E at which a free fibre that pushes loses its equilibrium.
 LAND_ROBOT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3e3)
 
 # [m] x, y, z; wide enough that no land robot meets a wall within an episode of 200 frames

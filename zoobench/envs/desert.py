@@ -20,12 +20,12 @@ def desert(
     enough for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and may turn
     on the spot. It is a whole number of cells at the fidelities quick and paper.
 
-    * `friction`: Coulomb coefficient of the ground under the sand [-] (physics.md 2).
-    * `thickness`: of the bed [m] (physics.md 3).
+    * `friction`: Coulomb coefficient of the ground under the sand [-].
+    * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
-    * `friction_angle`: of the sand, in triaxial compression [degrees]; the reference's 45 (physics.md 2).
+    * `friction_angle`: of the sand, in triaxial compression [degrees]; SoftZoo's reference has 45.
     """
-    # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: physics.md 3, the reference's medium. Real sand is stiffer by far;
+    # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: the medium of SoftZoo's reference implementation. Real sand is stiffer by far;
     # here stiffness only has to keep the elastic strain under a robot small (0.5 % per 500 Pa).
     sand = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=friction_angle)
     return Environment(

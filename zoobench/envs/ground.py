@@ -8,7 +8,6 @@ from zoobench.registry import Kind, register
 def ground(*, friction: float = 0.5) -> Environment:
     """Firm, rough ground.
 
-    `friction` is the Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6 (physics.md
-    2).
+    `friction` is the Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6.
     """
     return Environment(robot=LAND_ROBOT, friction=friction, arena=OPEN_ARENA)

@@ -8,7 +8,6 @@ from zoobench.registry import Kind, register
 def ice(*, friction: float = 0.05) -> Environment:
     """Firm, slippery ground.
 
-    `friction` is the Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6 (physics.md
-    2).
+    `friction` is the Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6.
     """
     return Environment(robot=LAND_ROBOT, friction=friction, arena=OPEN_ARENA)
