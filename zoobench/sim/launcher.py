@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -112,9 +113,15 @@ class Launcher:
         return (self._fidelity.grid_spacing, self._dt, mu, lam, sand_mu, sand_lam, slope, *push, friction)
 
     def _new_grid(self) -> Tensor:
-        """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched."""
-        slabs = self._worlds if self._parallel else 1
-        return torch.zeros((slabs, *self.shape, 4), dtype=self._real, device=self._device)
+        """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched.
+
+        NumPy's zeros take no memory before they are touched, torch's do: a wide arena costs what the robot visits.
+        """
+        shape = (self._worlds if self._parallel else 1, *self.shape, 4)
+        if self._device == "cpu":
+            kind = np.float64 if self._real is torch.float64 else np.float32
+            return torch.from_numpy(np.zeros(shape, kind))
+        return torch.zeros(shape, dtype=self._real, device=self._device)
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
