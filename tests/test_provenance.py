@@ -50,3 +50,10 @@ def test_a_missing_tool_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine without git or an NVIDIA driver still has a provenance."""
     monkeypatch.setenv("PATH", "")
     assert provenance._gpus() == []
+
+
+def test_it_is_gathered_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker that outlives a change of the code tells the new code, which its next child imports."""
+    before = provenance.gather()["code"]
+    monkeypatch.setattr(provenance, "_code", lambda _: {"files": "changed"})
+    assert provenance.gather()["code"] == {"files": "changed"} != before

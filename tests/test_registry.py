@@ -13,6 +13,7 @@ from zoobench.spec import Ref
 
 @pytest.fixture(autouse=True)
 def _own_registry(monkeypatch: pytest.MonkeyPatch) -> None:
+    registry.failures()  # the real components register when they are first imported: not in a registry that goes away
     monkeypatch.setattr(registry, "_components", {kind: {} for kind in Kind})
     monkeypatch.setattr(registry, "_discovered", set(Kind))
     monkeypatch.setattr(registry, "_failures", [])

@@ -21,9 +21,8 @@ _PACKAGES = ("alembic", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "tor
 THREAD_VARIABLES = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
-@cache
 def gather() -> dict[str, Any]:
-    """Code (commit, hash of uncommitted changes), packages, Python, platform, CPU, GPUs and threads."""
+    """Code (commit, hash of uncommitted changes), packages, Python, platform, CPU, GPUs and threads, as of now."""
     return {
         "zoobench": __version__,
         "code": _code(Path(__file__).parent),
@@ -75,6 +74,7 @@ def _cpu_model() -> str:
     return platform.processor()
 
 
+@cache
 def _gpus() -> list[str]:
     """Name, driver and memory of each NVIDIA GPU, as its own tool tells them; empty without one."""
     query = "--query-gpu=name,driver_version,memory.total"

@@ -5,6 +5,7 @@ A `RunSpec` holds everything that a result may depend on and nothing else: no co
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -15,6 +16,9 @@ from zoobench.errors import UsageError
 Scalar = bool | int | float | str
 BudgetKind = Literal["substeps", "episodes", "iterations", "seconds"]
 BUDGET_KINDS: tuple[BudgetKind, ...] = ("substeps", "episodes", "iterations", "seconds")
+
+_LARGEST = 2**31 - 1
+"""The largest whole number in a column of every database that is supported."""
 
 _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0-9]+))?(?:\[(?P<params>.*)\])?$")
 
@@ -91,7 +95,9 @@ class Budget:
         if self.kind not in BUDGET_KINDS:
             raise UsageError(f"Unknown budget kind {self.kind!r}. Choose one of {', '.join(BUDGET_KINDS)}.")
         if not self.amount > 0:
-            raise UsageError(f"A budget of {self.amount:g} {self.kind} allows nothing. Give a positive amount.")
+            raise UsageError(f"A budget of {self} allows nothing. Give a positive amount.")
+        if not math.isfinite(self.amount):
+            raise UsageError(f"A budget of {self} never ends. Give a finite amount.")
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -100,7 +106,7 @@ class Budget:
         Raises:
             UsageError: no positive number, or an unknown kind.
         """
-        match = re.match(r"^\s*([0-9.eE+_]+)\s*([a-z]*)\s*$", text)
+        match = re.match(r"^\s*([-+0-9.eE_]+)\s*([a-z]*)\s*$", text)
         try:
             amount = float(match[1]) if match else float("nan")
         except ValueError:
@@ -110,7 +116,8 @@ class Budget:
         return cls(match[2] or "substeps", amount)  # type: ignore[arg-type]  # checked in __post_init__
 
     def __str__(self) -> str:
-        return f"{self.amount:g} {self.kind}"
+        amount = float(self.amount)
+        return f"{int(amount) if amount.is_integer() else amount} {self.kind}"
 
 
 @dataclass(frozen=True)
@@ -133,6 +140,9 @@ class RunSpec:
             raise UsageError(f"The seed {self.seed} is negative. Give a whole number from 0 upwards.")
         if self.frames < 1:
             raise UsageError(f"An episode of {self.frames} frames is empty. Give at least 1.")
+        for name in ("seed", "frames"):
+            if (number := getattr(self, name)) > _LARGEST:
+                raise UsageError(f"{name}={number} is more than a database can hold. Give at most {_LARGEST}.")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the inverse of `from_dict`."""

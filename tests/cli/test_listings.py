@@ -102,6 +102,20 @@ def test_logs_give_the_lines_and_the_traceback(zoobench: Command, database: Path
     assert "ValueError: boom" in out
 
 
+def test_logs_of_an_attempt_that_was_not_made(zoobench: Command, database: Path) -> None:
+    """It is a mistake of the command line, and not silence."""
+    reply = zoobench("logs", 10, "--attempt", 9)
+    assert reply.code == 2
+    assert "Run 10 has no attempt 9" in reply.err
+
+
+def test_results_are_not_chosen_by_parameters(zoobench: Command, database: Path) -> None:
+    """That is said, instead of finding nothing."""
+    reply = zoobench("results", "--method", "diffphysics[lr=0.1]")
+    assert reply.code == 2
+    assert "not by parameters" in reply.err
+
+
 def test_logs_of_a_run_that_said_nothing(zoobench: Command, database: Path) -> None:
     """It says so, and in which state the run is."""
     assert "Run 12 is queued" in zoobench("logs", 12).err

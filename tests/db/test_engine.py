@@ -38,7 +38,9 @@ def test_another_programs_database_is_refused_and_left_alone(tmp_path: Path) -> 
     with sqlite3.connect(path) as connection:
         connection.execute("CREATE TABLE photos (id INTEGER)")
     connection.close()
+    before = path.read_bytes()
     assert "tables of another program" in _refusal(path)
+    assert path.read_bytes() == before
     with sqlite3.connect(path) as connection:
         assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("photos",)]
     connection.close()
@@ -79,9 +81,11 @@ def test_a_network_file_system_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     assert "network file system (nfs4)" in _refusal(tmp_path / "zoo.db")
 
 
-@pytest.mark.parametrize("url", ["nosuch://host/db", "://", "postgresql+psycopg://localhost:1/none"])
+@pytest.mark.parametrize(
+    "url", ["nosuch://host/db", "://", "postgresql+psycopg://localhost:1/none", "sqlite:///zoo.db"]
+)
 def test_a_url_that_cannot_be_opened_is_refused(url: str) -> None:
-    """Unknown schemes, malformed URLs, missing drivers and silent servers are storage errors, too."""
+    """SQLite by URL, unknown schemes, malformed URLs, missing drivers and silent servers are storage errors, too."""
     assert "database" in _refusal(url)
 
 

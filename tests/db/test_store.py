@@ -183,6 +183,19 @@ def test_a_dead_worker_on_this_host_is_recognised_at_once(store: Store) -> None:
     store.commit(held, Batch())
 
 
+def test_a_lost_attempt_ended_when_its_worker_was_last_heard_of(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The night between the crash and the next command is no time that the run took."""
+    store.enqueue([spec()])
+    claim = _claim(store, DEAD)
+    morning = time.time() + 36_000.0
+    monkeypatch.setattr(time, "time", lambda: morning)
+    store.recover()
+    (attempt,) = store.attempts(claim.run_id)
+    assert attempt.wall_seconds is not None
+    assert 0.0 <= attempt.wall_seconds < 1.0
+    assert store.runs()[0].seconds < 1.0
+
+
 def test_a_worker_elsewhere_is_lost_with_its_lease(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of another host only the lease tells."""
     store.enqueue([spec()])
@@ -217,6 +230,17 @@ def test_a_failed_run_is_done_again_when_asked(store: Store) -> None:
     assert store.retry(ids, states=[RunState.DIVERGED]) == []
     assert store.retry(ids) == ids[1:]
     assert _claim(store).attempt == 2
+
+
+def test_a_run_that_is_done_again_has_no_result_meanwhile(store: Store) -> None:
+    """Neither in the queue nor after a failure does it show the score that it had before."""
+    store.enqueue([spec()])
+    store.finish(_claim(store), DONE, Batch())
+    (run,) = store.runs()
+    store.retry([run.id], states=[RunState.DONE])
+    assert store.finals(run.id) == []
+    store.finish(_claim(store), Ending(RunState.FAILED, "why"), Batch())
+    assert store.all_finals() == {}
 
 
 def test_runs_can_be_asked_for_by_id_state_and_key(store: Store) -> None:

@@ -1,6 +1,7 @@
 """A child process with a small deterministic method instead of the simulator: `fake_child.py MODE ITERATIONS PAUSE`.
 
-MODE says how it ends: `steady` (well), or `fail`, `diverge`, `vanish`, `segfault`, `hang` at half of its iterations.
+MODE says how it ends: `steady` (well), or `fail`, `diverge`, `vanish`, `segfault`, `hang` at half of its iterations, or
+`blind`: it diverges when it ends early, as a method does that has met nothing else so far.
 """
 
 import os
@@ -22,7 +23,7 @@ def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
     if (stored := context.restore()) is not None:
         step, position, context.rng.bit_generator.state = pickle.loads(stored)
     while step < iterations and not context.should_stop():
-        if step == iterations // 2:
+        if step == iterations // 2 and mode != "blind":
             _end(mode)
         time.sleep(pause)
         position += context.rng.standard_normal()
@@ -30,13 +31,15 @@ def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
         context.report(step, position=position, square=position**2)
         context.progress(step / iterations, position)
         context.checkpoint(pickle.dumps((step, position, context.rng.bit_generator.state)))
+    if mode == "blind" and step < iterations:
+        _end(mode)
     return [("score", position, "m"), ("iterations", float(step), "")]
 
 
 def _end(mode: str) -> None:
     if mode == "fail":
         raise ValueError("the middle of the walk")
-    if mode == "diverge":
+    if mode in ("diverge", "blind"):
         place = (0.0, 0.0, 0.0)
         raise DivergenceError(Divergence(0, 1, 2, "det F", -1.0, 0.0, 3, place, "Take a smaller step."))
     if mode == "vanish":

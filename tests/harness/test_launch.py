@@ -120,6 +120,30 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
+def test_an_interrupt_is_no_divergence(path: Path) -> None:
+    """A method that met divergences alone until it was asked to stop has its run queued, and goes on to its end."""
+
+    def interrupt(rows: list[RunRow]) -> None:
+        if rows[0].fraction > 0.0:
+            raise KeyboardInterrupt
+
+    blind = fake("blind", iterations=150, pause=0.01)
+    with pytest.raises(KeyboardInterrupt):
+        launch_fakes(path, child=blind, on_update=interrupt)
+    with Store(path) as store:
+        assert store.counts() == {RunState.QUEUED: 1}
+    assert [row.state for row in launch_fakes(path, child=blind)] == [RunState.DONE]
+
+
+def test_an_attempt_tells_how_much_memory_it_took(path: Path) -> None:
+    """At least that of an interpreter with its packages [bytes]."""
+    (row,) = launch_fakes(path)
+    with Store(path) as store:
+        (attempt,) = store.attempts(row.id)
+    assert attempt.peak_memory is not None
+    assert 10 * 2**20 < attempt.peak_memory < 2**34
+
+
 def test_workers_and_children_die_with_their_launcher(path: Path) -> None:
     """`kill -9` of `run` leaves no process behind, and the runs are queued."""
     code = (

@@ -16,6 +16,7 @@ from zoobench.cli.options import (
     FormatOption,
 )
 from zoobench.cli.output import Format, emit, say
+from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
     from zoobench.report.footer import Footer
@@ -89,6 +90,8 @@ def logs(
         found = store.run(run)
         lines = store.logs(found.id, attempt=attempt)
         attempts = [item for item in store.attempts(found.id) if attempt in (None, item.number)]
+    if attempt is not None and not attempts:
+        raise UsageError(f"Run {found.id} has no attempt {attempt}. `zoobench show {found.id}` lists its attempts.")
     for item in attempts:
         say(f"attempt {item.number} of run {found.id}: {item.outcome}{f', {item.reason}' if item.reason else ''}")
         for line in lines:

@@ -47,7 +47,7 @@ class Database:
         if self._path is not None:
             event.listen(self.engine, "connect", _configure_sqlite)
             event.listen(self.engine, "begin", _begin_sqlite)
-        self._writing = self.engine.execution_options(zoobench_write=True)
+        self._writing = self.engine.execution_options(zoobench_begin="BEGIN IMMEDIATE")
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -69,6 +69,18 @@ class Database:
         """
         with self._translated(), Session(self._writing) as session, session.begin():
             yield session
+
+    def use_log(self) -> None:
+        """Switch an SQLite file to a write-ahead log, for good: only once it is known to be ours.
+
+        Raises:
+            StorageError: the database cannot be written.
+        """
+        if self._path is None:
+            return
+        outside = self.engine.execution_options(zoobench_begin="")  # within a transaction the mode cannot change
+        with self._translated(), outside.connect() as connection:
+            connection.exec_driver_sql("PRAGMA journal_mode = WAL")
 
     def insert(self, table: type[Base]) -> Any:
         """An INSERT that offers `on_conflict_do_nothing` and `on_conflict_do_update`."""
@@ -108,9 +120,12 @@ def among(column: InstrumentedAttribute[int], ids: Collection[int]) -> ColumnEle
 
 
 def _url(location: str) -> URL:
-    if "://" in location:
-        return make_url(location)
-    return URL.create("sqlite", database=location)
+    if "://" not in location:
+        return URL.create("sqlite", database=location)
+    url = make_url(location)
+    if url.get_backend_name() != "postgresql":  # an SQLite URL would go round all that a path is prepared with
+        raise ArgumentError(f"{url.get_backend_name()} is not supported as a URL")
+    return url
 
 
 def _check_path(path: Path, create: bool) -> None:
@@ -142,13 +157,13 @@ def _file_system(path: Path) -> str:
 def _configure_sqlite(connection: sqlite3.Connection, _record: object) -> None:
     connection.isolation_level = None  # SQLAlchemy's `begin` event below starts the transactions
     connection.execute(f"PRAGMA busy_timeout = {int(BUSY_SECONDS * 1000)}")
-    connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA foreign_keys = ON")
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    is_writing = connection.get_execution_options().get("zoobench_write", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if is_writing else "BEGIN")
+    begin = connection.get_execution_options().get("zoobench_begin", "BEGIN")
+    if begin:
+        connection.exec_driver_sql(begin)
 
 
 def _explain(location: str, path: Path | None, error: DBAPIError) -> StorageError:

@@ -9,6 +9,7 @@ from zoobench.db.models import AttemptRecord, RunRecord
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Ending, RunState
 
+LEASE_SECONDS = 60.0
 MAX_STRIKES = 3  # attempts lost in a row without a new checkpoint, before a run is given up
 
 
@@ -26,13 +27,23 @@ def why_lost(run: RunRecord) -> str | None:
     return None
 
 
-def close_attempt(session: Session, run_id: int, number: int, ending: Ending) -> None:
-    """Record the ending of an attempt and move its run on; the caller holds the write lock and the claim."""
+def last_heard_of(run: RunRecord) -> float:
+    """When the worker of a RUNNING run last renewed its lease; its time of death, when it is found dead later."""
     now = time.time()
+    return now if run.lease_until is None else min(run.lease_until - LEASE_SECONDS, now)
+
+
+def close_attempt(session: Session, run_id: int, number: int, ending: Ending, *, ended_at: float | None = None) -> None:
+    """Record the ending of an attempt and move its run on; the caller holds the write lock and the claim.
+
+    `ended_at` is given for an attempt that ended before now.
+    """
+    now = time.time()
+    end = now if ended_at is None else ended_at
     columns = {
         "outcome": ending.outcome,
-        "ended_at": now,
-        "wall_seconds": now - AttemptRecord.started_at,
+        "ended_at": end,
+        "wall_seconds": end - AttemptRecord.started_at,
         "exit_code": ending.exit_code,
         "signal": ending.signal,
         "reason": ending.reason,

@@ -90,8 +90,16 @@ class Reader:
         return self.all_finals([run_id]).get(run_id, [])
 
     def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
-        """The final results of many runs at once, by run id; of all runs for None."""
-        statement = select(FinalRecord).order_by(FinalRecord.run_id, FinalRecord.name)
+        """The final results of many runs at once, by run id; of all runs for None. Only those that are DONE have any.
+
+        A run that is being done again keeps its former ones in the database, but they are nobody's result.
+        """
+        statement = (
+            select(FinalRecord)
+            .join(RunRecord, RunRecord.id == FinalRecord.run_id)
+            .where(RunRecord.state == RunState.DONE)
+            .order_by(FinalRecord.run_id, FinalRecord.name)
+        )
         if ids is not None:
             statement = statement.where(among(FinalRecord.run_id, ids))
         finals: dict[int, list[FinalRow]] = {}

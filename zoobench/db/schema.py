@@ -20,15 +20,16 @@ def prepare(database: Database) -> None:
     """
     with database.read() as session:
         revision = _revision(session, database.location)
-    if revision is None:
-        with database.write() as session:  # under the write lock, since another process may be at it too
-            if _revision(session, database.location) is None:
-                _migrate(session)
-    elif revision != HEAD:
+    if revision not in (None, HEAD):
         raise StorageError(
             f"{database.location} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
             "Update with `pip install --upgrade zoobench`, or name another database with --db."
         )
+    database.use_log()
+    if revision is None:
+        with database.write() as session:  # under the write lock, since another process may be at it too
+            if _revision(session, database.location) is None:
+                _migrate(session)
 
 
 def _revision(session: Session, location: str) -> str | None:

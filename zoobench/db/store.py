@@ -14,7 +14,7 @@ from sqlalchemy import Update, case, delete, select, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.engine import among
-from zoobench.db.lifecycle import attempt_update, close_attempt, why_lost
+from zoobench.db.lifecycle import LEASE_SECONDS, attempt_update, close_attempt, last_heard_of, why_lost
 from zoobench.db.models import (
     AttemptRecord,
     CheckpointRecord,
@@ -39,8 +39,6 @@ from zoobench.db.rows import (
 )
 from zoobench.errors import StorageError
 from zoobench.spec import RunSpec, canonical_json
-
-LEASE_SECONDS = 60.0
 
 
 class ClaimLostError(StorageError):
@@ -109,31 +107,32 @@ class Store(Reader):
         oldest = select(RunRecord.id).where(RunRecord.state == RunState.QUEUED).order_by(RunRecord.id).limit(1)
         if ids is not None:
             oldest = oldest.where(among(RunRecord.id, ids))
-        now = time.time()
         statement = (
             update(RunRecord)
             .where(RunRecord.id == oldest.with_for_update(skip_locked=True).scalar_subquery())
-            .values(
-                state=RunState.RUNNING,
-                owner=str(owner),
-                attempt=RunRecord.attempt + 1,
-                lease_until=now + LEASE_SECONDS,
-                reason=None,
-            )
+            .values(state=RunState.RUNNING, owner=str(owner), attempt=RunRecord.attempt + 1, reason=None)
             .returning(RunRecord)
         )
         with self._database.write() as session:
             run = session.scalars(statement).one_or_none()
             if run is None:
                 return None
-            run.started_at = run.started_at or now
+            now = time.time()  # the lock may have been waited for
+            run.lease_until, run.started_at = now + LEASE_SECONDS, run.started_at or now
             checkpoint = session.get(CheckpointRecord, run.id)
-            self._open_attempt(session, run, owner, provenance, resumed=checkpoint is not None)
+            self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
             spec = _load_spec(session, run.spec_key)
             return Claim(run.id, spec, str(owner), run.attempt, checkpoint.data if checkpoint else None)
 
     def _open_attempt(
-        self, session: Session, run: RunRecord, owner: Owner, provenance: Mapping[str, Any], *, resumed: bool
+        self,
+        session: Session,
+        run: RunRecord,
+        owner: Owner,
+        provenance: Mapping[str, Any],
+        *,
+        started_at: float,
+        resumed: bool,
     ) -> None:
         document = canonical_json(dict(provenance))
         values = {"hash": hashlib.sha256(document.encode()).hexdigest(), "document": document}
@@ -146,7 +145,7 @@ class Store(Reader):
                 owner=str(owner),
                 host=owner.host,
                 provenance_hash=values["hash"],
-                started_at=time.time(),
+                started_at=started_at,
                 resumed=resumed,
             )
         )
@@ -198,7 +197,8 @@ class Store(Reader):
             runs = list(session.scalars(statement.where(among(RunRecord.id, suspects)).with_for_update()))
             lost = [(run, reason) for run in runs if (reason := why_lost(run))]
             for run, reason in lost:
-                close_attempt(session, run.id, run.attempt, Ending(RunState.LOST, reason))
+                ending = Ending(RunState.LOST, reason)
+                close_attempt(session, run.id, run.attempt, ending, ended_at=last_heard_of(run))
             return [run.id for run, _ in lost]
 
     def _hold(self, session: Session, claim: Claim, **values: Any) -> None:

@@ -7,7 +7,8 @@ line with a `type`:
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
-* one of `done` (`finals`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last one.
+* one of `done` (`finals`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last one, with
+  `peak_memory` [bytes].
 
 Anything that other code prints goes to standard error, which is the run's log.
 """
@@ -116,6 +117,16 @@ def _stop_simulator() -> None:
         runtime.stop()
 
 
+def _peak_memory() -> int | None:
+    """The largest resident memory of this process [bytes]; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
 def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     """Read the job from standard input, do it with `solve`, and say how it ended."""
     lifeline = Lifeline()
@@ -128,20 +139,19 @@ def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     lifeline.watch(on_line=lambda _: stop.set(), on_end=lambda: os._exit(1))
     wire = Wire()
     checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
+    last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
-        finals = solve(spec, ChildContext(spec, wire, checkpoint, stop))
+        last_word = {"kind": "done", "finals": solve(spec, ChildContext(spec, wire, checkpoint, stop))}
     except DivergenceError as error:
-        wire.send("diverged", reason=str(error))
+        last_word = {"kind": "diverged", "reason": str(error)}
     except Exception as error:
         reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
-        wire.send("failed", reason=reason, traceback=traceback.format_exc())
-    else:
-        # A method that was asked to stop returns early, so what it returns is not the result of the run.
-        if stop.is_set():
-            wire.send("stopped")
-        else:
-            wire.send("done", finals=finals)
+        last_word = {"kind": "failed", "reason": reason, "traceback": traceback.format_exc()}
+    # A method that was asked to stop returns early: neither what it found nor that all diverged so far is the result.
+    if stop.is_set() and last_word["kind"] != "failed":
+        last_word = {"kind": "stopped"}
+    wire.send(**last_word, peak_memory=_peak_memory())
     _stop_simulator()
 
 

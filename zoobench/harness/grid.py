@@ -87,13 +87,15 @@ def _product(grid: GridSpec) -> Iterator[RunSpec]:
         _resolve(Kind.CONTROLLER, grid.controllers),
         _resolve(Kind.METHOD, grid.methods),
     )
-    fidelity = registry.resolve(Kind.FIDELITY, grid.fidelity)
+    (fidelity,) = _resolve(Kind.FIDELITY, (grid.fidelity,))
     for env, task, design, controller, method in product(*axes):
         for seed in grid.seeds:
             yield RunSpec(env, task, design, controller, method, seed, grid.budget, fidelity, grid.frames)
 
 
 def _resolve(kind: Kind, refs: tuple[Ref, ...]) -> list[Ref]:
+    for ref in refs:
+        registry.create(kind, ref)  # a component refuses values that make no sense: now, and not in every run
     return [registry.resolve(kind, ref) for ref in refs]
 
 

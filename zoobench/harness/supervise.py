@@ -130,6 +130,8 @@ class _Supervisor:
         """The ending of the attempt, by the child's last word; without one, by what became of it."""
         exit_facts: dict[str, Any] = {"exit_code": code} if code >= 0 else {"signal": -code}
         word = self._last_word
+        if word is not None:
+            exit_facts["peak_memory"] = word.contents["peak_memory"]
         if word is not None and word.kind == "done":
             finals = tuple(FinalRow(name, value, unit) for name, value, unit in word.contents["finals"])
             return Ending(RunState.DONE, finals=finals, **exit_facts)

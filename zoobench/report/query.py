@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
-from zoobench.errors import UnknownNameError
+from zoobench.errors import UnknownNameError, UsageError
 from zoobench.spec import Ref
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def choose_runs(reader: "Reader", choice: Choice, *, states: Iterable[RunState] 
 
     Raises:
         UnknownNameError: a name (not a glob) that no run in the database has.
+        UsageError: a component with parameters instead of a name.
         StorageError: the database cannot be read.
     """
     chosen = reader.runs(states=None if states is None else list(states))
@@ -63,6 +64,10 @@ def choose_runs(reader: "Reader", choice: Choice, *, states: Iterable[RunState] 
         patterns = [part.strip() for part in getattr(choice, field.name).split(",") if part.strip()]
         known = {_ref(run, field.name).name for run in chosen}
         for pattern in patterns:
+            if "=" in pattern:
+                raise UsageError(
+                    f"Cannot choose by {pattern!r}: runs are chosen by names and globs, not by parameters."
+                )
             if known and not any(character in pattern for character in "*?[") and pattern not in known:
                 raise UnknownNameError(f"{field.name} among the runs:", pattern, known)
         chosen = [run for run in chosen if _matches(_ref(run, field.name), patterns)]

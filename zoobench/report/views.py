@@ -59,7 +59,7 @@ def results_listing(results: Sequence[Result]) -> Listing:
 
 def results_records(results: Sequence[Result]) -> list[dict[str, Any]]:
     """The stable JSON form of results: the run, its whole spec, and `finals` as name -> value and unit."""
-    return [{**_run_record(result.run), "finals": _finals_record(result)} for result in results]
+    return [{**_run_record(result), "finals": _finals_record(result)} for result in results]
 
 
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
@@ -99,7 +99,7 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
 def run_card(result: Result, attempts: Sequence[AttemptRow]) -> dict[str, Any]:
     """Everything that is stored about one run, as plain data."""
     return {
-        **_run_record(result.run),
+        **_run_record(result),
         "finals": _finals_record(result),
         "attempts": [_attempt_record(attempt) for attempt in attempts],
         "repeat": repeat_command(result.run.spec),
@@ -111,18 +111,9 @@ def repeat_command(spec: RunSpec) -> str:
     words = ["zoobench", "run"]
     for axis in AXES:
         words += [f"--{axis}", str(getattr(spec, axis))]
-    words += ["--frames", str(spec.frames), "--budget", _budget_words(spec), "--seeds", _seed_words(spec)]
+    words += ["--frames", str(spec.frames), "--budget", str(spec.budget)]
+    words += ["--seeds", f"{spec.seed},"]  # a bare number is a count of seeds, so one seed alone is written as a list
     return shlex.join(words)
-
-
-def _budget_words(spec: RunSpec) -> str:
-    amount = spec.budget.amount
-    return f"{int(amount) if amount.is_integer() else amount} {spec.budget.kind}"
-
-
-def _seed_words(spec: RunSpec) -> str:
-    # A bare number is a count of seeds, so one seed alone is written as a list.
-    return f"{spec.seed},"
 
 
 def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
@@ -140,7 +131,8 @@ def _full_row(result: Result, finals: Sequence[tuple[str, str]]) -> tuple[Any, .
     )  # fmt: skip
 
 
-def _run_record(run: RunRow) -> dict[str, Any]:
+def _run_record(result: Result) -> dict[str, Any]:
+    run = result.run
     return {
         "run": run.id,
         "key": run.key,
@@ -149,7 +141,7 @@ def _run_record(run: RunRow) -> dict[str, Any]:
         "reason": run.reason,
         "attempts": run.attempt,
         "seconds": round(run.seconds, 3),
-        "is_smoke": run.spec.fidelity.name == "smoke",
+        "is_smoke": result.is_smoke,
     }
 
 
