@@ -10,7 +10,6 @@ import torch
 from tests.conformance.cells import cell
 from tests.methods.toy import Context
 from zoobench import registry
-from zoobench.methods.base import Need
 from zoobench.problem import Evaluation, Problem
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import PARTICLES_PER_CELL, Fidelity
@@ -125,7 +124,6 @@ def test_the_gradient_is_the_slope_of_the_score(env: str, task: str, design: str
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
     """Through the real simulator: a solution whose parameters give its score again."""
     method = registry.create(Kind.METHOD, Ref(name))
-    assert method.needs <= set(Need)
     spec = cell(budget=Budget("iterations", 2), method=name)
     problem = Problem(spec)
     context = Context()

@@ -42,3 +42,14 @@ def test_the_first_of_two_equals_stays() -> None:
     assert champion.solution().params == [1.0]
     champion.offer(np.array([3.0]), _evaluation(0.6))
     assert champion.solution().params == [3.0]
+
+
+@pytest.mark.parametrize("score", [math.nan, math.inf, -math.inf])
+def test_a_score_that_is_no_number_never_wins(score: float) -> None:
+    """Offered first or last, it is passed over: nothing could ever beat a NaN."""
+    champion = Champion()
+    champion.offer(np.array([1.0]), _evaluation(score))
+    assert champion.score is None
+    champion.offer(np.array([2.0]), _evaluation(0.5))
+    champion.offer(np.array([3.0]), _evaluation(score))
+    assert champion.solution().params == [2.0]

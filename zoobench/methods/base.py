@@ -3,8 +3,7 @@
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +12,6 @@ from zoobench.errors import Divergence, DivergenceError
 from zoobench.problem import Evaluation, Problem
 
 Array = NDArray[np.float64]
-
-
-class Need(StrEnum):
-    """What a method asks of a problem; a cell that cannot give it is skipped with this reason."""
-
-    EPISODES = "episodes"
-    GRADIENT = "gradient"
 
 
 class RunContext(Protocol):
@@ -64,9 +56,10 @@ class Solution:
 
 
 class Method(Protocol):
-    """An optimiser."""
+    """An optimiser.
 
-    needs: ClassVar[frozenset[Need]]
+    One that asks for gradients is registered with the tag `gradient`: cells that have none are skipped with the reason.
+    """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Spend the problem's budget and return the best found; goes on from `context.restore()` if there is
@@ -81,7 +74,7 @@ class Method(Protocol):
 
 @dataclass
 class Champion:
-    """The best evaluation so far; one that diverged never wins."""
+    """The best evaluation so far; one that diverged, or whose score is no number, never wins."""
 
     params: Array | None = None
     evaluation: Evaluation | None = None
@@ -98,7 +91,7 @@ class Champion:
         if evaluation.divergence is not None:
             self.diverged += 1
             self.last_divergence = evaluation.divergence
-        elif self.evaluation is None or evaluation.score > self.evaluation.score:
+        elif np.isfinite(evaluation.score) and (self.score is None or evaluation.score > self.score):
             self.params, self.evaluation = params.copy(), evaluation
 
     def solution(self, **facts: float) -> Solution:

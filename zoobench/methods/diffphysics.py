@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, Need, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
 from zoobench.problem import Evaluation, Problem
 from zoobench.registry import Kind, register
 
@@ -35,7 +35,6 @@ class DiffPhysics:
     iterations: int = 0
     restarts: int = 8
     clip: float = 1.0
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.EPISODES, Need.GRADIENT})
 
     def __post_init__(self) -> None:
         if self.lr <= 0 or self.clip <= 0 or self.restarts < 1 or self.iterations < 0:

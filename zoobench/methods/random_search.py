@@ -1,10 +1,9 @@
 """Random search: the floor that every method must beat."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from zoobench.errors import UsageError
-from zoobench.methods.base import Champion, Need, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Champion, RunContext, Solution, pack, unpack
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -18,7 +17,6 @@ class RandomSearch:
     """
 
     batch: int = 8
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.EPISODES})
 
     def __post_init__(self) -> None:
         if self.batch < 1:
