@@ -1,8 +1,9 @@
 """Desert: a bed of dry sand that yields under the robot."""
 
-from zoobench.envs.base import LAND_ROBOT, Bed, Environment
+from zoobench.envs.base import LAND_ROBOT, Environment
+from zoobench.envs.bed import Bed
 from zoobench.registry import Kind, register
-from zoobench.sim.scene import SandMaterial
+from zoobench.sim.matter import SandMaterial
 
 
 @register(Kind.ENV, "desert", tags=("land", "granular"))

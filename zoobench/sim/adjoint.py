@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from zoobench.sim.rollout import FloatArray, Gradient, Rollout
-from zoobench.sim.state import Matter, Parameters
+from zoobench.sim.state import Parameters, empty_matter
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -22,10 +22,9 @@ class Adjoint:
     def __init__(self, solver: "Solver", rollout: Rollout) -> None:
         self._solver, self._rollout = solver, rollout
         worlds, robot = solver.worlds, solver.robot_count
-        sand = solver.particle_count - robot
         real, device = solver.matter.x.dtype, str(solver.matter.x.device)
-        self._tape = Matter.zeros(rollout.interval + 1, worlds, robot, sand, real, device)
-        self._state = Matter.zeros(1, worlds, robot, sand, real, device)
+        self._tape = empty_matter(solver.scene, rollout.interval + 1, worlds, real, device)
+        self._state = empty_matter(solver.scene, 1, worlds, real, device)
         self._parameters = Parameters.zeros(worlds, robot, solver.particle_count, real, device)
         self._actuation = np.zeros(rollout.actuation.shape)
         self._membership = np.zeros(rollout.body["muscle_membership"].shape)

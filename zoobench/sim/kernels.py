@@ -3,7 +3,7 @@
 All arrays are torch tensors, shared without copying:
 
     state      x, v [slots, worlds, particles, 3] and C [.., 3, 3]; F [slots, worlds, robot, 3, 3] of the robot;
-               b, tau [slots, worlds, sand, 6] (xx yy zz xy xz yz) and surplus [slots, worlds, sand] of the sand
+               b, tau [slots, worlds, medium, 6] (xx yy zz xy xz yz) and history [slots, worlds, medium] of the medium
     window     [slots, worlds, 6] first and past-the-last grid node that any particle touches
     grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
 
@@ -37,26 +37,27 @@ def clear_window(grid: ti.template(), window: ti.template(), s, w):
 
 @ti.kernel
 def advance(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
     slot: int, stride: int, count: int, h: float, dt: float,
-    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     push_x: float, push_y: float, push_z: float, mu_ground: float,
-    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
     """`count` substeps of every world alive, from `slot` on; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
     for w in range(x.shape[1]):
         inverse_spacing = 1.0 / h
         push = ti.Vector([push_x, push_y, push_z])
+        constants = ti.Vector([m0, m1, m2, m3, m4])
         for n in range(count * alive[w]):
             s = slot + n * stride
             t = s + stride
             clear_window(grid, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
-                    x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, muscle, sand,
+                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
@@ -66,8 +67,8 @@ def advance(
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
                 base = from_grid(
-                    x, v, C, F, b, surplus, tau, grid, 0, s, t, w, p, inverse_spacing, dt,
-                    sand_mu, sand_lam, sand_slope, sand,
+                    x, v, C, F, b, history, tau, grid, 0, s, t, w, p, inverse_spacing, dt,
+                    constants, law,
                 )  # fmt: skip
                 low = ti.min(low, base)
                 high = ti.max(high, base)
@@ -78,16 +79,16 @@ def advance(
 
 @ti.kernel
 def reverse(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
     grid_velocity: Nodes, grid_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
-    b_adj: Symmetric, surplus_adj: Scalars, tau_adj: Symmetric,
+    b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
     slot: int, count: int, h: float, dt: float,
-    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     push_x: float, push_y: float, push_z: float, mu_ground: float,
-    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
     """The adjoint of `count` substeps from slot + count back to `slot`, the grid recomputed at each.
 
@@ -97,6 +98,7 @@ def reverse(
     for w in range(x.shape[1]):
         inverse_spacing = 1.0 / h
         push = ti.Vector([push_x, push_y, push_z])
+        constants = ti.Vector([m0, m1, m2, m3, m4])
         for n in range(count * alive[w]):
             s = slot + count - 1 - n
             t = s + 1
@@ -105,8 +107,8 @@ def reverse(
             clear_window(grid_adjoint, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
-                    x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, muscle, sand,
+                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
@@ -114,9 +116,9 @@ def reverse(
                         update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, friction)
             for p in range(x.shape[2]):
                 from_grid_adjoint(
-                    x, v, C, F, b, surplus, grid_velocity, grid_adjoint,
-                    x_adj, v_adj, C_adj, F_adj, b_adj, surplus_adj, tau_adj,
-                    0, s, t, w, p, inverse_spacing, dt, sand_mu, sand_lam, sand_slope, sand,
+                    x, v, C, F, b, history, grid_velocity, grid_adjoint,
+                    x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
+                    0, s, t, w, p, inverse_spacing, dt, constants, law,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
@@ -124,10 +126,10 @@ def reverse(
                         update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, friction)
             for p in range(x.shape[2]):
                 to_grid_adjoint(
-                    x, v, C, F, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
-                    x_adj, v_adj, C_adj, F_adj, tau_adj,
+                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
+                    x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                     mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                    0, s, w, p, inverse_spacing, dt, mu, lam, muscle, sand,
+                    0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
                 )  # fmt: skip
 
 

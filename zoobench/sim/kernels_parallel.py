@@ -26,12 +26,12 @@ def in_use(window: ti.template(), s, w, i, j, k):
 
 @ti.kernel
 def advance_parallel(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
     s: int, t: int, h: float, dt: float,
-    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     push_x: float, push_y: float, push_z: float, mu_ground: float,
-    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
     """One substep of all worlds alive at once, from slot s to slot t."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -40,8 +40,8 @@ def advance_parallel(
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if alive[w] == 1:
             to_grid(
-                x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                grid, w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if alive[w] == 1 and in_use(window, s, w, i, j, k):
@@ -58,7 +58,7 @@ def advance_parallel(
                 C,
                 F,
                 b,
-                surplus,
+                history,
                 tau,
                 grid,
                 w,
@@ -68,10 +68,8 @@ def advance_parallel(
                 p,
                 1.0 / h,
                 dt,
-                sand_mu,
-                sand_lam,
-                sand_slope,
-                sand,
+                ti.Vector([m0, m1, m2, m3, m4]),
+                law,
             )
             for d in ti.static(range(3)):
                 ti.atomic_min(window[t, w, d], base[d])
@@ -80,16 +78,16 @@ def advance_parallel(
 
 @ti.kernel
 def reverse_parallel(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, surplus: Scalars, tau: Symmetric, window: Scalars,
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
     grid_velocity: Nodes, grid_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
-    b_adj: Symmetric, surplus_adj: Scalars, tau_adj: Symmetric,
+    b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
     s: int, h: float, dt: float,
-    mu: float, lam: float, sand_mu: float, sand_lam: float, sand_slope: float,
+    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     push_x: float, push_y: float, push_z: float, mu_ground: float,
-    muscle: ti.template(), sand: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
     """The adjoint of the substep from slot s to s + 1, of all worlds alive at once."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -100,8 +98,8 @@ def reverse_parallel(
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if alive[w] == 1:
             to_grid(
-                x, v, C, F, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                grid, w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if alive[w] == 1 and in_use(window, s, w, i, j, k):
@@ -109,9 +107,9 @@ def reverse_parallel(
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if alive[w] == 1:
             from_grid_adjoint(
-                x, v, C, F, b, surplus, grid_velocity, grid_adjoint,
-                x_adj, v_adj, C_adj, F_adj, b_adj, surplus_adj, tau_adj,
-                w, s, s + 1, w, p, 1.0 / h, dt, sand_mu, sand_lam, sand_slope, sand,
+                x, v, C, F, b, history, grid_velocity, grid_adjoint,
+                x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
+                w, s, s + 1, w, p, 1.0 / h, dt, ti.Vector([m0, m1, m2, m3, m4]), law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if alive[w] == 1 and in_use(window, s, w, i, j, k):
@@ -121,8 +119,8 @@ def reverse_parallel(
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if alive[w] == 1:
             to_grid_adjoint(
-                x, v, C, F, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
-                x_adj, v_adj, C_adj, F_adj, tau_adj,
+                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
+                x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                 mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                w, s, w, p, 1.0 / h, dt, mu, lam, muscle, sand,
+                w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip

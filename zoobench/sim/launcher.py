@@ -11,7 +11,8 @@ from zoobench.errors import SceneError
 from zoobench.sim import kernels, kernels_parallel
 from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.scene import Effect, Scene, lame_parameters
+from zoobench.sim.matter import lame_parameters
+from zoobench.sim.scene import Effect, Scene
 from zoobench.sim.state import Matter, Parameters
 
 LARGEST_GRID = 2**28
@@ -43,8 +44,8 @@ class Launcher:
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
         self._constants = self._list_constants()
-        order = (Effect.MUSCLE, Effect.SAND_PLASTICITY, Effect.FRICTION)
-        self._flags = tuple(effect in scene.effects for effect in order)
+        law = int(scene.medium.material.law) if scene.medium else 0
+        self._flags = (Effect.MUSCLE in scene.effects, law, Effect.FRICTION in scene.effects)
         self._grid = self._new_grid()
         self._reverse_grids: tuple[Tensor, ...] = ()
 
@@ -103,14 +104,10 @@ class Launcher:
         """The scalars that the substep and its reverse share, in the kernels' order."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
-        sand_mu, sand_lam, slope = 0.0, 0.0, 0.0
-        if scene.sand is not None:
-            material = scene.sand.material
-            sand_mu, sand_lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
-            slope = material.cone_slope
+        medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
         push = (self._dt * g for g in scene.gravity)
         friction = scene.ground.friction if scene.ground else 0.0
-        return (self._fidelity.grid_spacing, self._dt, mu, lam, sand_mu, sand_lam, slope, *push, friction)
+        return (self._fidelity.grid_spacing, self._dt, mu, lam, *medium, *push, friction)
 
     def _new_grid(self) -> Tensor:
         """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched.

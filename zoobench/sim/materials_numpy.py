@@ -6,6 +6,8 @@ Arrays may have leading axes; the last two are the tensor's.
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.sim.matter import Law, Medium, WaterMaterial
+
 Array = NDArray[np.float64]
 
 
@@ -67,3 +69,27 @@ def sand_update(b: Array, surplus: Array, mu: float, lam: float, slope: float) -
         return assembled
 
     return assemble(np.exp(2.0 * elastic)), left, assemble(stress)
+
+
+def principal_stress(material: Medium, strain: Array, plastic: float = 1.0) -> Array:
+    """Principal Kirchhoff stresses [Pa] of a medium at principal elastic Hencky strains `[..., 3]`, at rest.
+
+    `plastic` is the plastic volume ratio of snow.
+    """
+    mu, lam, *_ = material.constants
+    volume = strain.sum(-1, keepdims=True)
+    J = np.exp(volume)
+    result: Array
+    if isinstance(material, WaterMaterial):
+        bulk, gamma = material.bulk_modulus, material.exponent
+        result = -np.maximum(bulk / gamma * (J ** (1.0 - gamma) - J), 0.0) + 0.0 * strain
+    elif material.law is Law.SNOW:
+        stretch = np.exp(strain)
+        hardening = np.exp(material.constants[4] * (1.0 - plastic))
+        result = hardening * (2.0 * mu * stretch * (stretch - 1.0) + lam * J * (J - 1.0))
+    elif material.law is Law.MUD:
+        bulk = lam + 2.0 / 3.0 * mu
+        result = 2.0 * mu * (strain - volume / 3.0) + np.minimum(bulk * J * (J - 1.0), 0.0)
+    else:
+        result = 2.0 * mu * strain + lam * volume
+    return result

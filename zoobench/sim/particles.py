@@ -1,49 +1,45 @@
 """What happens to one particle or one node in a substep, forward and in reverse; the drivers loop over these.
 
 Arrays are those of `kernels`. `s` is the slot read, `t` the slot written, `w` the world, `g` its slab of the grid.
-Particles below `F.shape[2]` are the robot's, the rest sand; what `muscle`, `sand`, `friction` switch off is not
+Particles below `F.shape[2]` are the robot's, the rest the medium's; what `muscle`, `law`, `friction` switch off is not
 compiled.
 """
 
 import taichi as ti
 
 from zoobench.sim.boundary import contact, contact_adjoint
-from zoobench.sim.linalg import identity, matmul, pack, unpack
-from zoobench.sim.materials import (
-    fibre_stress,
-    fibre_stress_adjoint,
-    neo_hookean,
-    neo_hookean_adjoint,
-    sand_update,
-    sand_update_adjoint,
-)
+from zoobench.sim.linalg import identity, matmul
+from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
+from zoobench.sim.media import deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
 from zoobench.sim.transfer import base_node, gather, gather_adjoint, scatter, scatter_adjoint
 
 
 @ti.func
 def particle_stress(
-    F: ti.template(), tau: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    s, w, p, mu, lam, muscle: ti.template(), sand: ti.template(),
+    C: ti.template(), F: ti.template(), history: ti.template(), tau: ti.template(),
+    stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
+    s, w, p, mu, lam, constants, muscle: ti.template(), law: ti.template(),
 ):  # fmt: skip
-    """Kirchhoff stress [Pa] of a particle at slot s; that of sand was stored when it was returned to its yield cone."""
+    """Kirchhoff stress [Pa] of a particle at slot s; that of a solid medium was stored with its plastic return."""
     stress = 0.0 * identity()
     if p < F.shape[2]:
         stress = stiffness[w, p] * neo_hookean(F[s, w, p], mu, lam)
         if ti.static(muscle):
             stress += fibre_stress(F[s, w, p], tension[w, p], fibre[0, w, p])
-    elif ti.static(sand):
-        stress = unpack(tau[s, w, p - F.shape[2]])
+    elif ti.static(law):
+        stress = medium_stress(tau, history, C, s, w, p - F.shape[2], p, constants, law)
     return stress
 
 
 @ti.func
 def to_grid(
-    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), tau: ti.template(),
+    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
+    history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, muscle: ti.template(), sand: ti.template(),
+    grid: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Scatter one particle's mass, momentum and stress."""
-    stress = particle_stress(F, tau, stiffness, tension, fibre, s, w, p, mu, lam, muscle, sand)
+    stress = particle_stress(C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, constants, muscle, law)
     stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing * volume[w, p]
     m = mass[w, p]
     scatter(grid, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p] + stress_factor * stress, m, inverse_spacing)
@@ -63,8 +59,8 @@ def update_node(grid: ti.template(), target: ti.template(), g, i, j, k, push, mu
 @ti.func
 def from_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
-    b: ti.template(), surplus: ti.template(), tau: ti.template(),
-    grid: ti.template(), g, s, t, w, p, inverse_spacing, dt, sand_mu, sand_lam, sand_slope, sand: ti.template(),
+    b: ti.template(), history: ti.template(), tau: ti.template(),
+    grid: ti.template(), g, s, t, w, p, inverse_spacing, dt, constants, law: ti.template(),
 ):  # fmt: skip
     """Gather, move and deform one particle; returns the first node of its new stencil.
 
@@ -78,23 +74,18 @@ def from_grid(
     C[t, w, p] = affine
     if p < F.shape[2]:
         F[t, w, p] = matmul(step, F[s, w, p])
-    elif ti.static(sand):
-        q = p - F.shape[2]
-        trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
-        b_new, left, stress = sand_update(trial, surplus[s, w, q], sand_mu, sand_lam, sand_slope)
-        b[t, w, q] = pack(b_new)
-        tau[t, w, q] = pack(stress)
-        surplus[t, w, q] = left
+    elif ti.static(law):
+        deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, constants, law)
     return base_node(place, inverse_spacing, grid)
 
 
 @ti.func
 def from_grid_adjoint(
-    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), b: ti.template(), surplus: ti.template(),
+    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), b: ti.template(), history: ti.template(),
     grid_velocity: ti.template(), grid_adjoint: ti.template(),
     x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
-    b_adj: ti.template(), surplus_adj: ti.template(), tau_adj: ti.template(),
-    g, s, t, w, p, inverse_spacing, dt, sand_mu, sand_lam, sand_slope, sand: ti.template(),
+    b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
+    g, s, t, w, p, inverse_spacing, dt, constants, law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `from_grid`: adds to the nodes' velocity adjoint; v, C and tau adjoints are consumed by it."""
     step = identity() + dt * C[t, w, p]
@@ -103,16 +94,11 @@ def from_grid_adjoint(
         pull = F_adj[0, w, p]
         affine_pull += dt * matmul(pull, F[s, w, p].transpose())
         F_adj[0, w, p] = matmul(step.transpose(), pull)
-    elif ti.static(sand):
+    elif ti.static(law):
         q = p - F.shape[2]
-        old = unpack(b[s, w, q])
-        pull, surplus_pull = sand_update_adjoint(
-            matmul(step, matmul(old, step.transpose())), surplus[s, w, q],
-            unpack(b_adj[0, w, q]), surplus_adj[0, w, q], unpack(tau_adj[0, w, q]), sand_mu, sand_lam, sand_slope,
-        )  # fmt: skip
-        affine_pull += (2.0 * dt) * matmul(pull, matmul(step, old))
-        b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(pull, step)))
-        surplus_adj[0, w, q] = surplus_pull
+        affine_pull += dt * deform_medium_adjoint(
+            b, history, b_adj, history_adj, tau_adj, s, w, q, step, constants, law
+        )
     x_pull = x_adj[0, w, p]
     x_adj[0, w, p] = x_pull + gather_adjoint(
         grid_velocity,
@@ -145,16 +131,18 @@ def update_node_adjoint(
 
 @ti.func
 def to_grid_adjoint(
-    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), tau: ti.template(),
+    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
+    history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
     grid_adjoint: ti.template(),
-    x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(), tau_adj: ti.template(),
+    x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
+    history_adj: ti.template(), tau_adj: ti.template(),
     mass_adj: ti.template(), volume_adj: ti.template(), stiffness_adj: ti.template(),
     tension_adj: ti.template(), fibre_adj: ti.template(),
-    g, s, w, p, inverse_spacing, dt, mu, lam, muscle: ti.template(), sand: ti.template(),
+    g, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the robot's parameters."""
-    stress = particle_stress(F, tau, stiffness, tension, fibre, s, w, p, mu, lam, muscle, sand)
+    stress = particle_stress(C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, constants, muscle, law)
     stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing
     m = mass[w, p]
     affine = m * C[s, w, p] + (stress_factor * volume[w, p]) * stress
@@ -178,5 +166,5 @@ def to_grid_adjoint(
         mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (affine_pull * C[s, w, p]).sum()
         volume_adj[w, p] += (even * stress).sum()
         stiffness_adj[w, p] += (pull * neo_hookean(deform, mu, lam)).sum()
-    elif ti.static(sand):
-        tau_adj[0, w, p - F.shape[2]] = pack(pull)
+    elif ti.static(law):
+        medium_stress_adjoint(tau_adj, history_adj, C_adj, history, s, w, p - F.shape[2], p, pull, constants, law)

@@ -3,13 +3,15 @@
 SI units; y is up; the ground plane is y = 0.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.errors import SceneError
+from zoobench.sim.materials_numpy import principal_stress
+from zoobench.sim.matter import ElasticMaterial, Law, Medium, SandMaterial
 
 Array = NDArray[np.float64]
 
@@ -21,48 +23,20 @@ class Effect(StrEnum):
 
     ELASTICITY = "elasticity"
     MUSCLE = "muscle"
-    SAND_PLASTICITY = "sand plasticity"
+    PLASTICITY = "plasticity"
+    FLUID = "fluid"
     FRICTION = "friction"
 
 
-@dataclass(frozen=True)
-class ElasticMaterial:
-    """Neo-Hookean matter with active fibres.
+_MAY_BE_ZERO = ("muscle_strength", "friction_angle", "viscosity", "hardening")
 
-    Attributes:
-        youngs_modulus: E [Pa] at stiffness 1.
-        poissons_ratio: nu [-].
-        density: rho [kg/m^3].
-        muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
-    """
-
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
-    muscle_strength: float = 0.0
-
-
-@dataclass(frozen=True)
-class SandMaterial:
-    """Drucker-Prager sand with Hencky elasticity (Klar et al. 2016).
-
-    Attributes:
-        friction_angle: phi [degrees], as measured in triaxial compression.
-    """
-
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
-    friction_angle: float
-
-    @property
-    def cone_slope(self) -> float:
-        """alpha of the cone |dev eps| <= -alpha (3 lambda + 2 mu) / (2 mu) tr(eps), fitted in triaxial compression.
-
-        alpha = sqrt(2/3) 2 sin(phi) / (3 - sin(phi)); Klar et al. 2016, eq. 31.
-        """
-        sine = float(np.sin(np.radians(self.friction_angle)))
-        return float(np.sqrt(2.0 / 3.0) * 2.0 * sine / (3.0 - sine))
+_MEDIUM_EFFECTS = {
+    Law.SAND: {Effect.PLASTICITY},
+    Law.CLAY: {Effect.PLASTICITY},
+    Law.SNOW: {Effect.PLASTICITY},
+    Law.MUD: {Effect.PLASTICITY, Effect.FLUID},
+    Law.WATER: {Effect.FLUID},
+}
 
 
 @dataclass(frozen=True)
@@ -121,24 +95,48 @@ class ElasticBody:
 
 
 @dataclass(frozen=True)
-class SandBed:
-    """A bed of sand.
+class MediumBed:
+    """Matter that the robot moves on or in. Arrays run over its particles; the state is that at time zero.
 
     Attributes:
         positions: `[particle_count, 3]` [m].
         volumes: `[particle_count]` rest volume [m^3].
-        strains: `[particle_count, 3]` initial Hencky strain along x, y, z (principal), e.g. that of rest under gravity.
+        left_cauchy_green: `[particle_count, 6]` elastic b (xx yy zz xy xz yz); not used by water.
+        history: `[particle_count]` what the law remembers: surplus (sand), plastic volume ratio (snow), J (water).
+        stress: `[particle_count, 6]` Kirchhoff stress that goes with b [Pa]; not used by water.
+        velocities: `[particle_count, 3]` [m/s]; None for rest.
     """
 
-    material: SandMaterial
+    material: Medium
     positions: Array
     volumes: Array
-    strains: Array
+    left_cauchy_green: Array
+    history: Array
+    stress: Array
+    velocities: Array | None = None
 
     @property
     def particle_count(self) -> int:
         """How many particles the bed has."""
         return len(self.positions)
+
+    @classmethod
+    def at_rest(cls, material: Medium, positions: Array, volumes: Array, strains: Array | None = None) -> "MediumBed":
+        """A bed with principal Hencky strains `[particle_count, 3]` along the axes; free of strain if None.
+
+        The strains must be elastic: within the material's yield surface.
+        """
+        strains = np.zeros_like(positions) if strains is None else strains
+        shear = np.zeros_like(strains)
+        history = {Law.SNOW: np.ones(len(positions)), Law.WATER: np.exp(strains.sum(1))}
+        return cls(
+            material=material,
+            positions=positions,
+            volumes=volumes,
+            left_cauchy_green=np.hstack([np.exp(2.0 * strains), shear]),
+            history=history.get(material.law, np.zeros(len(positions))),
+            stress=np.hstack([principal_stress(material, strains), shear]),
+        )
 
 
 @dataclass(frozen=True)
@@ -154,7 +152,7 @@ class Scene:
 
     Attributes:
         robot: the elastic body that moves itself.
-        sand: the bed it walks on, or None.
+        medium: what it moves on or in, or None.
         ground: the plane under both, or None for free flight.
         gravity: [m/s^2]; tilted gravity is an incline.
         lower, upper: corners of the arena [m]; its walls are frictionless and let go freely. With a ground,
@@ -164,14 +162,14 @@ class Scene:
     robot: ElasticBody
     lower: tuple[float, float, float]
     upper: tuple[float, float, float]
-    sand: SandBed | None = None
+    medium: MediumBed | None = None
     ground: Ground | None = None
     gravity: tuple[float, float, float] = EARTH_GRAVITY
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
-        if self.sand is not None:
-            _check_sand(self.sand)
+        if self.medium is not None:
+            _check_medium(self.medium)
         if not np.isfinite(self.gravity).all():
             raise SceneError(f"The gravity {self.gravity} m/s^2 is not finite.")
         if self.ground is not None and not 0 <= self.ground.friction < np.inf:
@@ -180,7 +178,7 @@ class Scene:
             )
         if self.ground is not None and self.lower[1] != 0.0:
             raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
-        bodies = {"robot": self.robot.positions} | ({"sand": self.sand.positions} if self.sand else {})
+        bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
         for name, positions in bodies.items():
             outside = np.any((positions < self.lower) | (positions > self.upper), axis=1)
             if outside.any():
@@ -196,8 +194,8 @@ class Scene:
         found = {Effect.ELASTICITY}
         if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
             found.add(Effect.MUSCLE)
-        if self.sand is not None:
-            found.add(Effect.SAND_PLASTICITY)
+        if self.medium is not None:
+            found |= _MEDIUM_EFFECTS[self.medium.material.law]
         if self.ground is not None and self.ground.friction > 0:
             found.add(Effect.FRICTION)
         return frozenset(found)
@@ -205,14 +203,7 @@ class Scene:
     @property
     def particle_count(self) -> int:
         """Particles of all matter together."""
-        return self.robot.particle_count + (self.sand.particle_count if self.sand else 0)
-
-
-def lame_parameters(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
-    """(mu, lambda) [Pa] from E [Pa] and nu."""
-    mu = youngs_modulus / (2 * (1 + poissons_ratio))
-    lam = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
-    return mu, lam
+        return self.robot.particle_count + (self.medium.particle_count if self.medium else 0)
 
 
 def _check_elastic(body: ElasticBody) -> None:
@@ -238,15 +229,20 @@ def _check_elastic(body: ElasticBody) -> None:
     _check_material("body", body.material)
 
 
-def _check_sand(sand: SandBed) -> None:
-    count = sand.particle_count
-    for name, shape in (("positions", (count, 3)), ("volumes", (count,)), ("strains", (count, 3))):
-        _check_array("sand", name, getattr(sand, name), shape)
-    if not count or sand.volumes.min() <= 0:
-        raise SceneError("The sand is empty or has particles without volume. Leave it out, or fill a thicker bed.")
-    if not 0 <= sand.material.friction_angle < 90:
-        raise SceneError(f"A friction angle of {sand.material.friction_angle:g} degrees is not between 0 and 90.")
-    _check_material("sand", sand.material)
+def _check_medium(medium: MediumBed) -> None:
+    count = medium.particle_count
+    shapes = {
+        "positions": (count, 3),
+        "volumes": (count,),
+        "left_cauchy_green": (count, 6),
+        "history": (count,),
+        "stress": (count, 6),
+    }
+    for name, shape in shapes.items():
+        _check_array("medium", name, getattr(medium, name), shape)
+    if not count or medium.volumes.min() <= 0:
+        raise SceneError("The medium is empty or has particles without volume. Leave it out, or fill a thicker bed.")
+    _check_material("medium", medium.material)
 
 
 def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) -> None:
@@ -256,10 +252,16 @@ def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) ->
         raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check what they are made from.")
 
 
-def _check_material(owner: str, material: ElasticMaterial | SandMaterial) -> None:
-    for name in ("youngs_modulus", "density"):
-        value = getattr(material, name)
-        if not 0 < value < np.inf:
-            raise SceneError(f"The {owner}'s {name} is {value:g}. Give a positive number.")
-    if not -1.0 < material.poissons_ratio < 0.5:
-        raise SceneError(f"The {owner}'s Poisson's ratio {material.poissons_ratio:g} is not between -1 and 0.5.")
+def _check_material(owner: str, material: ElasticMaterial | Medium) -> None:
+    for item in fields(material):
+        value = getattr(material, item.name)
+        low = 0.0 if item.name in _MAY_BE_ZERO else np.finfo(float).tiny
+        if item.name == "poissons_ratio":
+            if not -1.0 < value < 0.5:
+                raise SceneError(f"The {owner}'s Poisson's ratio {value:g} is not between -1 and 0.5.")
+        elif not low <= value < np.inf:
+            raise SceneError(
+                f"The {owner}'s {item.name} is {value:g}. Give a {'non-negative' if not low else 'positive'} number."
+            )
+    if isinstance(material, SandMaterial) and material.friction_angle >= 90:
+        raise SceneError(f"A friction angle of {material.friction_angle:g} degrees is not between 0 and 90.")

@@ -171,16 +171,16 @@ class Solver:
 
     def set_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
-        robot, sand, count = self.scene.robot, self.scene.sand, self.robot_count
+        robot, medium, count = self.scene.robot, self.scene.medium, self.robot_count
         volume = arrays["occupancy"] * robot.volumes
         mass = volume * arrays["density_ratio"] * robot.material.density
         self.parameters.volume[:, :count] = self.tensor(volume)
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[0] = self.tensor(arrays["fibres"])
-        if sand is not None:
-            self.parameters.volume[:, count:] = self.tensor(sand.volumes)
-            self.parameters.mass[:, count:] = self.tensor(sand.volumes * sand.material.density)
+        if medium is not None:
+            self.parameters.volume[:, count:] = self.tensor(medium.volumes)
+            self.parameters.mass[:, count:] = self.tensor(medium.volumes * medium.material.density)
 
     def _check_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
         bounds = {

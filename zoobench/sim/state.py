@@ -7,7 +7,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from zoobench.sim.scene import Array, Scene, lame_parameters
+from zoobench.sim.matter import Law
+from zoobench.sim.scene import Array, Scene
 
 
 @dataclass
@@ -18,9 +19,9 @@ class Matter:
         x, v: `[slots, worlds, particles, 3]` [m], [m/s].
         C: `[slots, worlds, particles, 3, 3]` APIC matrix [1/s].
         F: `[slots, worlds, robot, 3, 3]` deformation gradient of the robot.
-        b: `[slots, worlds, sand, 6]` elastic left Cauchy-Green tensor of the sand (xx yy zz xy xz yz).
-        surplus: `[slots, worlds, sand]` log-volume gained while loose.
-        tau: `[slots, worlds, sand, 6]` Kirchhoff stress of the sand [Pa].
+        b: `[slots, worlds, medium, 6]` elastic left Cauchy-Green tensor of a solid medium (xx yy zz xy xz yz).
+        history: `[slots, worlds, medium]` what the medium's law remembers: surplus, plastic volume ratio or J.
+        tau: `[slots, worlds, medium, 6]` Kirchhoff stress of a solid medium [Pa].
         window: `[slots, worlds, 6]` first and past-the-last node in use.
     """
 
@@ -29,26 +30,28 @@ class Matter:
     C: Tensor
     F: Tensor
     b: Tensor
-    surplus: Tensor
+    history: Tensor
     tau: Tensor
     window: Tensor
 
     @classmethod
-    def zeros(cls, slots: int, worlds: int, robot: int, sand: int, real: torch.dtype, device: str) -> Self:
-        """All zero; the sand's tensors are empty in a scene without sand."""
+    def zeros(
+        cls, slots: int, worlds: int, robot: int, medium: int, solid: int, real: torch.dtype, device: str
+    ) -> Self:
+        """All zero, for `medium` particles of which `solid` (all or none) store strain and stress."""
 
         def make(*shape: int) -> Tensor:
             return torch.zeros((slots, worlds, *shape), dtype=real, device=device)
 
-        total = robot + sand
+        total = robot + medium
         return cls(
             x=make(total, 3),
             v=make(total, 3),
             C=make(total, 3, 3),
             F=make(robot, 3, 3),
-            b=make(sand, 6),
-            surplus=make(sand),
-            tau=make(sand, 6),
+            b=make(solid, 6),
+            history=make(medium),
+            tau=make(solid, 6),
             window=torch.zeros((slots, worlds, 6), dtype=torch.int32, device=device),
         )
 
@@ -133,11 +136,18 @@ class BodyState:
         }
 
 
+def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str) -> Matter:
+    """Zeroed tensors of the size that the scene calls for, and no more."""
+    medium = scene.medium
+    count = medium.particle_count if medium else 0
+    solid = count if medium and medium.material.law != Law.WATER else 0
+    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device)
+
+
 def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str) -> Matter:
     """The scene at time zero in one slot; the window is the caller's to set."""
-    robot, sand = scene.robot, scene.sand
-    sand_count = sand.particle_count if sand else 0
-    matter = Matter.zeros(1, worlds, robot.particle_count, sand_count, real, device)
+    robot, medium = scene.robot, scene.medium
+    matter = empty_matter(scene, 1, worlds, real, device)
 
     def put(target: Tensor, value: Array) -> None:
         target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=real, device=device)
@@ -148,10 +158,10 @@ def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, 
     if robot.velocity_gradients is not None:
         put(matter.C[:, :, :count], robot.velocity_gradients)
     put(matter.F, np.eye(3))
-    if sand is not None:
-        material = sand.material
-        mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
-        put(matter.x[:, :, count:], sand.positions - origin)
-        put(matter.b[..., :3], np.exp(2.0 * sand.strains))
-        put(matter.tau[..., :3], 2.0 * mu * sand.strains + lam * sand.strains.sum(1, keepdims=True))
+    if medium is not None:
+        put(matter.x[:, :, count:], medium.positions - origin)
+        put(matter.history, medium.history)
+        if medium.material.law != Law.WATER:
+            put(matter.b, medium.left_cauchy_green)
+            put(matter.tau, medium.stress)
     return matter

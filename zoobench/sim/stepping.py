@@ -8,7 +8,8 @@ import math
 from dataclasses import dataclass
 
 from zoobench.errors import StepSizeError
-from zoobench.sim.scene import Scene, lame_parameters
+from zoobench.sim.matter import lame_parameters
+from zoobench.sim.scene import Scene
 
 LARGEST_STRETCH = 1.5
 """Principal stretch up to which the step of muscle robots is safe [-]. At s = 0.3 E a free fibre reaches 1.7, but by
@@ -52,11 +53,6 @@ def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stre
     return 2.0 * (stiffness * mu + strength) * stretch**2 + 3.0 * stiffness * lam
 
 
-def hencky_kappa(mu: float, lam: float) -> float:
-    """kappa [Pa] of Hencky matter, 2 mu + 3 lambda; the plastic return only lowers it."""
-    return 2.0 * mu + 3.0 * lam
-
-
 def step_limits(scene: Scene, grid_spacing: float, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
     """dt_iso [s] of each kind of matter in the scene at its stiffest and lightest."""
     material = scene.robot.material
@@ -65,10 +61,9 @@ def step_limits(scene: Scene, grid_spacing: float, stiffness_max: float, density
     ratio = min(density_ratio_min, float(scene.robot.density_ratio.min()))
     kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
     limits = {"robot": isolated_particle_limit(grid_spacing, material.density * ratio, kappa)}
-    if scene.sand is not None:
-        sand = scene.sand.material
-        kappa = hencky_kappa(*lame_parameters(sand.youngs_modulus, sand.poissons_ratio))
-        limits["sand"] = isolated_particle_limit(grid_spacing, sand.density, kappa)
+    if scene.medium is not None:
+        medium = scene.medium.material
+        limits[medium.law.name.lower()] = isolated_particle_limit(grid_spacing, medium.density, medium.kappa)
     return limits
 
 

@@ -1,0 +1,63 @@
+"""Level beds of a medium, at rest under their own weight."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.lattice import fill_box
+from zoobench.sim.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
+from zoobench.sim.scene import MediumBed
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Bed:
+    """A level bed that covers the whole floor of the arena, held by its walls.
+
+    Attributes:
+        thickness: [m].
+    """
+
+    material: Medium
+    thickness: float
+
+    def fill(self, size: Array, gravity: float, fidelity: Fidelity) -> MediumBed:
+        """The bed at rest in an arena of this `size` [m]; `gravity` [m/s^2] is the downward magnitude.
+
+        The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is density
+        times thickness times area at every fidelity, and no gap is left at the walls.
+        """
+        box = np.array([size[0], self.thickness, size[2]])
+        rounded = np.maximum(np.round(box / fidelity.grid_spacing * 2) / 2, 0.5) * fidelity.grid_spacing
+        lattice = fill_box(np.zeros(3), rounded, fidelity.grid_spacing, fidelity.particles_per_cell)
+        spacing = np.array([np.diff(np.unique(np.round(axis, 12))).min(initial=np.inf) for axis in lattice.T])
+        reach = lattice.max(axis=0) + np.where(np.isfinite(spacing), spacing / 2, lattice.max(axis=0))
+        positions = lattice * (box / reach)
+        volumes = np.full(len(positions), box.prod() / len(positions))
+        load = self.material.density * gravity * (self.thickness - positions[:, 1])
+        return MediumBed.at_rest(self.material, positions, volumes, rest_strains(self.material, load))
+
+
+def rest_strains(material: Medium, load: Array) -> Array:
+    """Principal elastic Hencky strains `[n, 3]` (x, y, z) of a confined column under a vertical load `[n]` [Pa].
+
+    In small-strain closed form: at the loads of a bed of centimetres the strain is some tenths of a percent. A solid
+    carries the load with eps_yy = -load / (lambda + 2 mu); one that would yield under the difference of the stresses, at
+    the yield stress; a fluid by pressure alone.
+    """
+    mu, lam, *_ = material.constants
+    bulk = lam + 2.0 / 3.0 * mu
+    deviator = np.array([1.0, -2.0, 1.0]) / 3.0  # of a unit strain -1 along y
+    if isinstance(material, WaterMaterial):
+        mean, shear = load / bulk, np.zeros_like(load)
+    else:
+        shear = load / (lam + 2.0 * mu)
+        if isinstance(material, ClayMaterial | MudMaterial):
+            # |dev tau| = 2 mu sqrt(2/3) shear
+            shear = np.minimum(shear, material.yield_stress / (2.0 * mu * np.sqrt(2.0 / 3.0)))
+        mean = (load - 2.0 * mu * 2.0 / 3.0 * shear) / bulk
+    strains: Array = -mean[:, None] / 3.0 + shear[:, None] * deviator
+    return strains

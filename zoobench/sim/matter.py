@@ -1,0 +1,197 @@
+"""What things are made of: the constants of every constitutive law, with their elastic moduli and step limits.
+
+SI units. `law` selects the kernel functions in `media`, `constants` are what those take.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Law(IntEnum):
+    """The constitutive laws of media; 0 stands for no medium."""
+
+    SAND = 1
+    CLAY = 2
+    MUD = 3
+    SNOW = 4
+    WATER = 5
+
+
+Constants = tuple[float, float, float, float, float]
+
+
+def lame_parameters(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
+    """(mu, lambda) [Pa] from E [Pa] and nu."""
+    mu = youngs_modulus / (2 * (1 + poissons_ratio))
+    lam = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
+    return mu, lam
+
+
+@dataclass(frozen=True)
+class ElasticMaterial:
+    """Neo-Hookean matter with active fibres.
+
+    Attributes:
+        youngs_modulus: E [Pa] at stiffness 1.
+        poissons_ratio: nu [-].
+        density: rho [kg/m^3].
+        muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    muscle_strength: float = 0.0
+
+
+@dataclass(frozen=True)
+class SandMaterial:
+    """Drucker-Prager sand with Hencky elasticity (Klar et al. 2016).
+
+    Attributes:
+        friction_angle: phi [degrees], as measured in triaxial compression.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    friction_angle: float
+    law = Law.SAND
+
+    @property
+    def cone_slope(self) -> float:
+        """alpha of the cone |dev eps| <= -alpha (3 lambda + 2 mu) / (2 mu) tr(eps), fitted in triaxial compression.
+
+        alpha = sqrt(2/3) 2 sin(phi) / (3 - sin(phi)); Klar et al. 2016, eq. 31.
+        """
+        sine = math.sin(math.radians(self.friction_angle))
+        return math.sqrt(2.0 / 3.0) * 2.0 * sine / (3.0 - sine)
+
+    @property
+    def constants(self) -> Constants:
+        """(mu, lambda, alpha)."""
+        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.cone_slope, 0.0, 0.0)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]; the plastic return only lowers it."""
+        return _hencky_kappa(self.constants)
+
+
+@dataclass(frozen=True)
+class ClayMaterial:
+    """Plasticine: von Mises with Hencky elasticity.
+
+    Attributes:
+        yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa]; sqrt(2/3) of the uniaxial one.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    yield_stress: float
+    law = Law.CLAY
+
+    @property
+    def constants(self) -> Constants:
+        """(mu, lambda, yield stress)."""
+        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.yield_stress, 0.0, 0.0)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]."""
+        return _hencky_kappa(self.constants)
+
+
+@dataclass(frozen=True)
+class MudMaterial:
+    """Wet mud: a Bingham-like solid in shear, a fluid in volume (pressure K (1 - J), no tension).
+
+    Attributes:
+        yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa].
+        viscosity: eta [Pa s].
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    yield_stress: float
+    viscosity: float
+    law = Law.MUD
+
+    @property
+    def constants(self) -> Constants:
+        """(mu, lambda, yield stress, 0, viscosity)."""
+        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.yield_stress, 0.0, self.viscosity)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]."""
+        return _hencky_kappa(self.constants)
+
+
+@dataclass(frozen=True)
+class SnowMaterial:
+    """Snow after Stomakhin et al. 2013.
+
+    Attributes:
+        critical_compression, critical_stretch: theta_c, theta_s: elastic stretches stay within 1 - theta_c and
+            1 + theta_s.
+        hardening: xi; the moduli grow as exp(xi (1 - J_P)).
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    critical_compression: float
+    critical_stretch: float
+    hardening: float
+    law = Law.SNOW
+
+    @property
+    def constants(self) -> Constants:
+        """(mu, lambda, theta_c, theta_s, xi)."""
+        mu, lam = lame_parameters(self.youngs_modulus, self.poissons_ratio)
+        return (mu, lam, self.critical_compression, self.critical_stretch, self.hardening)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle at no hardening [Pa]: corotated, at the largest elastic stretch."""
+        mu, lam, s = self.constants[0], self.constants[1], 1.0 + self.critical_stretch
+        return 2.0 * mu * (2.0 * s**2 - s) + 3.0 * lam * (2.0 * s**6 - s**3)
+
+
+@dataclass(frozen=True)
+class WaterMaterial:
+    """Weakly compressible water with the Tait pressure K/gamma (J^-gamma - 1).
+
+    Attributes:
+        bulk_modulus: K [Pa], low enough to be affordable and high enough that the density varies by about 1 %.
+        exponent: gamma.
+        viscosity: eta [Pa s].
+    """
+
+    bulk_modulus: float
+    density: float
+    exponent: float = 7.0
+    viscosity: float = 0.0
+    law = Law.WATER
+
+    @property
+    def constants(self) -> Constants:
+        """(0, K, gamma, 0, viscosity)."""
+        return (0.0, self.bulk_modulus, self.exponent, 0.0, self.viscosity)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle at J = 0.9 [Pa], twice compressed beyond what is meant."""
+        J, gamma = 0.9, self.exponent
+        return float(3.0 * self.bulk_modulus / gamma * ((gamma - 1.0) * J ** (1.0 - gamma) + J))
+
+
+Medium = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial | WaterMaterial
+
+
+def _hencky_kappa(constants: Constants) -> float:
+    return 2.0 * constants[0] + 3.0 * constants[1]
