@@ -9,7 +9,7 @@ from zoobench.sim.fidelity import Fidelity
 @register(Kind.FIDELITY, "smoke")
 def smoke(
     *,
-    grid_spacing: float = 1 / 40,
+    grid_spacing: float = 1 / 32,
     courant: float = 0.5,
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from zoobench.sim.solver import Rollout, Solver
+    from zoobench.sim.state import Matter
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,8 @@ class Problem:
         self.scene = env.scene(self.body, self.fidelity)
         self._masses = self.body.masses(env.robot.density)
         self._substeps_per_frame = self._choose_substeps()
+        self._settling_frames = env.settling_frames
+        self._start: Matter | None = None
         self._solvers: dict[tuple[int, bool], Solver] = {}
 
     @property
@@ -226,9 +229,23 @@ class Problem:
         key = (worlds, gradient)
         if key not in self._solvers:
             self._solvers[key] = Solver(
-                self.scene, self.fidelity, worlds=worlds, frame_seconds=FRAME_SECONDS, gradients=gradient
+                self.scene,
+                self.fidelity,
+                worlds=worlds,
+                frame_seconds=FRAME_SECONDS,
+                gradients=gradient,
+                start=self._settled(),
             )
         return self._solvers[key]
+
+    def _settled(self) -> "Matter | None":
+        """The scene come to rest, computed once; None where it starts as it stands."""
+        from zoobench.sim.solver import Solver
+
+        if self._settling_frames and self._start is None:
+            solver = Solver(self.scene, self.fidelity, frame_seconds=FRAME_SECONDS)
+            self._start = solver.settle(self._settling_frames)
+        return self._start
 
     def _choose_substeps(self) -> int:
         from zoobench.sim.stepping import choose_step

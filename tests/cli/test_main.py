@@ -13,7 +13,7 @@ from zoobench import __version__
 from zoobench.cli.main import app
 
 README = Path(__file__).parents[2] / "README.md"
-COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench")
+COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench", "gradcheck")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch"}
 
 

@@ -8,13 +8,15 @@ import torch
 from zoobench.sim import runtime
 from zoobench.sim.array_types import Matrices, Scalars, Vectors
 from zoobench.sim.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
-from zoobench.sim.materials import (
-    fibre_stress,
-    fibre_stress_adjoint,
-    neo_hookean,
-    neo_hookean_adjoint,
-    sand_update,
-    sand_update_adjoint,
+from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
+from zoobench.sim.media import (
+    SNOW,
+    hencky_update,
+    hencky_update_adjoint,
+    shear_rate,
+    snow_update,
+    snow_update_adjoint,
+    water_pressure,
 )
 
 
@@ -41,28 +43,52 @@ def fibre_all(
 
 
 @ti.kernel
-def sand_all(
-    b: Matrices, surplus: Scalars, b_new: Matrices, left: Scalars, stress: Matrices,
-    mu: float, lam: float, slope: float,
+def medium_all(
+    b: Matrices, history: Scalars, b_new: Matrices, after: Scalars, stress: Matrices,
+    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
 ):  # fmt: skip
-    """Plastic return of sand."""
+    """Update of a solid medium."""
     for p in range(b.shape[0]):
-        elastic, rest, tau = sand_update(b[p], surplus[p], mu, lam, slope)
-        b_new[p] = elastic
-        left[p] = rest
-        stress[p] = tau
+        constants = ti.Vector([c0, c1, c2, c3, c4])
+        if ti.static(law == SNOW):
+            b_new[p], after[p], stress[p] = snow_update(b[p], history[p], constants)
+        else:
+            b_new[p], after[p], stress[p] = hencky_update(b[p], history[p], constants, law)
 
 
 @ti.kernel
-def sand_back_all(
-    b: Matrices, surplus: Scalars, b_pull: Matrices, surplus_pull: Scalars, stress_pull: Matrices,
-    back: Matrices, surplus_back: Scalars, mu: float, lam: float, slope: float,
+def medium_back_all(
+    b: Matrices, history: Scalars, b_pull: Matrices, history_pull: Scalars, stress_pull: Matrices,
+    back: Matrices, history_back: Scalars,
+    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
 ):  # fmt: skip
-    """Adjoint of the plastic return."""
+    """Adjoint of the update."""
     for p in range(b.shape[0]):
-        pull, rest = sand_update_adjoint(b[p], surplus[p], b_pull[p], surplus_pull[p], stress_pull[p], mu, lam, slope)
-        back[p] = pull
-        surplus_back[p] = rest
+        constants = ti.Vector([c0, c1, c2, c3, c4])
+        if ti.static(law == SNOW):
+            back[p], history_back[p] = snow_update_adjoint(
+                b[p], history[p], b_pull[p], history_pull[p], stress_pull[p], constants
+            )
+        else:
+            back[p], history_back[p] = hencky_update_adjoint(
+                b[p], history[p], b_pull[p], history_pull[p], stress_pull[p], constants, law
+            )
+
+
+@ti.kernel
+def water_all(J: Scalars, pressure: Scalars, slope: Scalars, bulk: float, exponent: float):
+    """Kirchhoff pressure of water and its derivative."""
+    for p in range(J.shape[0]):
+        value, rise = water_pressure(J[p], ti.Vector([0.0, bulk, exponent, 0.0, 0.0]))
+        pressure[p] = value
+        slope[p] = rise
+
+
+@ti.kernel
+def shear_rate_all(C: Matrices, rate: Matrices):
+    """What the viscosity acts on."""
+    for p in range(C.shape[0]):
+        rate[p] = shear_rate(C[p])
 
 
 @ti.kernel
@@ -99,3 +125,10 @@ def symmetric(a: np.ndarray) -> np.ndarray:
     """Its symmetric part."""
     part: np.ndarray = 0.5 * (a + np.swapaxes(a, -1, -2))
     return part
+
+
+def relative(found: np.ndarray, expected: np.ndarray, scale: float | np.ndarray) -> float:
+    """Largest error of a tensor relative to its norm, or to the law's own scale where that is larger."""
+    axes = tuple(range(1, expected.ndim))
+    size = np.maximum(np.sqrt(np.square(expected).sum(axes)), scale)
+    return float((np.abs(found - expected).max(axes) / size).max())

@@ -1,13 +1,24 @@
 """Small scenes that the tests of the simulator share: a few hundred particles each."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.lattice import fill_box, particle_volume
-from zoobench.sim.scene import ElasticBody, ElasticMaterial, Ground, SandBed, SandMaterial, Scene
+from zoobench.sim.matter import (
+    ClayMaterial,
+    ElasticMaterial,
+    Medium,
+    MudMaterial,
+    SandMaterial,
+    SnowMaterial,
+    WaterMaterial,
+)
+from zoobench.sim.scene import ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
 Array = NDArray[np.float64]
@@ -18,6 +29,20 @@ NO_GRAVITY = (0.0, 0.0, 0.0)
 SOFT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
 STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
 SAND = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=45.0)
+MEDIA: dict[str, Medium] = {
+    "sand": SAND,
+    "clay": ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=200.0),
+    "mud": MudMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=100.0, viscosity=1.0),
+    "snow": SnowMaterial(
+        youngs_modulus=1.4e5,
+        poissons_ratio=0.2,
+        density=400.0,
+        critical_compression=2.5e-2,
+        critical_stretch=7.5e-3,
+        hardening=10.0,
+    ),
+    "water": WaterMaterial(bulk_modulus=1e5, density=1000.0, viscosity=0.1),
+}
 MUSCLES = 3
 
 
@@ -51,13 +76,13 @@ def muscle_body(
     )
 
 
-def sand_bed(depth: int = 2, first: int = 8, cells: int = 7) -> SandBed:
-    """A square bed of sand on the ground, free at its sides."""
+def medium_bed(name: str = "sand", depth: int = 2, first: int = 8, cells: int = 7) -> MediumBed:
+    """A square bed of a medium on the ground, free at its sides."""
     lower = np.array([first * SPACING, 0.0, first * SPACING])
     upper = lower + SPACING * np.array([cells, depth, cells])
     positions = fill_box(lower, upper, SPACING, 8)
     count = len(positions)
-    return SandBed(SAND, positions, np.full(count, particle_volume(SPACING, 8)), np.zeros((count, 3)))
+    return MediumBed.at_rest(MEDIA[name], positions, np.full(count, particle_volume(SPACING, 8)))
 
 
 def flight_scene(moving: bool = True) -> Scene:
@@ -71,13 +96,15 @@ def ground_scene(friction: float = 0.5, moving: bool = True) -> Scene:
     return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(friction), gravity=(0.5, -9.81, 0.2))
 
 
-def sand_scene() -> Scene:
-    """The muscle cube landing on a bed of sand."""
+def medium_scene(name: str = "sand") -> Scene:
+    """The muscle cube landing on a bed of a medium."""
     body = muscle_body((0.3, 2 * SPACING, 0.3), moving=True)
-    return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(0.5), sand=sand_bed(), gravity=(0.5, -9.81, 0.2))
+    return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(0.5), medium=medium_bed(name), gravity=(0.5, -9.81, 0.2))
 
 
-SCENES = {"flight": flight_scene, "ground": ground_scene, "sand": sand_scene}
+SCENES: dict[str, Callable[[], Scene]] = {"flight": flight_scene, "ground": ground_scene} | {
+    name: partial(medium_scene, name) for name in MEDIA
+}
 
 
 def passive_block(lower: tuple[float, float, float], cells: tuple[int, int, int], velocity: Array) -> ElasticBody:

@@ -64,21 +64,35 @@ def _error(probe: Probe, gradient: Gradient, name: str, direction: np.ndarray) -
     return min(found)
 
 
-@pytest.fixture(scope="module", params=[("flight", 1e-6), ("ground", 1e-4), ("sand", 1e-4)], ids=lambda pair: pair[0])
-def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float]:
-    """A scene over at least 100 substeps, its gradient and the tolerance."""
-    name, tolerance = request.param
-    probe = Probe(scenes.SCENES[name](), 20)
-    assert 20 * probe.solver.substeps_per_frame >= 100
-    return probe, probe.gradient(), tolerance
+# name of the scene, tolerance, frames, least number of substeps, directions
+EPISODES = [
+    ("flight", 1e-6, 20, 100, 3),
+    ("ground", 1e-4, 20, 100, 3),
+    ("sand", 1e-4, 20, 100, 3),
+    ("clay", 1e-4, 8, 36, 1),
+    ("mud", 1e-4, 7, 36, 1),
+    ("snow", 1e-4, 2, 36, 1),
+    ("water", 1e-4, 4, 36, 1),
+]
+
+
+@pytest.fixture(scope="module", params=EPISODES, ids=lambda episode: episode[0])
+def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float, int]:
+    """A scene over many substeps, its gradient, the tolerance and how many directions to try."""
+    name, tolerance, frames, substeps, directions = request.param
+    probe = Probe(scenes.SCENES[name](), frames)
+    assert frames * probe.solver.substeps_per_frame >= substeps
+    return probe, probe.gradient(), tolerance, directions
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_directional_derivative_matches_central_differences(probed: tuple[Probe, Gradient, float], name: str) -> None:
-    """In three random directions of each parameter group."""
-    probe, gradient, tolerance = probed
+def test_directional_derivative_matches_central_differences(
+    probed: tuple[Probe, Gradient, float, int], name: str
+) -> None:
+    """In three random directions of each parameter group, or in one."""
+    probe, gradient, tolerance, directions = probed
     rng = np.random.default_rng(7)
-    for _ in range(3):
+    for _ in range(directions):
         # within +-1, so that the largest distance stays inside the bounds of the group
         direction = rng.uniform(-1.0, 1.0, probe.base[name].shape)
         assert _error(probe, gradient, name, direction) <= tolerance
@@ -139,17 +153,17 @@ def _same(a: Gradient, b: Gradient) -> bool:
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in GROUPS)
 
 
-@pytest.mark.parametrize("name", ["ground", "sand"])
+@pytest.mark.parametrize("name", ["ground", "sand", "clay", "mud", "snow", "water"])
 def test_checkpointed_gradient_is_the_full_memory_gradient(name: str) -> None:
     """Bit for bit at every interval, divisors of the episode or not, the default root of it included."""
     scene = scenes.SCENES[name]()
     solver = Solver(scene, scenes.fidelity())
     substeps = FRAMES * solver.substeps_per_frame
-    assert substeps % 7
+    assert substeps % 11
     assert substeps % 20
     (full,) = _gradient_with(scene, substeps)
     assert full.actuation.any()
-    for interval in (1, 7, 20, None):
+    for interval in (1, 7, 11, 20, None):
         (gradient,) = _gradient_with(scene, interval)
         assert _same(gradient, full), interval
 
@@ -214,7 +228,9 @@ def test_friction_gives_thrust() -> None:
     assert np.abs(solver.backward(rollout, pull, np.zeros_like(pull)).actuation).max() > 1e-6
 
 
-@pytest.mark.parametrize("name", ["ground", "sand"])
+@pytest.mark.parametrize(
+    "name", ["ground", "sand", pytest.param("clay", marks=pytest.mark.slow), "mud", "snow", "water"]
+)
 def test_float32_gradient_agrees_with_float64(name: str) -> None:
     """To 1e-3 of the norm in every group."""
     (double,) = _gradient_with(scenes.SCENES[name](), None)

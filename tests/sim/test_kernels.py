@@ -41,7 +41,14 @@ def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
     assert 0 < int(touched.sum()) < touched.numel() / 4
 
 
-@pytest.mark.parametrize("name", [pytest.param("ground", marks=pytest.mark.slow), "sand"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("ground", marks=pytest.mark.slow),
+        pytest.param("clay", marks=pytest.mark.slow),
+        *("sand", "mud", "snow", "water"),
+    ],
+)
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
     """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""
     _, serial, gradient = _episode(name)
@@ -73,7 +80,7 @@ runtime.stop()
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param("flight", marks=pytest.mark.slow), pytest.param("ground", marks=pytest.mark.slow), "sand"]
+    "name", [pytest.param(name, marks=() if name == "sand" else pytest.mark.slow) for name in scenes.SCENES]
 )
 def test_no_access_out_of_bounds(name: str) -> None:
     """Forward and reverse pass the kernel compiler's bounds checks, which an array too short does not."""

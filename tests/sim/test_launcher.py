@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from tests.sim import scenes
 from zoobench.errors import SceneError
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.scene import Scene
 from zoobench.sim.solver import Solver
+from zoobench.sim.state import empty_matter
 
 
 def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
@@ -26,9 +28,24 @@ def test_launches_are_the_effects_of_the_scene() -> None:
     flight = {"forward elasticity": 2, "forward muscle": 2, "survey": 2}
     assert _launches(scenes.flight_scene()) == flight
     assert _launches(scenes.ground_scene()) == flight | {"forward friction": 2}
-    assert _launches(scenes.sand_scene()) == flight | {"forward friction": 2, "forward sand plasticity": 2}
     block = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
     assert _launches(block) == {"forward elasticity": 2, "survey": 2}
+
+
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [
+        ("sand", ("plasticity",)),
+        ("clay", ("plasticity",)),
+        ("snow", ("plasticity",)),
+        ("mud", ("plasticity", "fluid")),
+        ("water", ("fluid",)),
+    ],
+)
+def test_launches_of_a_medium_are_its_laws(name: str, own: tuple[str, ...]) -> None:
+    """Plasticity only in sand, clay, snow and mud, fluid only in mud and water."""
+    common = ("elasticity", "muscle", "friction")
+    assert _launches(scenes.medium_scene(name)) == {f"forward {e}": 2 for e in (*common, *own)} | {"survey": 2}
 
 
 def test_reverse_launches_only_the_effects_too() -> None:
@@ -51,7 +68,17 @@ def test_forward_run_holds_nothing_of_a_gradient() -> None:
 def test_scene_without_sand_holds_no_sand() -> None:
     """The tensors of sand are empty on the ground."""
     matter = Solver(scenes.ground_scene(), scenes.fidelity()).matter
-    assert matter.b.numel() == matter.surplus.numel() == matter.tau.numel() == 0
+    assert matter.b.numel() == matter.history.numel() == matter.tau.numel() == 0
+
+
+def test_water_holds_no_strain_and_no_stress() -> None:
+    """Not in the state, not in a checkpoint and not in the segment that a backward pass recomputes."""
+    solver = Solver(scenes.medium_scene("water"), scenes.fidelity(), gradients=True)
+    rollout = solver.run(scenes.actuation(solver, 1))
+    assert rollout.checkpoints
+    for matter in (solver.matter, *rollout.checkpoints, empty_matter(solver.scene, 3, 1, torch.float64, "cpu")):
+        assert matter.b.numel() == matter.tau.numel() == 0
+        assert matter.history.numel() == matter.history.shape[0] * 784
 
 
 def test_serial_driver_holds_one_grid_for_all_worlds() -> None:

@@ -7,7 +7,9 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import SceneError
-from zoobench.sim.scene import Effect, ElasticBody, Ground, Scene, lame_parameters
+from zoobench.sim.materials_numpy import principal_stress
+from zoobench.sim.matter import lame_parameters
+from zoobench.sim.scene import Effect, ElasticBody, Ground, MediumBed, Scene
 
 
 def _scene_of(**changes: object) -> Scene:
@@ -94,10 +96,10 @@ def test_matter_outside_the_arena_is_refused() -> None:
     """The message counts the particles and names the body and the first place."""
     with pytest.raises(SceneError, match=r"216 particles of the robot lie outside .*Move the robot or widen"):
         Scene(scenes.muscle_body((0.8, 0.3, 0.3)), (0.0, 0.0, 0.0), scenes.ARENA)
-    bed = scenes.sand_bed()
+    bed = scenes.medium_bed()
     bed = replace(bed, positions=bed.positions + np.array([0.0, 0.0, 0.3]))
-    with pytest.raises(SceneError, match="particles of the sand lie outside"):
-        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, sand=bed)
+    with pytest.raises(SceneError, match="particles of the medium lie outside"):
+        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, medium=bed)
 
 
 def test_effects_follow_from_the_scene() -> None:
@@ -105,18 +107,49 @@ def test_effects_follow_from_the_scene() -> None:
     assert scenes.flight_scene().effects == {Effect.ELASTICITY, Effect.MUSCLE}
     assert scenes.ground_scene().effects == {Effect.ELASTICITY, Effect.MUSCLE, Effect.FRICTION}
     assert scenes.ground_scene(friction=0.0).effects == {Effect.ELASTICITY, Effect.MUSCLE}
-    assert scenes.sand_scene().effects == set(Effect)
     block = scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3))
     assert Scene(block, (0.0, 0.0, 0.0), scenes.ARENA).effects == {Effect.ELASTICITY}
     limp = replace(scenes.SOFT, muscle_strength=0.0)
     assert _scene_of(material=limp).effects == {Effect.ELASTICITY}
 
 
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [
+        ("sand", {Effect.PLASTICITY}),
+        ("clay", {Effect.PLASTICITY}),
+        ("snow", {Effect.PLASTICITY}),
+        ("mud", {Effect.PLASTICITY, Effect.FLUID}),
+        ("water", {Effect.FLUID}),
+    ],
+)
+def test_effects_of_a_medium_are_its_laws(name: str, own: set[Effect]) -> None:
+    """Plasticity of the solids, fluid of what flows; mud is both."""
+    common = {Effect.ELASTICITY, Effect.MUSCLE, Effect.FRICTION}
+    assert scenes.medium_scene(name).effects == common | own
+
+
+@pytest.mark.parametrize("name", scenes.MEDIA)
+def test_bed_at_rest_carries_its_strain(name: str) -> None:
+    """b, history and stress are those of the strain; without one the bed is free of stress."""
+    material, positions = scenes.MEDIA[name], np.full((2, 3), 0.1)
+    free = MediumBed.at_rest(material, positions, np.ones(2))
+    assert not free.stress.any()
+    assert np.array_equal(free.left_cauchy_green, [[1, 1, 1, 0, 0, 0]] * 2)
+    assert np.array_equal(free.history, np.full(2, 1.0 if name in ("snow", "water") else 0.0))
+    strain = np.array([-0.0032, -0.003, -0.0031])
+    bed = MediumBed.at_rest(material, positions, np.ones(2), np.tile(strain, (2, 1)))
+    assert np.allclose(bed.left_cauchy_green[1], [*np.exp(2 * strain), 0, 0, 0], rtol=1e-15)
+    assert bed.history[1] == (np.exp(strain.sum()) if name == "water" else free.history[1])
+    assert np.allclose(bed.stress[1], [*principal_stress(material, strain), 0, 0, 0], rtol=1e-14)
+    assert (bed.stress[:, :3] < 0).all()
+
+
 def test_particles_of_all_matter_are_counted() -> None:
     """Robot and sand together."""
-    scene = scenes.sand_scene()
-    assert scene.sand is not None
-    assert scene.particle_count == scene.robot.particle_count + scene.sand.particle_count == 216 + 7 * 7 * 2 * 8
+    scene = scenes.medium_scene()
+    assert scene.medium is not None
+    assert scene.particle_count == scene.robot.particle_count + scene.medium.particle_count == 216 + 7 * 7 * 2 * 8
 
 
 def test_lame_parameters_give_back_the_moduli() -> None:
@@ -154,18 +187,25 @@ def test_impossible_body_is_refused(changes: dict[str, object], message: str) ->
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"strains": np.zeros((1, 3))}, "strains have shape"),
-        ({"positions": np.full_like(scenes.sand_bed().positions, np.nan)}, "positions hold values that are not finite"),
-        ({"volumes": np.zeros_like(scenes.sand_bed().volumes)}, "without volume"),
-        ({"material": replace(scenes.sand_bed().material, friction_angle=95.0)}, "friction angle of 95"),
-        ({"material": replace(scenes.sand_bed().material, density=0.0)}, "density is 0"),
+        ({"left_cauchy_green": np.ones((1, 6))}, "left_cauchy_green have shape"),
+        ({"history": np.zeros((1, 1))}, "history have shape"),
+        ({"stress": np.zeros((1, 3))}, "stress have shape"),
+        ({"velocities": np.zeros((1, 3))}, "velocities have shape"),
+        ({"history": np.full_like(scenes.medium_bed().history, np.inf)}, "history hold values that are not finite"),
+        (
+            {"positions": np.full_like(scenes.medium_bed().positions, np.nan)},
+            "positions hold values that are not finite",
+        ),
+        ({"volumes": np.zeros_like(scenes.medium_bed().volumes)}, "without volume"),
+        ({"material": replace(scenes.medium_bed().material, friction_angle=95.0)}, "friction angle of 95"),
+        ({"material": replace(scenes.medium_bed().material, density=0.0)}, "density is 0"),
     ],
 )
 def test_impossible_sand_is_refused(changes: dict[str, object], message: str) -> None:
     """A bed must have particles, volume and a material that exists."""
-    bed = replace(scenes.sand_bed(), **changes)  # type: ignore[arg-type]
+    bed = replace(scenes.medium_bed(), **changes)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match=message):
-        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, sand=bed)
+        Scene(scenes.muscle_body(), (0.0, 0.0, 0.0), scenes.ARENA, medium=bed)
 
 
 def test_gravity_and_friction_must_be_finite() -> None:

@@ -7,13 +7,14 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import StepSizeError
-from zoobench.sim.scene import ElasticBody, Scene, lame_parameters
+from zoobench.sim.materials_numpy import principal_stress
+from zoobench.sim.matter import SMALLEST_PLASTIC, SnowMaterial, WaterMaterial, lame_parameters
+from zoobench.sim.scene import ElasticBody, Scene
 from zoobench.sim.solver import Solver
 from zoobench.sim.stepping import (
     LARGEST_STRETCH,
     choose_step,
     elastic_kappa,
-    hencky_kappa,
     isolated_particle_limit,
     step_limits,
 )
@@ -23,8 +24,7 @@ def test_limit_is_that_of_the_isolated_particle() -> None:
     """dt_iso = h sqrt(rho / kappa), with kappa = 2 (k mu + s) stretch^2 + 3 k lambda, and 2 mu + 3 lambda of sand."""
     assert isolated_particle_limit(0.1, 4.0, 1.0) == pytest.approx(0.2)
     assert elastic_kappa(3.0, 5.0, 2.0, 7.0, 1.5) == pytest.approx(2 * (6 + 7) * 2.25 + 30)
-    assert hencky_kappa(3.0, 5.0) == pytest.approx(21.0)
-    scene = scenes.sand_scene()
+    scene = scenes.medium_scene()
     limits = step_limits(scene, scenes.SPACING, 1.0, 1.0)
     mu, lam = lame_parameters(1e4, 0.2)
     kappa = 2 * (mu + 3000) * LARGEST_STRETCH**2 + 3 * lam
@@ -32,6 +32,22 @@ def test_limit_is_that_of_the_isolated_particle() -> None:
     assert limits["robot"] == pytest.approx(scenes.SPACING * np.sqrt(lightest / kappa))
     mu, lam = lame_parameters(1e5, 0.2)
     assert limits["sand"] == pytest.approx(scenes.SPACING * np.sqrt(1600 / (2 * mu + 3 * lam)))
+
+
+@pytest.mark.parametrize("name", scenes.MEDIA)
+def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
+    """kappa is the slope of the stress by an equal strain in all directions, at the stiffest state meant."""
+    material, at, plastic = scenes.MEDIA[name], -1e-6, 1.0
+    if isinstance(material, SnowMaterial):
+        at, plastic = np.log(1 + material.critical_stretch), SMALLEST_PLASTIC
+    if isinstance(material, WaterMaterial):
+        at = np.log(0.9) / 3
+    e = 1e-7
+    plus, minus = (principal_stress(material, np.full(3, at + s * e), plastic)[0] for s in (1, -1))
+    assert material.kappa == pytest.approx((plus - minus) / (2 * e), rel=1e-5)
+    scene = scenes.medium_scene(name)
+    limit = scenes.SPACING * np.sqrt(material.density / material.kappa)
+    assert step_limits(scene, scenes.SPACING, 1.0, 1.0)[name] == pytest.approx(limit)
 
 
 def test_bounds_of_the_design_count_not_only_its_present_state() -> None:
@@ -47,7 +63,7 @@ def test_bounds_of_the_design_count_not_only_its_present_state() -> None:
 @pytest.mark.parametrize("courant", [0.1, 0.37, 0.5, 0.9])
 def test_frame_is_a_whole_number_of_substeps(courant: float) -> None:
     """The step divides the frame, stays at or below what was asked for, and one substep less would not."""
-    limit = choose_step(scenes.sand_scene(), scenes.SPACING, courant, 0.008)
+    limit = choose_step(scenes.medium_scene(), scenes.SPACING, courant, 0.008)
     n = limit.substeps_per_frame
     assert limit.dt * n == pytest.approx(0.008, rel=1e-14)
     assert limit.fraction <= courant * (1 + 1e-9)
@@ -65,7 +81,7 @@ def test_exact_divisor_is_taken_as_it_is() -> None:
 def test_unsafe_step_is_refused() -> None:
     """Above 0.9 dt_iso, with the limit and the matter that sets it."""
     with pytest.raises(StepSizeError, match=r"0\.95 dt_iso .* limit of the sand is dt_iso = 0\.00306 s"):
-        choose_step(scenes.sand_scene(), scenes.SPACING, 0.95, 0.008)
+        choose_step(scenes.medium_scene(), scenes.SPACING, 0.95, 0.008)
 
 
 def test_isolated_particle_stays_bounded_near_the_limit() -> None:

@@ -13,6 +13,7 @@ from zoobench.cli.machine import bench, doctor
 from zoobench.cli.plan import plan
 from zoobench.cli.run import run
 from zoobench.cli.status import status
+from zoobench.cli.studies import gradcheck
 from zoobench.errors import ZoobenchError
 
 app = Typer(
@@ -52,6 +53,7 @@ app.command("table")(table)
 app.command("logs")(logs)
 app.command("doctor")(doctor)
 app.command("bench")(bench)
+app.command("gradcheck")(gradcheck)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

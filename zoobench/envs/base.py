@@ -1,16 +1,17 @@
 """What an environment is: matter, ground and arena as data, and the scene they make with a body in it."""
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
-from zoobench.envs.bed import Bed
-from zoobench.errors import SceneError
+from zoobench.envs.bed import Bed, without_overlap
+from zoobench.errors import SceneError, UsageError
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import ElasticMaterial
-from zoobench.sim.scene import EARTH_GRAVITY, ElasticBody, Ground, Scene
+from zoobench.sim.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,22 @@ LAND_ROBOT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=100
 
 # [m] x, y, z; wide enough that no land robot meets a wall within an episode of 200 frames
 OPEN_ARENA = (2.0, 0.4, 2.0)
+
+
+# A swimmer is stiffer: it has to push water, and the reference implementation has 1e5 Pa there.
+SWIMMING_ROBOT = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, muscle_strength=3e4)
+
+
+SETTLING_FRAMES = 40
+"""Control frames in which a medium and the robot in or on it come to rest; some periods of the slowest wave."""
+
+
+class Stance(Enum):
+    """Where a robot starts: on the bed (or the bare ground), on the ground in the medium, or midway in its depth."""
+
+    STANDING = "standing"
+    WADING = "wading"
+    SWIMMING = "swimming"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +49,8 @@ class Environment:
         arena: its size along x, y, z [m]; it begins at the origin, the ground is y = 0.
         bed: the medium on the ground, or None.
         start: where the robot's centre stands, as shares of the arena along x and z.
+        stance: at which height it starts.
+        settling_frames: control frames in which the scene comes to rest, under damping, before the clock starts.
         gravity: [m/s^2].
     """
 
@@ -40,16 +59,25 @@ class Environment:
     arena: tuple[float, float, float]
     bed: Bed | None = None
     start: tuple[float, float] = (0.5, 0.5)
+    stance: Stance = Stance.STANDING
+    settling_frames: int = 0
     gravity: tuple[float, float, float] = EARTH_GRAVITY
 
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.friction < np.inf:
+            raise UsageError(f"A friction of {self.friction:g} is not possible. Give 0 or more.")
+        if min(self.arena) <= 0.0 or (self.bed is not None and not 0.0 < self.bed.thickness < self.arena[1]):
+            depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
+            raise UsageError(f"An arena of {self.arena} m{depth} has no room. Give positive lengths that fit.")
+
     def scene(self, body: Body, fidelity: Fidelity) -> Scene:
-        """The body at rest at its starting place, standing on the ground or on the bed.
+        """The body at rest at its starting place; a medium in which it stands or swims makes room for it.
 
         Raises:
             SceneError: the body does not fit into the arena.
         """
         size = np.array(self.arena)
-        floor = self.bed.thickness if self.bed else 0.0
+        floor = self._floor(body)
         positions = body.positions + np.array([self.start[0] * size[0], floor, self.start[1] * size[2]])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
@@ -72,7 +100,21 @@ class Environment:
             robot=robot,
             lower=(0.0, 0.0, 0.0),
             upper=self.arena,
-            medium=self.bed.fill(size, -self.gravity[1], fidelity) if self.bed else None,
+            medium=self._fill(size, positions[body.occupancy > 0.5], fidelity),
             ground=Ground(self.friction),
             gravity=self.gravity,
         )
+
+    def _floor(self, body: Body) -> float:
+        """Height of the body's underside [m]."""
+        if self.bed is None or self.stance is Stance.WADING:
+            return 0.0
+        if self.stance is Stance.STANDING:
+            return self.bed.thickness
+        return max(0.0, (self.bed.thickness - float(body.positions[:, 1].max())) / 2)
+
+    def _fill(self, size: Array, robot: Array, fidelity: Fidelity) -> MediumBed | None:
+        if self.bed is None:
+            return None
+        bed = self.bed.fill(size, -self.gravity[1], fidelity)
+        return bed if self.stance is Stance.STANDING else without_overlap(bed, robot, fidelity)

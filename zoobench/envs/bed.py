@@ -1,6 +1,6 @@
 """Level beds of a medium, at rest under their own weight."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from zoobench.sim.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
 from zoobench.sim.scene import MediumBed
 
 Array = NDArray[np.float64]
+
+_ROOM = 0.75  # of the particles' spacing: between touching lattices and a hole around the body
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,8 @@ class Bed:
     def fill(self, size: Array, gravity: float, fidelity: Fidelity) -> MediumBed:
         """The bed at rest in an arena of this `size` [m]; `gravity` [m/s^2] is the downward magnitude.
 
-        The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is density
-        times thickness times area at every fidelity, and no gap is left at the walls.
+        The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is
+        density times thickness times area at every fidelity, and no gap is left at the walls.
         """
         box = np.array([size[0], self.thickness, size[2]])
         rounded = np.maximum(np.round(box / fidelity.grid_spacing * 2) / 2, 0.5) * fidelity.grid_spacing
@@ -45,8 +47,8 @@ def rest_strains(material: Medium, load: Array) -> Array:
     """Principal elastic Hencky strains `[n, 3]` (x, y, z) of a confined column under a vertical load `[n]` [Pa].
 
     In small-strain closed form: at the loads of a bed of centimetres the strain is some tenths of a percent. A solid
-    carries the load with eps_yy = -load / (lambda + 2 mu); one that would yield under the difference of the stresses, at
-    the yield stress; a fluid by pressure alone.
+    carries the load with eps_yy = -load / (lambda + 2 mu); one that would yield under the difference of the stresses,
+    at the yield stress; a fluid by pressure alone.
     """
     mu, lam, *_ = material.constants
     bulk = lam + 2.0 / 3.0 * mu
@@ -61,3 +63,18 @@ def rest_strains(material: Medium, load: Array) -> Array:
         mean = (load - 2.0 * mu * 2.0 / 3.0 * shear) / bulk
     strains: Array = -mean[:, None] / 3.0 + shear[:, None] * deviator
     return strains
+
+
+def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBed:
+    """The bed without the particles that stand where the body's particles `[n, 3]` [m] are.
+
+    A medium particle gives way if it is nearer to a body particle than the edge of the cube that it stands for: the two
+    lattices then neither overlap nor leave a gap wider than a particle.
+    """
+    from scipy.spatial import KDTree
+
+    edge = fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3)
+    distance, _ = KDTree(body).query(bed.positions, distance_upper_bound=edge)
+    stays = ~(distance < _ROOM * edge)
+    kept = {item.name: getattr(bed, item.name) for item in fields(bed)}
+    return replace(bed, **{name: value[stays] for name, value in kept.items() if isinstance(value, np.ndarray)})

@@ -26,6 +26,7 @@ class Adjoint:
         self._tape = empty_matter(solver.scene, rollout.interval + 1, worlds, real, device)
         self._state = empty_matter(solver.scene, 1, worlds, real, device)
         self._parameters = Parameters.zeros(worlds, robot, solver.particle_count, real, device)
+        self._fault = ""
         self._actuation = np.zeros(rollout.actuation.shape)
         self._membership = np.zeros(rollout.body["muscle_membership"].shape)
 
@@ -78,10 +79,20 @@ class Adjoint:
                 first - begin,
                 count,
             )
+            self._look_for_fault(first)
             if first == frame * solver.substeps_per_frame:
                 self._spread_tension(frame)
                 self._seed(frame, position_adjoint, velocity_adjoint)
         solver.meter.backward += (end - begin) * int(solver.alive.sum())
+
+    def _look_for_fault(self, step: int) -> None:
+        """Name the first adjoint of the state that is not finite, going backwards."""
+        for name in () if self._fault else ("x", "v", "C", "F"):
+            broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
+            if broken.any():
+                world, particle = (int(index) for index in broken.nonzero()[0])
+                self._fault = f"adjoint of {name} at substep {step}, particle {particle}, world {world}"
+                return
 
     def _spread_tension(self, frame: int) -> None:
         """Pull on the tension of a whole frame to pulls on its actuation and on the muscle membership.
@@ -111,4 +122,5 @@ class Adjoint:
             occupancy=mass * body["density_ratio"] + volume,
             muscle_membership=self._membership,
             fibres=array(self._parameters.fibre[0]),
+            fault=self._fault,
         )

@@ -18,6 +18,9 @@ class Law(IntEnum):
     WATER = 5
 
 
+SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.8, 20.0
+"""Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe."""
+
 Constants = tuple[float, float, float, float, float]
 
 
@@ -157,9 +160,10 @@ class SnowMaterial:
 
     @property
     def kappa(self) -> float:
-        """Stiffness of the isolated particle at no hardening [Pa]: corotated, at the largest elastic stretch."""
+        """Stiffness of the isolated particle at the most hardening [Pa]: corotated, at the largest elastic stretch."""
         mu, lam, s = self.constants[0], self.constants[1], 1.0 + self.critical_stretch
-        return 2.0 * mu * (2.0 * s**2 - s) + 3.0 * lam * (2.0 * s**6 - s**3)
+        hardest = math.exp(self.hardening * (1.0 - SMALLEST_PLASTIC))
+        return hardest * (2.0 * mu * (2.0 * s**2 - s) + 3.0 * lam * (2.0 * s**6 - s**3))
 
 
 @dataclass(frozen=True)

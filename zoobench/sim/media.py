@@ -15,12 +15,11 @@ principal values meet. `constants` are (mu, lambda, then the law's own), as the 
 import taichi as ti
 
 from zoobench.sim.linalg import assemble, cofactor, eigen_symmetric, identity, matmul, pack, sinhc, unpack
+from zoobench.sim.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, Law
 
-SAND, CLAY, MUD, SNOW, WATER = 1, 2, 3, 4, 5
+SAND, CLAY, MUD, SNOW, WATER = (int(law) for law in (Law.SAND, Law.CLAY, Law.MUD, Law.SNOW, Law.WATER))
 
 SMALLEST_SQUARE = 1e-12  # of a principal stretch: below it log is held
-SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.6, 20.0
-"""Bounds on snow's plastic volume ratio: hardening stays below exp(4), so that step limit and gradient stay finite."""
 
 
 @ti.func

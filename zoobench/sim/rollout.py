@@ -67,6 +67,7 @@ class Gradient:
         stiffness, density_ratio, occupancy: `[worlds, robot]`.
         muscle_membership: `[worlds, robot, muscles]`.
         fibres: `[worlds, robot, 3]`.
+        fault: where the reverse pass first met an adjoint that is not finite; empty if it never did.
     """
 
     actuation: NDArray[np.float64]
@@ -75,3 +76,4 @@ class Gradient:
     occupancy: NDArray[np.float64]
     muscle_membership: NDArray[np.float64]
     fibres: NDArray[np.float64]
+    fault: str = ""

@@ -238,6 +238,8 @@ def _check_medium(medium: MediumBed) -> None:
         "history": (count,),
         "stress": (count, 6),
     }
+    if medium.velocities is not None:
+        shapes["velocities"] = (count, 3)
     for name, shape in shapes.items():
         _check_array("medium", name, getattr(medium, name), shape)
     if not count or medium.volumes.min() <= 0:

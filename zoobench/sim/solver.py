@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from zoobench.errors import SceneError, UsageError
+from zoobench.errors import DivergenceError, SceneError, UsageError
 from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.boundary import WALL_NODES
@@ -37,6 +37,7 @@ class Solver:
         checkpoint_interval: substeps between stored states; about the root of the episode's substeps if not given.
         memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval where given.
         device: `cpu`, or `cuda` where there is one.
+        start: the state of one world at time zero, as `settle` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
     Raises:
@@ -56,6 +57,7 @@ class Solver:
         density_ratio_min: float = 1.0,
         checkpoint_interval: int | None = None,
         memory_budget: int | None = None,
+        start: Matter | None = None,
         device: runtime.Device = "cpu",
         parallel: bool | None = None,
     ) -> None:
@@ -87,6 +89,8 @@ class Solver:
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
         self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
         self._set_window()
+        if start is not None:
+            self.matter.load_slot(0, start)
         self._start = self.matter.copy_slot(0)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
@@ -148,6 +152,36 @@ class Solver:
                 self._repeat_last(rollout, frame + 1)
                 break
         return rollout
+
+    def settle(self, frames: int) -> Matter:
+        """The first world's state after `frames` frames of rest under damping; nothing of it is metered.
+
+        Dynamic relaxation: all matter is stopped whenever its kinetic energy has passed a peak, so that what the
+        loads do not hold in motion comes to rest in a few periods of its slowest wave (Barnes 1999).
+
+        Raises:
+            DivergenceError: the scene does not come to rest but blows up.
+        """
+        self._check_runtime()
+        rollout = self._new_rollout(
+            np.zeros((frames, self.worlds, self.muscle_count)), BodyState().filled(self.scene, self.worlds)
+        )
+        self.set_body(rollout.body)
+        self.matter.load_slot(0, self._start)
+        self.alive.fill_(1)
+        self.parameters.tension.zero_()
+        energy = 0.0
+        for frame in range(frames):
+            self.advance(self.matter, 0, 0, self.substeps_per_frame)
+            self._doctor.examine(rollout, frame)
+            if rollout.divergences:
+                raise DivergenceError(next(iter(rollout.divergences.values())))
+            before, energy = energy, float((self.parameters.mass[:, :, None] * self.matter.v[0] ** 2).sum())
+            if energy < before or frame == frames - 1:
+                self.matter.v.zero_()
+                self.matter.C.zero_()
+                energy = 0.0
+        return Matter(*(tensor[:, :1].clone() for tensor in self.matter.tensors()))
 
     def backward(self, rollout: Rollout, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> Gradient:
         """Derivatives of a scalar whose derivatives by the path are given, `[frames + 1, worlds, robot, 3]` each.

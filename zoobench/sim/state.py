@@ -64,7 +64,7 @@ class Matter:
         return Matter(*(tensor[slot : slot + 1].clone() for tensor in self.tensors()))
 
     def load_slot(self, slot: int, saved: "Matter") -> None:
-        """Write a one-slot copy back into a slot."""
+        """Write a one-slot copy back into a slot, that of a single world into all worlds."""
         for target, source in zip(self.tensors(), saved.tensors(), strict=True):
             target[slot] = source[0]
 
@@ -161,6 +161,8 @@ def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, 
     if medium is not None:
         put(matter.x[:, :, count:], medium.positions - origin)
         put(matter.history, medium.history)
+        if medium.velocities is not None:
+            put(matter.v[:, :, count:], medium.velocities)
         if medium.material.law != Law.WATER:
             put(matter.b, medium.left_cauchy_green)
             put(matter.tau, medium.stress)

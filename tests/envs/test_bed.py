@@ -1,0 +1,71 @@
+"""Beds at rest under their own weight."""
+
+import numpy as np
+import pytest
+
+from zoobench import registry
+from zoobench.designs.caterpillar import Caterpillar
+from zoobench.envs.base import Environment
+from zoobench.envs.bed import rest_strains
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.matter import ClayMaterial, MudMaterial, SandMaterial
+from zoobench.sim.scene import MediumBed
+from zoobench.sim.solver import Solver
+from zoobench.spec import Ref
+
+MEDIA = ["desert", "clay", "wetland", "snow", "shallow-water", "ocean"]
+FIDELITY = Fidelity(1 / 32)
+
+
+def _bed(name: str) -> tuple[Environment, MediumBed]:
+    env: Environment = registry.create(Kind.ENV, Ref(name))
+    assert env.bed is not None
+    return env, env.bed.fill(np.array(env.arena), 9.81, FIDELITY)
+
+
+@pytest.mark.parametrize("name", MEDIA)
+def test_the_bed_carries_its_own_weight(name: str) -> None:
+    """The vertical stress of the initial strain is the weight of the medium above."""
+    env, bed = _bed(name)
+    assert env.bed is not None
+    weight = bed.material.density * 9.81 * (env.bed.thickness - bed.positions[:, 1])
+    # the closed form is that of small strains: an error of the order of the strain itself, 2 % at most
+    assert -bed.stress[:, 1] == pytest.approx(weight, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        SandMaterial(1e5, 0.2, 1600.0, 45.0),
+        ClayMaterial(1e5, 0.2, 1800.0, 200.0),
+        MudMaterial(1e5, 0.2, 1400.0, 50.0, 1.0),
+    ],
+)
+def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMaterial | MudMaterial) -> None:
+    """A bed that yields by itself would flow before the robot moves."""
+    strains = rest_strains(material, np.linspace(0.0, 2000.0, 50))
+    deviator = strains - strains.mean(axis=1, keepdims=True)
+    size = np.linalg.norm(deviator, axis=1)
+    mu, lam, limit, *_ = material.constants
+    if isinstance(material, SandMaterial):
+        bound = -limit * (3 * lam + 2 * mu) / (2 * mu) * strains.sum(axis=1)
+    else:
+        bound = np.full(50, limit / (2 * mu))
+    assert (size <= bound * (1 + 1e-12) + 1e-15).all()
+
+
+@pytest.mark.parametrize("name", MEDIA)
+def test_the_medium_stays_at_rest(name: str) -> None:
+    """With the robot at rest in its place, the kinetic energy after settling stays far below the bed's own energy."""
+    env: Environment = registry.create(Kind.ENV, Ref(name))
+    scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
+    solver = Solver(scene, FIDELITY, start=Solver(scene, FIDELITY).settle(env.settling_frames))
+    rollout = solver.run(np.zeros((25, 1, solver.muscle_count)))
+    assert not rollout.divergences
+    speed = solver.matter.v[0, 0, solver.robot_count :].double().norm(dim=1).numpy()
+    assert scene.medium is not None
+    mass = scene.medium.volumes * scene.medium.material.density
+    kinetic = 0.5 * (mass * speed**2).sum()
+    potential = (mass * 9.81 * scene.medium.positions[:, 1]).sum()
+    assert kinetic < 1e-5 * potential

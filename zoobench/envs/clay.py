@@ -1,0 +1,36 @@
+"""Clay: plasticine that keeps every footprint."""
+
+from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
+from zoobench.envs.bed import Bed
+from zoobench.registry import Kind, register
+from zoobench.sim.matter import ClayMaterial
+
+
+@register(Kind.ENV, "clay", tags=("land", "plastic"))
+def clay(
+    *,
+    friction: float = 0.5,
+    thickness: float = 0.02,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    yield_stress: float = 200.0,
+) -> Environment:
+    """A bed of soft clay on rough ground.
+
+    The bed fills the arena from wall to wall, as in `desert`.
+
+    * `friction`: Coulomb coefficient of the ground under the clay [-].
+    * `thickness`: of the bed [m].
+    * `length`, `width`: of bed and arena along x and z [m].
+    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; SoftZoo's reference has 200.
+    """
+    # E 1e5 Pa, nu 0.2, rho 1800 kg/m^3: the medium of SoftZoo's reference implementation
+    material = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=yield_stress)
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=(length, 0.3, width),
+        bed=Bed(material, thickness),
+        start=(0.35, 0.5),
+        settling_frames=SETTLING_FRAMES,
+    )

@@ -1,0 +1,32 @@
+"""Ocean: deep water, a neutrally buoyant swimmer clear of floor and surface."""
+
+from zoobench.envs.base import SETTLING_FRAMES, SWIMMING_ROBOT, Environment, Stance
+from zoobench.envs.bed import Bed
+from zoobench.registry import Kind, register
+from zoobench.sim.matter import WaterMaterial
+
+
+@register(Kind.ENV, "ocean", tags=("water", "fluid"))
+def ocean(
+    *,
+    depth: float = 0.15625,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    bulk_modulus: float = 1e5,
+) -> Environment:
+    """Water three times as deep as a robot is tall, which hangs in the middle of it.
+
+    * `depth`: of the water [m].
+    * `length`, `width`: of water and arena along x and z [m].
+    * `bulk_modulus`: K [Pa]. At 1e5 the water's weight compresses it by 1.5 % at the bottom; sound has 10 m/s.
+    """
+    water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
+    return Environment(
+        robot=SWIMMING_ROBOT,
+        friction=0.0,
+        arena=(length, depth + 0.1, width),
+        bed=Bed(water, depth),
+        start=(0.4, 0.5),
+        stance=Stance.SWIMMING,
+        settling_frames=SETTLING_FRAMES,
+    )

@@ -1,0 +1,37 @@
+"""Shallow water: a robot wading on rough ground."""
+
+from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment, Stance
+from zoobench.envs.bed import Bed
+from zoobench.registry import Kind, register
+from zoobench.sim.matter import WaterMaterial
+
+
+@register(Kind.ENV, "shallow-water", tags=("land", "fluid"))
+def shallow_water(
+    *,
+    friction: float = 0.5,
+    depth: float = 0.02,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    bulk_modulus: float = 2e4,
+) -> Environment:
+    """Water that reaches up to the robot's knees, which stands in it on rough ground.
+
+    The water fills the arena from wall to wall, as the sand of `desert` does.
+
+    * `friction`: Coulomb coefficient of the ground [-].
+    * `depth`: of the water [m].
+    * `length`, `width`: of water and arena along x and z [m].
+    * `bulk_modulus`: K [Pa]. At 2e4 the water's weight compresses it by 1 %, and sound, at 4.5 m/s, is ten times as
+      fast as any robot.
+    """
+    water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=(length, 0.3, width),
+        bed=Bed(water, depth),
+        start=(0.35, 0.5),
+        stance=Stance.WADING,
+        settling_frames=SETTLING_FRAMES,
+    )

@@ -1,0 +1,43 @@
+"""Snow: light, compacted underfoot, harder the more it is compacted."""
+
+from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
+from zoobench.envs.bed import Bed
+from zoobench.registry import Kind, register
+from zoobench.sim.matter import SnowMaterial
+
+
+@register(Kind.ENV, "snow", tags=("land", "plastic"))
+def snow(
+    *,
+    friction: float = 0.5,
+    thickness: float = 0.02,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    hardening: float = 10.0,
+) -> Environment:
+    """A bed of snow on rough ground.
+
+    The bed fills the arena from wall to wall, as in `desert`.
+
+    * `friction`: Coulomb coefficient of the ground under the snow [-].
+    * `thickness`: of the bed [m].
+    * `length`, `width`: of bed and arena along x and z [m].
+    * `hardening`: xi of Stomakhin et al. 2013 [-]; SoftZoo's reference has 1.
+    """
+    # nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
+    material = SnowMaterial(
+        youngs_modulus=1e5,
+        poissons_ratio=0.2,
+        density=400.0,
+        critical_compression=2.5e-2,
+        critical_stretch=7.5e-3,
+        hardening=hardening,
+    )
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=(length, 0.3, width),
+        bed=Bed(material, thickness),
+        start=(0.35, 0.5),
+        settling_frames=SETTLING_FRAMES,
+    )

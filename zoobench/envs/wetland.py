@@ -1,0 +1,40 @@
+"""Wetland: mud that bears a little, then flows."""
+
+from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
+from zoobench.envs.bed import Bed
+from zoobench.registry import Kind, register
+from zoobench.sim.matter import MudMaterial
+
+
+@register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"))
+def wetland(
+    *,
+    friction: float = 0.5,
+    thickness: float = 0.02,
+    length: float = 0.3125,
+    width: float = 0.1875,
+    yield_stress: float = 50.0,
+    viscosity: float = 1.0,
+) -> Environment:
+    """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
+
+    The bed fills the arena from wall to wall, as in `desert`.
+
+    * `friction`: Coulomb coefficient of the ground under the mud [-].
+    * `thickness`: of the bed [m].
+    * `length`, `width`: of bed and arena along x and z [m].
+    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
+    * `viscosity`: [Pa s].
+    """
+    # E 1e5 Pa, nu 0.2, rho 1400 kg/m^3: the medium of SoftZoo's reference implementation
+    mud = MudMaterial(
+        youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=yield_stress, viscosity=viscosity
+    )
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=(length, 0.3, width),
+        bed=Bed(mud, thickness),
+        start=(0.35, 0.5),
+        settling_frames=SETTLING_FRAMES,
+    )
