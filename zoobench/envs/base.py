@@ -10,7 +10,7 @@ from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, without_overlap
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import ElasticMaterial
+from zoobench.sim.matter import ElasticMaterial, Medium
 from zoobench.sim.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
 
 Array = NDArray[np.float64]
@@ -118,3 +118,27 @@ class Environment:
             return None
         bed = self.bed.fill(size, -self.gravity[1], fidelity)
         return bed if self.stance is Stance.STANDING else without_overlap(bed, robot, fidelity)
+
+
+def bed_environment(
+    material: Medium,
+    *,
+    friction: float,
+    thickness: float,
+    length: float,
+    width: float,
+    stance: Stance = Stance.STANDING,
+) -> Environment:
+    """A land robot on or in a bed of `thickness` [m] on the ground, `length` by `width` [m] from wall to wall.
+
+    It starts at 0.35 of the length, so that most of the bed lies before it.
+    """
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=(length, 0.3, width),
+        bed=Bed(material, thickness),
+        start=(0.35, 0.5),
+        stance=stance,
+        settling_frames=SETTLING_FRAMES,
+    )

@@ -1,7 +1,6 @@
 """Clay: plasticine that keeps every footprint."""
 
-from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import ClayMaterial
 
@@ -26,11 +25,4 @@ def clay(
     """
     # E 1e5 Pa, nu 0.2, rho 1800 kg/m^3: the medium of SoftZoo's reference implementation
     material = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=yield_stress)
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(material, thickness),
-        start=(0.35, 0.5),
-        settling_frames=SETTLING_FRAMES,
-    )
+    return bed_environment(material, friction=friction, thickness=thickness, length=length, width=width)

@@ -1,7 +1,6 @@
 """Desert: a bed of dry sand that yields under the robot."""
 
-from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import SandMaterial
 
@@ -29,11 +28,4 @@ def desert(
     # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: the medium of SoftZoo's reference implementation. Real sand is stiffer by far;
     # here stiffness only has to keep the elastic strain under a robot small (0.5 % per 500 Pa).
     sand = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=friction_angle)
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(sand, thickness),
-        start=(0.35, 0.5),
-        settling_frames=SETTLING_FRAMES,
-    )
+    return bed_environment(sand, friction=friction, thickness=thickness, length=length, width=width)

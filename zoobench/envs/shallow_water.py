@@ -1,7 +1,6 @@
 """Shallow water: a robot wading on rough ground."""
 
-from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment, Stance
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, Stance, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import WaterMaterial
 
@@ -26,12 +25,4 @@ def shallow_water(
       fast as any robot.
     """
     water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(water, depth),
-        start=(0.35, 0.5),
-        stance=Stance.WADING,
-        settling_frames=SETTLING_FRAMES,
-    )
+    return bed_environment(water, friction=friction, thickness=depth, length=length, width=width, stance=Stance.WADING)

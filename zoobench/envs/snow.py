@@ -1,7 +1,6 @@
 """Snow: light, compacted underfoot, harder the more it is compacted."""
 
-from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import SnowMaterial
 
@@ -33,11 +32,4 @@ def snow(
         critical_stretch=7.5e-3,
         hardening=hardening,
     )
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(material, thickness),
-        start=(0.35, 0.5),
-        settling_frames=SETTLING_FRAMES,
-    )
+    return bed_environment(material, friction=friction, thickness=thickness, length=length, width=width)

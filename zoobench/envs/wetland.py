@@ -1,7 +1,6 @@
 """Wetland: mud that bears a little, then flows."""
 
-from zoobench.envs.base import LAND_ROBOT, SETTLING_FRAMES, Environment
-from zoobench.envs.bed import Bed
+from zoobench.envs.base import Environment, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import MudMaterial
 
@@ -30,11 +29,4 @@ def wetland(
     mud = MudMaterial(
         youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=yield_stress, viscosity=viscosity
     )
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(mud, thickness),
-        start=(0.35, 0.5),
-        settling_frames=SETTLING_FRAMES,
-    )
+    return bed_environment(mud, friction=friction, thickness=thickness, length=length, width=width)

@@ -1,7 +1,7 @@
 """Ground and walls, at the nodes of the grid, and their adjoint.
 
 The wall planes run through the nodes `WALL_NODES` from the grid's edge: those nodes and all beyond are constrained, so
-that the wall seen by matter lies at that node up to a first-order error .
+that the wall seen by matter lies at that node up to a first-order error.
 """
 
 import taichi as ti

@@ -29,7 +29,7 @@ def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell
     """Lattice particles `[particle_count, 3]` [m] inside the box, in grid-cell order (x slowest).
 
     The lattice starts at `lower`, so that a body seeded on the ground plane has its lowest particles half a particle
-    spacing above it, as the first-order wall asks for .
+    spacing above it, as the first-order wall asks for.
 
     Raises:
         SceneError: the box is thinner than one particle spacing in some direction.

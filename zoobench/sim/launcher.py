@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import kernels, kernels_parallel
+from zoobench.sim import kernels, kernels_parallel, runtime
 from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import lame_parameters
@@ -116,8 +116,7 @@ class Launcher:
         """
         shape = (self._worlds if self._parallel else 1, *self.shape, 4)
         if self._device == "cpu":
-            kind = np.float64 if self._real is torch.float64 else np.float32
-            return torch.from_numpy(np.zeros(shape, kind))
+            return torch.from_numpy(np.zeros(shape, runtime.host_real(self._real)))
         return torch.zeros(shape, dtype=self._real, device=self._device)
 
 

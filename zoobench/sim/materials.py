@@ -2,7 +2,7 @@
 
 Stresses are Kirchhoff stresses tau = J sigma [Pa]. Isotropic functions of a tensor are differentiated as such, by
 divided differences of their principal values, never through the factors of a decomposition: those have no derivative
-where principal values meet, which is the state of rest .
+where principal values meet, which is the state of rest.
 """
 
 import taichi as ti

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import taichi as ti
 import torch
 
@@ -101,3 +102,8 @@ def stop() -> None:
 def real(precision: int) -> torch.dtype:
     """The tensor type of every real number of a simulation."""
     return torch.float64 if precision == 64 else torch.float32
+
+
+def host_real(kind: torch.dtype) -> type[np.floating]:
+    """The NumPy type of the same precision."""
+    return np.float64 if kind is torch.float64 else np.float32

@@ -256,7 +256,7 @@ class Solver:
     def _new_rollout(self, actuation: FloatArray, arrays: dict[str, NDArray[np.float64]]) -> Rollout:
         frames = len(actuation)
         shape = (frames + 1, self.worlds, self.robot_count, 3)
-        kind = np.float64 if self._real is torch.float64 else np.float32
+        kind = runtime.host_real(self._real)
         interval = self._choose_interval(frames * self.substeps_per_frame) if self.gradients else 0
         return Rollout(
             np.zeros(shape, kind), np.zeros(shape, kind), actuation, arrays, {},

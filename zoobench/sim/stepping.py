@@ -49,7 +49,7 @@ def isolated_particle_limit(grid_spacing: float, density: float, kappa: float) -
 
 
 def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
-    """kappa [Pa] of neo-Hookean matter with muscle: 2 (k mu + s) stretch^2 + 3 k lambda ."""
+    """kappa [Pa] of neo-Hookean matter with muscle: 2 (k mu + s) stretch^2 + 3 k lambda."""
     return 2.0 * (stiffness * mu + strength) * stretch**2 + 3.0 * stiffness * lam
 
 
