@@ -134,8 +134,7 @@ class Solver:
         self.set_body(arrays)
         frames = len(actuation)
         rollout = self._new_rollout(actuation, arrays)
-        self.matter.load_slot(0, self._start)
-        self.alive.fill_(1)
+        self._rewind()
         self._record(rollout, 0)
         for frame in range(frames):
             self.set_tension(rollout, frame)
@@ -167,9 +166,7 @@ class Solver:
             np.zeros((frames, self.worlds, self.muscle_count)), BodyState().filled(self.scene, self.worlds)
         )
         self.set_body(rollout.body)
-        self.matter.load_slot(0, self._start)
-        self.alive.fill_(1)
-        self.parameters.tension.zero_()
+        self._rewind()
         energy = 0.0
         for frame in range(frames):
             self.advance(self.matter, 0, 0, self.substeps_per_frame)
@@ -193,6 +190,23 @@ class Solver:
         if not self.gradients:
             raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
         return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint))
+
+    def reset(self, body: BodyState | None = None) -> None:
+        """Go back to the initial state at rest of all muscles, for a study that moves on by `substeps`."""
+        self._check_runtime()
+        arrays = (body or BodyState()).filled(self.scene, self.worlds)
+        self._check_body(arrays)
+        self.set_body(arrays)
+        self._rewind()
+
+    def substeps(self, count: int) -> None:
+        """Move `matter` (slot 0) on by `count` substeps, whatever comes of it: no record, no check, no retry."""
+        self.advance(self.matter, 0, 0, count)
+
+    def _rewind(self) -> None:
+        self.matter.load_slot(0, self._start)
+        self.alive.fill_(1)
+        self.parameters.tension.zero_()
 
     def advance(self, matter: Matter, slot: int, stride: int, count: int) -> None:
         """`count` substeps from `slot` on, every result `stride` slots further; the launch that does all the work."""
