@@ -17,21 +17,22 @@ def _draws(problem: Problem, count: int) -> list[np.ndarray]:
 
 
 def test_every_substep_is_counted() -> None:
-    """Forward alone costs an episode; with a gradient it costs three times that."""
+    """Forward alone costs an episode, at most the declared one; with a gradient it costs three times that."""
     problem = Problem(cell())
-    episode = problem.substeps_per_episode
-    problem.evaluate_batch(_draws(problem, 3))
-    assert (problem.meter.forward, problem.meter.recomputed, problem.meter.backward) == (3 * episode, 0, 0)
-    problem.loss_and_grad_batch(_draws(problem, 2))
     meter = problem.meter
-    assert (meter.forward, meter.recomputed, meter.backward) == (5 * episode, 2 * episode, 2 * episode)
-    assert meter.episodes == 5
+    problem.evaluate_batch(_draws(problem, 2))
+    forward = meter.forward
+    assert 0 < forward <= 2 * problem.substeps_per_episode
+    assert (meter.recomputed, meter.backward) == (0, 0)
+    problem.loss_and_grad_batch(_draws(problem, 2))
+    assert (meter.forward, meter.recomputed, meter.backward) == (2 * forward, forward, forward)
+    assert meter.episodes == 4
     assert meter.seconds > 0.0
 
 
 @pytest.mark.parametrize("gradient", [False, True])
 def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
-    """Exactly the budget fits; one evaluation more is refused and costs nothing."""
+    """What the declared step would cost must fit; one evaluation more is refused and costs nothing."""
     free = Problem(cell())
     cost = free.substeps_per_episode * (3 if gradient else 1)
     problem = Problem(cell(budget=Budget("substeps", 2 * cost)))
@@ -39,10 +40,11 @@ def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
     assert problem.affords(2, gradient=gradient)
     assert not problem.affords(3, gradient=gradient)
     work(_draws(problem, 2))
-    assert problem.meter.fraction(problem.spec.budget) == 1.0
+    spent = problem.meter.substeps
+    assert 0 < spent <= 2 * cost
     with pytest.raises(BudgetExhaustedError, match="substeps"):
-        work(_draws(problem, 1))
-    assert problem.meter.substeps == 2 * cost
+        work(_draws(problem, 2))
+    assert problem.meter.substeps == spent
 
 
 def test_episodes_are_a_budget_too() -> None:
@@ -106,7 +108,7 @@ def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.Monke
     assert np.isnan(bad_slope).all()
     assert good.score == alone.score
     np.testing.assert_array_equal(good_slope, alone_slope)
-    assert problem.meter.forward < 2 * problem.substeps_per_episode
+    assert problem.meter.retries > 0
 
 
 def test_an_evaluation_survives_its_checkpoint() -> None:

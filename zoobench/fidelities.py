@@ -13,9 +13,10 @@ def smoke(
     courant: float = 0.5,
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
+    step: float = 0.0,
 ) -> Fidelity:
     """Two cells across a robot: every moving part moves, no number means anything."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)
 
 
 @register(Kind.FIDELITY, "quick")
@@ -25,9 +26,10 @@ def quick(
     courant: float = 0.5,
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
+    step: float = 0.0,
 ) -> Fidelity:
     """Three cells across a robot: a first answer within minutes on a laptop."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)
 
 
 @register(Kind.FIDELITY, "paper")
@@ -37,6 +39,7 @@ def paper(
     courant: float = 0.5,
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
+    step: float = 0.0,
 ) -> Fidelity:
     """The grid of the published benchmark: six cells across a robot."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)

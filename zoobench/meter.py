@@ -13,6 +13,7 @@ class BudgetMeter:
 
     Attributes:
         forward, recomputed, backward: world-substeps simulated.
+        retries: frames that were put back and repeated with half the step.
         episodes: evaluations, with a gradient or without.
         iterations: counted by the method.
         earlier_seconds: wall time of the attempts before this one.
@@ -21,6 +22,7 @@ class BudgetMeter:
     forward: int = 0
     recomputed: int = 0
     backward: int = 0
+    retries: int = 0
     episodes: int = 0
     iterations: int = 0
     earlier_seconds: float = 0.0

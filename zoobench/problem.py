@@ -105,7 +105,11 @@ class Problem:
 
     @property
     def substeps_per_episode(self) -> int:
-        """Substeps of one forward episode."""
+        """Substeps of one forward episode at the declared step.
+
+        It is what an evaluation is expected to cost. Most cost less; one with frames that had to be repeated may cost
+        more. What is metered is what was done.
+        """
         return self._substeps_per_frame * self.spec.frames
 
     def initial(self, rng: np.random.Generator) -> Array:
@@ -182,6 +186,7 @@ class Problem:
         self.meter.forward += solver.meter.forward - before[0]
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
+        self.meter.retries += int(rollout.retries.sum())
         evaluations = [self._read(motion, rollout.divergences.get(w)) for w, motion in enumerate(motions)]
         return zip(evaluations, slopes, strict=True)
 
@@ -250,8 +255,7 @@ class Problem:
     def _choose_substeps(self) -> int:
         from zoobench.sim.stepping import choose_step
 
-        step = choose_step(self.scene, self.fidelity.grid_spacing, self.fidelity.courant, FRAME_SECONDS)
-        return step.substeps_per_frame
+        return choose_step(self.scene, self.fidelity, FRAME_SECONDS).substeps_per_frame
 
     def _width(self, gradient: bool) -> int:
         """Worlds side by side, fewer where a gradient's stored states would fill the memory."""

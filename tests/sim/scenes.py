@@ -20,6 +20,7 @@ from zoobench.sim.matter import (
 )
 from zoobench.sim.scene import ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
+from zoobench.sim.stepping import choose_step
 
 Array = NDArray[np.float64]
 
@@ -49,6 +50,14 @@ MUSCLES = 3
 def fidelity(precision: int = 64, courant: float = 0.5) -> Fidelity:
     """The grid of all small scenes."""
     return Fidelity(SPACING, courant=courant, precision=64 if precision == 64 else 32)
+
+
+def steady(
+    scene: Scene, precision: int = 64, courant: float = 0.5, frame_seconds: float = 0.008, **bounds: float
+) -> Fidelity:
+    """The same grid with the scene's declared step held fixed: no step is chosen and no frame repeated."""
+    limit = choose_step(scene, fidelity(precision, courant), frame_seconds, **bounds)
+    return replace(fidelity(precision, courant), step=limit.dt)
 
 
 def muscle_body(

@@ -98,7 +98,8 @@ def test_separating_body_leaves_the_ground_freely() -> None:
     """A block launched from the ground follows the ballistic path exactly: contact only pushes."""
     start = np.array([0.4, 1.2, 0.0])
     body = scenes.passive_block((0.2, 0.0, 0.3), (3, 3, 3), start)
-    solver = Solver(Scene(body, (0, 0, 0), scenes.ARENA, ground=Ground(0.9)), scenes.fidelity())
+    scene = Scene(body, (0, 0, 0), scenes.ARENA, ground=Ground(0.9))
+    solver = Solver(scene, scenes.steady(scene))
     frames = 14
     rollout = solver.run(np.zeros((frames, 1, 0)))
     steps = np.arange(frames + 1) * solver.substeps_per_frame

@@ -72,7 +72,7 @@ solver.backward(rollout, *scenes.path_weights(solver, 2))
 print("safe")
 solver.parameters.mass = solver.parameters.mass[:, :9].clone()
 try:
-    solver.advance(solver.matter, 0, 0, 1)
+    solver.substeps(1)
 except Exception as error:
     print("caught" if "Out of bound access" in str(error) else error)
 runtime.stop()

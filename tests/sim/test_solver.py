@@ -13,7 +13,7 @@ from tests.sim import scenes
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import runtime
 from zoobench.sim.scene import Scene
-from zoobench.sim.solver import BodyState, Rollout, Solver, cut
+from zoobench.sim.solver import BodyState, Rollout, Solver
 
 ROOT = Path(__file__).parents[2]
 GROUPS = ("actuation", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
@@ -24,7 +24,7 @@ def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance
     """A thrown body takes y_n = y_0 + v n dt - g dt^2 n (n + 1) / 2, every particle alike."""
     start = np.array([0.1, 1.5, -0.1])
     scene = Scene(scenes.thrown_body(start), (0, 0, 0), scenes.ARENA)
-    solver = Solver(scene, scenes.fidelity(precision))
+    solver = Solver(scene, scenes.steady(scene, precision))
     rollout = solver.run(np.zeros((35, 1, scenes.MUSCLES)))
     assert not rollout.divergences
     steps = np.arange(36) * solver.substeps_per_frame
@@ -52,7 +52,7 @@ def test_momentum_and_angular_momentum_are_conserved() -> None:
     scene = Scene(
         scenes.thrown_body(np.array([0.1, 0.15, -0.05]), spin), (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY
     )
-    solver = Solver(scene, scenes.fidelity())
+    solver = Solver(scene, scenes.steady(scene))
     frames = 500 // solver.substeps_per_frame
     assert frames * solver.substeps_per_frame == 500
     solver.set_body(BodyState().filled(scene, 1))
@@ -91,7 +91,8 @@ def test_muscle_reaches_its_equilibrium_stretch(activation: float) -> None:
 
 def test_deformation_follows_the_new_velocity_gradient() -> None:
     """After one substep from rest F = I + dt C with the new C; with the old one F would run a step ahead of x."""
-    solver = Solver(scenes.flight_scene(moving=False), scenes.fidelity(), frame_seconds=1e-3)
+    scene = scenes.flight_scene(moving=False)
+    solver = Solver(scene, scenes.steady(scene, frame_seconds=1e-3), frame_seconds=1e-3)
     assert solver.substeps_per_frame == 1
     solver.run(scenes.actuation(solver, 1))
     F, C = solver.matter.F[0, 0].numpy(), solver.matter.C[0, 0].numpy()
@@ -153,7 +154,9 @@ def test_diverging_world_leaves_its_neighbours_alone(bodies: BodyState) -> None:
 
 def test_meter_counts_the_substeps_of_living_worlds(bodies: BodyState) -> None:
     """Forward, recomputed and backward world-substeps are counted, those of a dead world are not."""
-    solver = Solver(scenes.ground_scene(), scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
+    scene = scenes.ground_scene()
+    steady = scenes.steady(scene, density_ratio_min=0.5)
+    solver = Solver(scene, steady, worlds=3, gradients=True, density_ratio_min=0.5)
     frames, n = 4, solver.substeps_per_frame
     assert bodies.muscle_membership is not None
     membership = bodies.muscle_membership.copy()
@@ -276,10 +279,3 @@ def test_solver_of_an_ended_runtime_is_refused() -> None:
     runtime.start(32)
     with pytest.raises(UsageError, match="Make a new solver"):
         solver.run(np.zeros((1, 1, scenes.MUSCLES)))
-
-
-def test_cut_divides_at_multiples() -> None:
-    """A stretch of substeps is cut where checkpoints are due."""
-    assert cut(3, 16, 5) == [(3, 2), (5, 5), (10, 5), (15, 1)]
-    assert cut(5, 10, 5) == [(5, 5)]
-    assert cut(3, 16, 0) == [(3, 13)]

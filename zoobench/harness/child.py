@@ -100,6 +100,7 @@ def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
         "forward_substeps": meter.forward,
         "recomputed_substeps": meter.recomputed,
         "backward_substeps": meter.backward,
+        "repeated_frames": meter.retries,
         "episodes": meter.episodes,
         "iterations": meter.iterations,
     }

@@ -1,7 +1,8 @@
-"""Gradients through whole episodes: stored states every N substeps, the rest recomputed (appendix E).
+"""Gradients through whole episodes: stored states every few frames, the rest recomputed (SoftZoo, appendix E).
 
 The reverse walks the segments between checkpoints backwards. Each is simulated again from its checkpoint into a tape of
-N + 1 slots with the kernel of the forward pass, so that the recomputed states are those of the episode bit for bit.
+one slot for each substep with the kernel of the forward pass and the steps that it took, so that the recomputed states
+are those of the episode bit for bit.
 """
 
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import numpy as np
 import torch
 
 from zoobench.sim.rollout import FloatArray, Gradient, Rollout
-from zoobench.sim.state import Parameters, empty_matter
+from zoobench.sim.state import IntArray, Parameters, empty_matter
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -23,7 +24,14 @@ class Adjoint:
         self._solver, self._rollout = solver, rollout
         worlds, robot = solver.worlds, solver.robot_count
         real, device = solver.matter.x.dtype, str(solver.matter.x.device)
-        self._tape = empty_matter(solver.scene, rollout.interval + 1, worlds, real, device)
+        healthy = np.array([world not in rollout.divergences for world in range(worlds)])
+        self._counts = rollout.counts * healthy
+        self._segments = [
+            range(begin, min(begin + rollout.interval, rollout.frames))
+            for begin in range(0, rollout.frames, rollout.interval)
+        ]
+        longest = max(int(self._counts[segment].sum(axis=0).max()) for segment in self._segments)
+        self._tape = empty_matter(solver.scene, longest + 1, worlds, real, device)
         self._state = empty_matter(solver.scene, 1, worlds, real, device)
         self._parameters = Parameters.zeros(worlds, robot, solver.particle_count, real, device)
         self._fault = ""
@@ -38,10 +46,10 @@ class Adjoint:
             solver.alive[world] = int(world not in rollout.divergences)
         self._seed(rollout.frames, position_adjoint, velocity_adjoint)
         for segment in reversed(range(len(rollout.checkpoints))):
-            begin = segment * rollout.interval
-            end = min(begin + rollout.interval, rollout.substeps)
-            self._recompute(segment, begin, end)
-            self._reverse(begin, end, position_adjoint, velocity_adjoint)
+            self._recompute(segment)
+            for frame in reversed(self._segments[segment]):
+                self._reverse(segment, frame)
+                self._seed(frame, position_adjoint, velocity_adjoint)
         return self._collect()
 
     def _seed(self, frame: int, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> None:
@@ -50,55 +58,40 @@ class Adjoint:
         self._state.x[0, :, :count] += solver.tensor(position_adjoint[frame]) * alive
         self._state.v[0, :, :count] += solver.tensor(velocity_adjoint[frame]) * alive
 
-    def _pieces(self, begin: int, end: int) -> list[tuple[int, int, int]]:
-        """(frame, first substep, count) of the stretches of a segment that share a control frame."""
-        n = self._solver.substeps_per_frame
-        return [
-            (frame, max(begin, frame * n), min(end, (frame + 1) * n) - max(begin, frame * n))
-            for frame in range(begin // n, (end - 1) // n + 1)
-        ]
+    def _first_slots(self, segment: int, frame: int) -> IntArray:
+        """Slot of the tape at which each world begins a frame of a segment, `[worlds]`."""
+        first: IntArray = self._counts[self._segments[segment].start : frame].sum(axis=0)
+        return first
 
-    def _recompute(self, segment: int, begin: int, end: int) -> None:
+    def _recompute(self, segment: int) -> None:
         solver = self._solver
         self._tape.load_slot(0, self._rollout.checkpoints[segment])
-        for frame, first, count in self._pieces(begin, end):
+        for frame in self._segments[segment]:
             solver.set_tension(self._rollout, frame)
-            solver.advance(self._tape, first - begin, 1, count)
-        solver.meter.recomputed += (end - begin) * int(solver.alive.sum())
+            solver.advance(self._tape, self._first_slots(segment, frame), self._counts[frame], stride=1)
+            solver.meter.recomputed += int(self._counts[frame].sum())
 
-    def _reverse(self, begin: int, end: int, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> None:
+    def _reverse(self, segment: int, frame: int) -> None:
         solver = self._solver
-        for frame, first, count in reversed(self._pieces(begin, end)):
-            solver.set_tension(self._rollout, frame)
-            solver.launcher.reverse(
-                self._tape,
-                solver.parameters,
-                solver.alive,
-                self._state,
-                self._parameters,
-                first - begin,
-                count,
-            )
-            self._look_for_fault(first)
-            if first == frame * solver.substeps_per_frame:
-                self._spread_tension(frame)
-                self._seed(frame, position_adjoint, velocity_adjoint)
-        solver.meter.backward += (end - begin) * int(solver.alive.sum())
+        solver.set_tension(self._rollout, frame)
+        plan = solver.plan(self._first_slots(segment, frame), self._counts[frame])
+        solver.launcher.reverse(self._tape, solver.parameters, plan, self._state, self._parameters)
+        solver.meter.backward += int(self._counts[frame].sum())
+        self._look_for_fault(frame)
+        self._spread_tension(frame)
 
-    def _look_for_fault(self, step: int) -> None:
+    def _look_for_fault(self, frame: int) -> None:
         """Name the first adjoint of the state that is not finite, going backwards."""
         for name in () if self._fault else ("x", "v", "C", "F"):
             broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
             if broken.any():
                 world, particle = (int(index) for index in broken.nonzero()[0])
-                self._fault = f"adjoint of {name} at substep {step}, particle {particle}, world {world}"
+                step = int(self._rollout.counts[:frame, world].sum())
+                self._fault = f"adjoint of {name} by substep {step}, particle {particle}, world {world}"
                 return
 
     def _spread_tension(self, frame: int) -> None:
-        """Pull on the tension of a whole frame to pulls on its actuation and on the muscle membership.
-
-        Not piece by piece: the order of the additions, and with it the last bit, would follow the checkpoints.
-        """
+        """Pull on the tension of a frame to pulls on its actuation and on the muscle membership."""
         solver, body = self._solver, self._rollout.body
         if solver.muscle_count:
             pull = self._parameters.tension.cpu().double().numpy() * solver.scene.robot.material.muscle_strength

@@ -17,12 +17,15 @@ class Fidelity:
         courant: the step as a fraction of the largest safe one, dt_iso = h sqrt(rho0 / kappa); above 0.9 it is refused.
         particles_per_cell: 1, 4 (face-centred), 8 or 27; 8 is enough, 1 is unusable for accuracy.
         precision: 32 or 64 bits for every real number of the simulation.
+        step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
+            frame, from the state it is in.
     """
 
     grid_spacing: float
     courant: float = 0.5
     particles_per_cell: int = 8
     precision: Literal[32, 64] = 32
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:
@@ -35,3 +38,5 @@ class Fidelity:
             )
         if self.precision not in (32, 64):
             raise UsageError(f"A precision of {self.precision} bits is not offered. Choose 32 or 64.")
+        if not 0.0 <= self.step < 1.0:
+            raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")

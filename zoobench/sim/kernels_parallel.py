@@ -17,8 +17,9 @@ from zoobench.sim.particles import (
 
 
 @ti.func
-def in_use(window: ti.template(), s, w, i, j, k):
-    """Whether a node lies in the window of world w at slot s."""
+def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
+    """Whether a node lies in the window of world w, `ahead` slots after its first."""
+    s = plan[w, 0] + ahead
     inside = window[s, w, 0] <= i and i < window[s, w, 3]
     inside = inside and window[s, w, 1] <= j and j < window[s, w, 4]
     return inside and window[s, w, 2] <= k and k < window[s, w, 5]
@@ -27,50 +28,40 @@ def in_use(window: ti.template(), s, w, i, j, k):
 @ti.kernel
 def advance_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
-    s: int, t: int, h: float, dt: float,
+    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
+    plan: Scalars, dts: Scalars, grid: Nodes,
+    n: int, stride: int, h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    push_x: float, push_y: float, push_z: float, mu_ground: float,
+    g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
-    """One substep of all worlds alive at once, from slot s to slot t."""
+    """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+        if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
             grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            s = plan[w, 0] + n * stride
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if alive[w] == 1 and in_use(window, s, w, i, j, k):
-            update_node(grid, grid, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction)
+        if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
+            update_node(grid, grid, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction)
     for w, d in ti.ndrange(x.shape[1], 3):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            t = plan[w, 0] + (n + 1) * stride
             window[t, w, d] = grid.shape[1] + grid.shape[2] + grid.shape[3]
             window[t, w, 3 + d] = 0
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            s = plan[w, 0] + n * stride
+            t = s + stride
             base = from_grid(
-                x,
-                v,
-                C,
-                F,
-                b,
-                history,
-                tau,
-                grid,
-                w,
-                s,
-                t,
-                w,
-                p,
-                1.0 / h,
-                dt,
-                ti.Vector([m0, m1, m2, m3, m4]),
-                law,
-            )
+                x, v, C, F, b, history, tau, grid, w, s, t, w, p, 1.0 / h, dts[w],
+                ti.Vector([m0, m1, m2, m3, m4]), law,
+            )  # fmt: skip
             for d in ti.static(range(3)):
                 ti.atomic_min(window[t, w, d], base[d])
                 ti.atomic_max(window[t, w, 3 + d], base[d] + 3)
@@ -79,48 +70,52 @@ def advance_parallel(
 @ti.kernel
 def reverse_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors, alive: Scalars, grid: Nodes,
+    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
+    plan: Scalars, dts: Scalars, grid: Nodes,
     grid_velocity: Nodes, grid_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
-    s: int, h: float, dt: float,
+    n: int, h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    push_x: float, push_y: float, push_z: float, mu_ground: float,
+    g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), law: ti.template(), friction: ti.template(),
 ):  # fmt: skip
-    """The adjoint of the substep from slot s to s + 1, of all worlds alive at once."""
+    """The adjoint of the n-th planned substep of all worlds at once."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
             grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
             grid_velocity[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
             grid_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            s = plan[w, 0] + n
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if alive[w] == 1 and in_use(window, s, w, i, j, k):
-            update_node(grid, grid_velocity, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction)
+        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
+            update_node(grid, grid_velocity, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            s = plan[w, 0] + n
             from_grid_adjoint(
                 x, v, C, F, b, history, grid_velocity, grid_adjoint,
                 x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
-                w, s, s + 1, w, p, 1.0 / h, dt, ti.Vector([m0, m1, m2, m3, m4]), law,
+                w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if alive[w] == 1 and in_use(window, s, w, i, j, k):
+        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
             update_node_adjoint(
-                grid, grid_adjoint, w, i, j, k, ti.Vector([push_x, push_y, push_z]), mu_ground, friction
+                grid, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction
             )
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
-        if alive[w] == 1:
+        if n < plan[w, 1]:
+            s = plan[w, 0] + n
             to_grid_adjoint(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
                 x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                 mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                w, s, w, p, 1.0 / h, dt, mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
             )  # fmt: skip

@@ -8,12 +8,12 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import kernels, kernels_parallel, runtime
+from zoobench.sim import kernels, kernels_parallel, runtime, survey
 from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import lame_parameters
+from zoobench.sim.matter import DECOMPOSED, lame_parameters
 from zoobench.sim.scene import Effect, Scene
-from zoobench.sim.state import Matter, Parameters
+from zoobench.sim.state import Matter, Parameters, Plan
 
 LARGEST_GRID = 2**28
 
@@ -26,88 +26,88 @@ class Launcher:
 
     Attributes:
         shape: grid nodes in x, y, z.
-        launches: substeps (and surveys) done so far by stage and effect: the record that an effect was never paid for.
+        launches: the record of what was done, and that what a scene does not call for was never paid for: kernels
+            launched by direction, surveys, and world-substeps by direction and effect, the decomposition of strain
+            into principal values among them.
     """
 
     def __init__(
         self,
         scene: Scene,
         fidelity: Fidelity,
-        dt: float,
         worlds: int,
         real: torch.dtype,
         device: str,
         parallel: bool,
     ) -> None:
-        self._scene, self._fidelity, self._dt = scene, fidelity, dt
+        self._scene, self._fidelity = scene, fidelity
         self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
         self._constants = self._list_constants()
         law = int(scene.medium.material.law) if scene.medium else 0
+        self._work = [str(effect) for effect in sorted(scene.effects)]
+        if law in DECOMPOSED:
+            self._work.append("decomposition")
         self._flags = (Effect.MUSCLE in scene.effects, law, Effect.FRICTION in scene.effects)
         self._grid = self._new_grid()
         self._reverse_grids: tuple[Tensor, ...] = ()
 
-    def advance(
-        self, matter: Matter, parameters: Parameters, alive: Tensor, slot: int, stride: int, count: int
-    ) -> None:
-        """`count` substeps from `slot` on, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), alive, self._grid)
-        self._note("forward", count)
+    def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
+        """The planned substeps of every world, every result `stride` slots further (0: in place)."""
+        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._grid)
+        self._note("forward", plan)
         if self._parallel:
-            for n in range(count):
-                s = slot + n * stride
-                kernels_parallel.advance_parallel(*arrays, s, s + stride, *self._constants, *self._flags)
+            for n in range(int(plan.slots[:, 1].max())):
+                kernels_parallel.advance_parallel(*arrays, n, stride, *self._constants, *self._flags)
         else:
-            kernels.advance(*arrays, slot, stride, count, *self._constants, *self._flags)
+            kernels.advance(*arrays, stride, *self._constants, *self._flags)
 
     def reverse(
         self,
         matter: Matter,
         parameters: Parameters,
-        alive: Tensor,
+        plan: Plan,
         matter_adjoint: Matter,
         parameter_adjoint: Parameters,
-        slot: int,
-        count: int,
     ) -> None:
-        """The adjoint of `count` substeps, from slot + count back to `slot`; the adjoints are updated in place."""
+        """The adjoint of the planned substeps, last to first; the adjoints are updated in place."""
         if not self._reverse_grids:
             self._reverse_grids = (self._new_grid(), self._new_grid())
         arrays = (
-            *matter.tensors(), *parameters.tensors(), alive, self._grid, *self._reverse_grids,
+            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._grid, *self._reverse_grids,
             *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
         )  # fmt: skip
-        self._note("reverse", count)
+        self._note("reverse", plan)
         if self._parallel:
-            for s in range(slot + count - 1, slot - 1, -1):
-                kernels_parallel.reverse_parallel(*arrays, s, *self._constants, *self._flags)
+            for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
+                kernels_parallel.reverse_parallel(*arrays, n, *self._constants, *self._flags)
         else:
-            kernels.reverse(*arrays, slot, count, *self._constants, *self._flags)
+            kernels.reverse(*arrays, *self._constants, *self._flags)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
-        """The worst values of every world at slot 0 (see `kernels.survey`)."""
-        h = self._fidelity.grid_spacing
+        """The condition of every world at slot 0 (see `survey.survey`)."""
+        h, *moduli = self._constants[:8]
         high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
-        kernels.survey(
-            matter.x, matter.v, matter.C, matter.F, parameters.mass, alive, report, culprit,
-            0, h, self._dt, WALL_NODES * h, *high,
+        survey.survey(
+            matter.x, matter.v, matter.C, matter.F, matter.history,
+            parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
+            WALL_NODES * h, *high, h, *moduli, self._flags[1],
         )  # fmt: skip
 
-    def _note(self, direction: str, count: int) -> None:
-        for effect in self._scene.effects:
-            self.launches[f"{direction} {effect}"] += count
+    def _note(self, direction: str, plan: Plan) -> None:
+        self.launches[f"{direction} launches"] += 1
+        for work in self._work:
+            self.launches[f"{direction} {work}"] += plan.world_substeps
 
     def _list_constants(self) -> tuple[float, ...]:
         """The scalars that the substep and its reverse share, in the kernels' order."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
-        push = (self._dt * g for g in scene.gravity)
         friction = scene.ground.friction if scene.ground else 0.0
-        return (self._fidelity.grid_spacing, self._dt, mu, lam, *medium, *push, friction)
+        return (self._fidelity.grid_spacing, mu, lam, *medium, *scene.gravity, friction)
 
     def _new_grid(self) -> Tensor:
         """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched.

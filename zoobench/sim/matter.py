@@ -18,6 +18,9 @@ class Law(IntEnum):
     WATER = 5
 
 
+DECOMPOSED = frozenset({Law.SAND, Law.CLAY, Law.MUD, Law.SNOW})
+"""Laws that need the principal values of strain; the robot's and water's do not."""
+
 SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.8, 20.0
 """Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe."""
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.errors import Divergence
-from zoobench.sim.state import Matter
+from zoobench.sim.state import IntArray, Matter
 
 FloatArray = NDArray[np.floating]
 
@@ -33,8 +33,12 @@ class Rollout:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
         divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
+        counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; each is as long as the others
+            of its frame.
+        retries: `[worlds]` how many times a frame was put back and repeated with half the step.
         guarded: `[worlds]` particle-frames in which log J was held at its guard.
-        checkpoints: state at every `interval` substeps, kept when gradients were asked for.
+        smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
+        checkpoints: state at every `interval` frames, kept when gradients were asked for.
     """
 
     positions: FloatArray
@@ -42,8 +46,10 @@ class Rollout:
     actuation: FloatArray
     body: dict[str, NDArray[np.float64]]
     divergences: dict[int, Divergence]
-    guarded: NDArray[np.int64]
-    substeps_per_frame: int
+    counts: IntArray
+    retries: IntArray
+    guarded: IntArray
+    smallest_j: NDArray[np.float64]
     interval: int = 0
     checkpoints: list[Matter] = field(default_factory=list)
 
@@ -54,8 +60,8 @@ class Rollout:
 
     @property
     def substeps(self) -> int:
-        """Substeps of one world's episode."""
-        return self.frames * self.substeps_per_frame
+        """Substeps of the world that took the most."""
+        return int(self.counts.sum(axis=0).max())
 
 
 @dataclass(frozen=True)

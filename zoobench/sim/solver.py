@@ -1,6 +1,5 @@
 """The differentiable MLS-MPM solver: scenes, worlds and control frames in; the robot's path and its gradient out."""
 
-import itertools
 import math
 from collections.abc import Callable
 
@@ -14,12 +13,12 @@ from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.health import Doctor
 from zoobench.sim.launcher import Launcher
+from zoobench.sim.pace import Pace, Surveyor
 from zoobench.sim.rollout import FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.scene import Effect, Scene
-from zoobench.sim.state import BodyState, Matter, Parameters, initial_matter
-from zoobench.sim.stepping import choose_step
+from zoobench.sim.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter
+from zoobench.sim.stepping import StepLimit, choose_step
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
 
@@ -31,18 +30,22 @@ class Solver:
         scene: what is simulated; its effects decide what is compiled.
         fidelity: how finely.
         worlds: how many copies run side by side (on the CPU in turn, on one thread).
-        frame_seconds: length of a control frame [s], a whole number of substeps.
+        frame_seconds: length of a control frame [s], a whole number of substeps of which every world takes its own.
         gradients: keep checkpoints so that `backward` can follow `run`.
         stiffness_max, density_ratio_min: bounds that a design may reach; the step is safe up to them.
-        checkpoint_interval: substeps between stored states; about the root of the episode's substeps if not given.
+        checkpoint_interval: frames between stored states; what stores the fewest states if not given.
         memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval where given.
         device: `cpu`, or `cuda` where there is one.
         start: the state of one world at time zero, as `settle` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
+    Attributes:
+        limit: the declared step, safe up to the bounds and the stretch that are meant; `dt` and
+            `substeps_per_frame` are its. A world takes longer or shorter ones as its state allows or demands.
+
     Raises:
         SceneError: the arena has more grid nodes than can be held.
-        StepSizeError: the fidelity asks for an unsafe step.
+        StepSizeError: the fidelity asks for a fixed step that is unsafe.
     """
 
     def __init__(
@@ -69,10 +72,10 @@ class Solver:
         self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
         self.gradients = gradients
         self.checkpoint_interval, self.memory_budget = checkpoint_interval, memory_budget
+        self.frame_seconds = frame_seconds
         self.limit = choose_step(
-            scene, fidelity.grid_spacing, fidelity.courant, frame_seconds,
-            stiffness_max=stiffness_max, density_ratio_min=density_ratio_min,
-        )  # fmt: skip
+            scene, fidelity, frame_seconds, stiffness_max=stiffness_max, density_ratio_min=density_ratio_min
+        )
         self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
         self.dt, self.substeps_per_frame = self.limit.dt, self.limit.substeps_per_frame
         self.effects = scene.effects
@@ -80,7 +83,6 @@ class Solver:
         self.launcher = Launcher(
             scene,
             fidelity,
-            self.dt,
             worlds,
             self._real,
             device,
@@ -88,13 +90,14 @@ class Solver:
         )
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
         self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
-        self._set_window()
+        self.refresh_window()
         if start is not None:
             self.matter.load_slot(0, start)
         self._start = self.matter.copy_slot(0)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
-        self._doctor = Doctor(self)
+        self._plan = Plan.none(worlds, self._real, device)
+        self.set_body(BodyState().filled(scene, worlds))
 
     @property
     def robot_count(self) -> int:
@@ -116,6 +119,7 @@ class Solver:
         actuation: FloatArray,
         body: BodyState | None = None,
         progress: Callable[[int], None] | None = None,
+        schedule: IntArray | None = None,
     ) -> Rollout:
         """Simulate an episode from the scene's initial state.
 
@@ -123,6 +127,7 @@ class Solver:
             actuation: `[frames, worlds, muscles]` in [-1, 1], held through each control frame.
             body: the design's arrays where they differ from the scene's robot.
             progress: called with the number of frames done.
+            schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout; None to choose them.
 
         Raises:
             UsageError: an array of another shape, out of range or not finite.
@@ -132,18 +137,16 @@ class Solver:
         arrays = (body or BodyState()).filled(self.scene, self.worlds)
         self._check_body(arrays)
         self.set_body(arrays)
-        frames = len(actuation)
+        if schedule is not None:
+            schedule = self._check_schedule(np.asarray(schedule), len(actuation))
         rollout = self._new_rollout(actuation, arrays)
         self._rewind()
         self._record(rollout, 0)
-        for frame in range(frames):
-            self.set_tension(rollout, frame)
-            for begin, count in self._pieces(rollout, frame):
-                if rollout.interval and begin % rollout.interval == 0:
-                    rollout.checkpoints.append(self.matter.copy_slot(0))
-                self.advance(self.matter, 0, 0, count)
-                self.meter.forward += count * int(self.alive.sum())
-            self._doctor.examine(rollout, frame)
+        pace = Pace(self, rollout, schedule)
+        for frame in range(rollout.frames):
+            if rollout.interval and frame % rollout.interval == 0:
+                rollout.checkpoints.append(self.matter.copy_slot(0))
+            pace.frame(frame)
             self._record(rollout, frame + 1)
             if progress is not None:
                 progress(frame + 1)
@@ -167,10 +170,10 @@ class Solver:
         )
         self.set_body(rollout.body)
         self._rewind()
+        pace = Pace(self, rollout)
         energy = 0.0
         for frame in range(frames):
-            self.advance(self.matter, 0, 0, self.substeps_per_frame)
-            self._doctor.examine(rollout, frame)
+            pace.frame(frame)
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
             before, energy = energy, float((self.parameters.mass[:, :, None] * self.matter.v[0] ** 2).sum())
@@ -199,20 +202,36 @@ class Solver:
         self.set_body(arrays)
         self._rewind()
 
-    def substeps(self, count: int) -> None:
-        """Move `matter` (slot 0) on by `count` substeps, whatever comes of it: no record, no check, no retry."""
-        self.advance(self.matter, 0, 0, count)
+    def substeps(self, count: int, dt: float | None = None) -> None:
+        """Move `matter` (slot 0) on by `count` steps `dt` [s], the declared one if None, whatever comes of it.
+
+        No record, no check, no second try.
+        """
+        self._plan.set(
+            np.zeros(self.worlds, np.int64), np.full(self.worlds, count), np.full(self.worlds, dt or self.dt)
+        )
+        self.launcher.advance(self.matter, self.parameters, self._plan, 0)
+
+    def current_limit(self) -> list[StepLimit]:
+        """The step that each world could take now, by its actuation, stretch, hardening and motion."""
+        return Surveyor(self).limits()
 
     def _rewind(self) -> None:
         self.matter.load_slot(0, self._start)
         self.alive.fill_(1)
         self.parameters.tension.zero_()
 
-    def advance(self, matter: Matter, slot: int, stride: int, count: int) -> None:
-        """`count` substeps from `slot` on, every result `stride` slots further; the launch that does all the work."""
-        self.launcher.advance(matter, self.parameters, self.alive, slot, stride, count)
+    def plan(self, first: IntArray, counts: IntArray) -> Plan:
+        """What to launch for frames of `counts` substeps from the slots `first` on, `[worlds]` each."""
+        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts, 1))
+        return self._plan
 
-    def _set_window(self) -> None:
+    def advance(self, matter: Matter, first: IntArray, counts: IntArray, stride: int) -> None:
+        """A frame of `counts` substeps from the slots `first` on, `[worlds]` each, to `stride` slots further."""
+        self.launcher.advance(matter, self.parameters, self.plan(first, counts), stride)
+
+    def refresh_window(self) -> None:
+        """Find the grid nodes that the particles touch, after their positions were set from outside."""
         base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - 0.5).int()
         self.matter.window[0, :, :3] = base.amin(1)
         self.matter.window[0, :, 3:] = base.amax(1) + 3
@@ -263,6 +282,15 @@ class Solver:
             raise UsageError("The actuation holds values outside [-1, 1] or not finite. Check the controller.")
         return actuation
 
+    def _check_schedule(self, schedule: IntArray, frames: int) -> IntArray:
+        expected = (frames, self.worlds)
+        if schedule.shape != expected or schedule.dtype.kind not in "iu" or schedule.min() < 1:
+            raise UsageError(
+                f"The schedule has shape {schedule.shape}, type {schedule.dtype} and smallest entry {schedule.min()}; "
+                f"whole numbers from 1 on of shape {expected} were expected, from a rollout without divergences."
+            )
+        return schedule
+
     def _check_runtime(self) -> None:
         if self._generation != runtime.generation():
             raise UsageError("The runtime was restarted with another precision. Make a new solver.")
@@ -271,31 +299,35 @@ class Solver:
         frames = len(actuation)
         shape = (frames + 1, self.worlds, self.robot_count, 3)
         kind = runtime.host_real(self._real)
-        interval = self._choose_interval(frames * self.substeps_per_frame) if self.gradients else 0
         return Rollout(
-            np.zeros(shape, kind), np.zeros(shape, kind), actuation, arrays, {},
-            np.zeros(self.worlds, np.int64), self.substeps_per_frame, interval,
-        )  # fmt: skip
+            positions=np.zeros(shape, kind),
+            velocities=np.zeros(shape, kind),
+            actuation=actuation,
+            body=arrays,
+            divergences={},
+            counts=np.zeros((frames, self.worlds), np.int64),
+            retries=np.zeros(self.worlds, np.int64),
+            guarded=np.zeros(self.worlds, np.int64),
+            smallest_j=np.full(self.worlds, np.inf),
+            interval=self._choose_interval(frames) if self.gradients else 0,
+        )
 
-    def _choose_interval(self, substeps: int) -> int:
+    def _choose_interval(self, frames: int) -> int:
+        """Frames between checkpoints; the states to store are counted with the declared substeps."""
         if self.checkpoint_interval is not None:
-            return min(self.checkpoint_interval, substeps)
+            return min(self.checkpoint_interval, frames)
+        intervals = range(1, frames + 1)
+        needed = [interval * self.substeps_per_frame + 1 + math.ceil(frames / interval) for interval in intervals]
         if self.memory_budget is None:
-            return math.ceil(math.sqrt(substeps))
+            return intervals[int(np.argmin(needed))]
         states = self.memory_budget // self.matter.bytes_per_slot()
-        needed = [interval + 1 + math.ceil(substeps / interval) for interval in range(1, substeps + 1)]
         if min(needed) > states:
             raise UsageError(
-                f"Gradients of {substeps} substeps need at least {min(needed)} stored states of "
+                f"Gradients of {frames} frames need at least {min(needed)} stored states of "
                 f"{self.matter.bytes_per_slot()} bytes; the memory budget holds {states}. Give more memory or fewer "
                 "frames."
             )
-        return max(interval for interval, count in enumerate(needed, start=1) if count <= states)
-
-    def _pieces(self, rollout: Rollout, frame: int) -> list[tuple[int, int]]:
-        """(first substep, count) of the stretches of a frame between checkpoints."""
-        n = self.substeps_per_frame
-        return cut(frame * n, (frame + 1) * n, rollout.interval)
+        return max(interval for interval, count in zip(intervals, needed, strict=True) if count <= states)
 
     def set_tension(self, rollout: Rollout, frame: int) -> None:
         """Apply a control frame's actuation: the active stress of every robot particle."""
@@ -316,11 +348,3 @@ class Solver:
     def tensor(self, value: FloatArray) -> Tensor:
         """An array in the simulation's precision on its device."""
         return torch.as_tensor(np.ascontiguousarray(value), dtype=self._real, device=self._device)
-
-
-def cut(begin: int, end: int, interval: int) -> list[tuple[int, int]]:
-    """(first, count) of the stretches of [begin, end) between multiples of `interval` (0: one stretch)."""
-    if not interval:
-        return [(begin, end - begin)]
-    edges = [begin, *range((begin // interval + 1) * interval, end, interval), end]
-    return [(a, b - a) for a, b in itertools.pairwise(edges)]

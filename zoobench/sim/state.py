@@ -5,10 +5,13 @@ from typing import Self
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.sim.matter import Law
 from zoobench.sim.scene import Array, Scene
+
+IntArray = NDArray[np.int64]
 
 
 @dataclass
@@ -68,6 +71,11 @@ class Matter:
         for target, source in zip(self.tensors(), saved.tensors(), strict=True):
             target[slot] = source[0]
 
+    def copy_world(self, world: int, saved: "Matter") -> None:
+        """Give one world at slot 0 the state that it has at slot 0 of another."""
+        for target, source in zip(self.tensors(), saved.tensors(), strict=True):
+            target[0, world] = source[0, world]
+
     def bytes_per_slot(self) -> int:
         """Memory of one slot [bytes]."""
         return sum(tensor[0].numel() * tensor.element_size() for tensor in self.tensors())
@@ -108,6 +116,35 @@ class Parameters:
     def tensors(self) -> list[Tensor]:
         """In the order in which the kernels take them."""
         return [getattr(self, item.name) for item in fields(self)]
+
+
+@dataclass
+class Plan:
+    """What a launch does in each world.
+
+    Attributes:
+        slots: `[worlds, 2]` first slot read and number of substeps; a world with none is left alone.
+        dt: `[worlds]` its step [s].
+    """
+
+    slots: Tensor
+    dt: Tensor
+
+    @classmethod
+    def none(cls, worlds: int, real: torch.dtype, device: str) -> Self:
+        """Nothing to do in any world."""
+        slots = torch.zeros((worlds, 2), dtype=torch.int32, device=device)
+        return cls(slots, torch.ones(worlds, dtype=real, device=device))
+
+    def set(self, first: IntArray, counts: IntArray, dt: Array) -> None:
+        """Give every world its first slot, number of substeps and step [s], `[worlds]` each."""
+        self.slots[:] = torch.as_tensor(np.stack([first, counts], axis=1))
+        self.dt[:] = torch.as_tensor(dt)
+
+    @property
+    def world_substeps(self) -> int:
+        """Substeps of all worlds together."""
+        return int(self.slots[:, 1].sum())
 
 
 @dataclass(frozen=True)

@@ -1,29 +1,61 @@
-"""The largest stable time step of a scene, and the whole number of substeps that a control frame is divided into.
+"""The largest stable time step: of a scene as it is declared, and of a world as it is now.
 
 One bound covers the explicit solver: the isolated particle, dt_iso = h sqrt(rho0 / kappa), where kappa is the stiffness
-of the particle's own stress . Bulk matter tolerates more.
+of the particle's own stress (Sun, Shinar and Schroeder 2020; Bai and Schroeder 2022). Bulk matter tolerates more. A
+viscosity eta tightens it: with w = 4 kappa / (rho0 h^2) and d = 8 eta / (rho0 h^2), w dt^2 + 2 d dt <= 4.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from zoobench.errors import StepSizeError
-from zoobench.sim.matter import lame_parameters
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
 from zoobench.sim.scene import Scene
 
 LARGEST_STRETCH = 1.5
-"""Principal stretch up to which the step of muscle robots is safe [-]. At s = 0.3 E a free fibre reaches 1.7, but by
-pushing, when its contraction does not add to the stiffness."""
+"""Principal stretch of muscle robots up to which the declared step is safe [-]; beyond it, steps become shorter.
+
+At s = 0.3 E a free fibre reaches 1.7, but by pushing, when its contraction does not add to the stiffness."""
 
 LARGEST_COURANT = 0.5
 """Cells that matter may cross in one substep [-], and the bound on dt |C|: det(I + dt C) stays positive below it."""
 
+SPEED_ROOM = 0.8
+"""Share of `LARGEST_COURANT` that a step is chosen for: within a frame matter may still become faster."""
+
 REFUSED_FRACTION = 0.9
+
+MOST_REFINEMENT = 16
+"""How many times shorter than the declared one a step may become; a world that needs more has diverged."""
+
+
+class Condition(NamedTuple):
+    """A world as its survey finds it.
+
+    Attributes:
+        speed: largest of all particles [m/s].
+        shear: largest Frobenius norm of C [1/s].
+        beyond: how far matter lies beyond a wall plane [cells].
+        smallest_j: smallest det F of the robot.
+        guarded: particles whose log J is held at its guard.
+        robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], with the actuation, stretch and hardening of
+            the moment; 0 where there is no such matter.
+    """
+
+    speed: float
+    shear: float
+    beyond: float
+    smallest_j: float
+    guarded: float
+    robot_stiffness: float
+    medium_stiffness: float
 
 
 @dataclass(frozen=True)
 class StepLimit:
-    """What bounds the step of a scene.
+    """What bounds the step.
 
     Attributes:
         dt_iso: the largest stable step [s].
@@ -43,9 +75,15 @@ class StepLimit:
         return self.dt / self.dt_iso
 
 
-def isolated_particle_limit(grid_spacing: float, density: float, kappa: float) -> float:
-    """dt_iso = h sqrt(rho0 / kappa) [s] for quadratic splines."""
-    return grid_spacing * math.sqrt(density / kappa)
+def isolated_particle_limit(grid_spacing: float, stiffness: float, viscosity: float = 0.0) -> float:
+    """Largest stable step [s] for quadratic splines, of `stiffness` kappa / rho0 and `viscosity` eta / rho0 [m^2/s].
+
+    Infinite without either.
+    """
+    scale = 4.0 / grid_spacing**2
+    damping = 2.0 * viscosity * scale
+    rate = damping + math.sqrt(damping**2 + 4.0 * scale * stiffness)
+    return 4.0 / rate if rate > 0.0 else math.inf
 
 
 def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
@@ -58,36 +96,70 @@ def step_limits(scene: Scene, grid_spacing: float, stiffness_max: float, density
     material = scene.robot.material
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     stiffness = max(stiffness_max, float(scene.robot.stiffness.max()))
-    ratio = min(density_ratio_min, float(scene.robot.density_ratio.min()))
+    density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
     kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
-    limits = {"robot": isolated_particle_limit(grid_spacing, material.density * ratio, kappa)}
+    limits = {"robot": isolated_particle_limit(grid_spacing, kappa / density)}
     if scene.medium is not None:
         medium = scene.medium.material
-        limits[medium.law.name.lower()] = isolated_particle_limit(grid_spacing, medium.density, medium.kappa)
+        limits[medium.law.name.lower()] = _medium_limit(medium, grid_spacing, medium.kappa / medium.density)
     return limits
 
 
 def choose_step(
     scene: Scene,
-    grid_spacing: float,
-    courant: float,
+    fidelity: Fidelity,
     frame_seconds: float,
     *,
     stiffness_max: float = 1.0,
     density_ratio_min: float = 1.0,
 ) -> StepLimit:
-    """The step at `courant` times dt_iso or below that divides the frame into a whole number of substeps.
+    """The declared step: `fidelity.courant` times dt_iso of the stiffest state meant, or the fixed step asked for.
+
+    It divides the frame into a whole number of substeps, and is shortened to do so.
 
     Raises:
-        StepSizeError: `courant` is above 0.9, where muscles and impacts are known to blow up.
+        StepSizeError: the fixed step is above 0.9 dt_iso, where muscles and impacts are known to blow up.
     """
-    limits = step_limits(scene, grid_spacing, stiffness_max, density_ratio_min)
+    limits = step_limits(scene, fidelity.grid_spacing, stiffness_max, density_ratio_min)
     matter = min(limits, key=lambda name: limits[name])
     dt_iso = limits[matter]
-    if courant > REFUSED_FRACTION:
+    count = whole_substeps(frame_seconds, fidelity.step or fidelity.courant * dt_iso)
+    found = StepLimit(dt_iso, matter, frame_seconds / count, count)
+    if found.fraction > REFUSED_FRACTION:
         raise StepSizeError(
-            f"A step of {courant:.3g} dt_iso was asked for; above {REFUSED_FRACTION} it is not safe. The limit of the "
-            f"{matter} is dt_iso = {dt_iso:.3g} s. Ask for a Courant fraction of about 0.5."
+            f"A fixed step of {found.dt:.3g} s was asked for, {found.fraction:.2f} of the largest stable one; above "
+            f"{REFUSED_FRACTION} it is not safe. The {matter} sets the limit: dt_iso = {dt_iso:.3g} s at a grid "
+            f"spacing of {fidelity.grid_spacing:.4g} m. Ask for {0.5 * dt_iso:.2g} s, or for none: then it is chosen."
         )
-    count = max(1, math.ceil(frame_seconds / (courant * dt_iso) - 1e-9))
-    return StepLimit(dt_iso, matter, frame_seconds / count, count)
+    return found
+
+
+def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition) -> StepLimit:
+    """The step that a world in this condition can take through its next frame.
+
+    `matter` also names `speed` (half a cell in a substep) and `velocity gradient` (dt |C| of a half) where they bind;
+    dt_iso is then the step at which `courant` times it keeps that bound.
+    """
+    h, courant = fidelity.grid_spacing, fidelity.courant
+    limits = {"robot": isolated_particle_limit(h, condition.robot_stiffness)}
+    if scene.medium is not None:
+        medium = scene.medium.material
+        limits[medium.law.name.lower()] = _medium_limit(medium, h, condition.medium_stiffness)
+    room = SPEED_ROOM * LARGEST_COURANT / courant
+    if condition.speed > 0.0:
+        limits["speed"] = room * h / condition.speed
+    if condition.shear > 0.0:
+        limits["velocity gradient"] = room / condition.shear
+    matter = min(limits, key=lambda name: limits[name])
+    count = whole_substeps(frame_seconds, courant * limits[matter])
+    return StepLimit(limits[matter], matter, frame_seconds / count, count)
+
+
+def whole_substeps(frame_seconds: float, dt: float) -> int:
+    """How many equal substeps of at most `dt` [s] make a frame, 1e9 at most; an exact divisor is taken as it is."""
+    return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
+
+
+def _medium_limit(medium: Medium, grid_spacing: float, stiffness: float) -> float:
+    viscosity = medium.viscosity if isinstance(medium, MudMaterial | WaterMaterial) else 0.0
+    return isolated_particle_limit(grid_spacing, stiffness, viscosity / medium.density)

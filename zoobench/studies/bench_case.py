@@ -28,6 +28,7 @@ _CLOSE_ENOUGH = 0.02  # of the particle count asked for
 class _Timing:
     forward: list[float]
     backward: list[float]
+    substeps: int = 0
 
 
 def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, Fidelity]:
@@ -63,7 +64,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
     compile_seconds = _first_call(solver)
     result = {"compile_warm_s": compile_seconds}
     if not job["only_compile"]:
-        result |= _rates(solver, _time_episodes(solver, frames, job["repeats"], job["gradients"]), frames)
+        result |= _rates(solver, _time_episodes(solver, frames, job["repeats"], job["gradients"]))
         result |= {"scene": job["scene"], "precision": job["precision"]}
         # Linux counts in KiB
         result["peak_memory_mib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -89,6 +90,7 @@ def _time_episodes(solver: "Solver", frames: int, repeats: int, gradients: bool)
         timing.forward.append(time.perf_counter() - begin)
         if rollout.divergences:
             raise RuntimeError(str(rollout.divergences[0]))
+        timing.substeps = rollout.substeps
         if gradients:
             pull = np.ones_like(rollout.positions)
             begin = time.perf_counter()
@@ -97,15 +99,14 @@ def _time_episodes(solver: "Solver", frames: int, repeats: int, gradients: bool)
     return timing
 
 
-def _rates(solver: "Solver", timing: _Timing, frames: int) -> dict[str, Any]:
-    substeps = frames * solver.substeps_per_frame
-    work = substeps * solver.particle_count / 1e6
+def _rates(solver: "Solver", timing: _Timing) -> dict[str, Any]:
+    work = timing.substeps * solver.particle_count / 1e6
     forward = statistics.median(timing.forward)
     backward = statistics.median(timing.backward) if timing.backward else None
     return {
         "particle_count": solver.particle_count,
         "robot_particle_count": solver.robot_count,
-        "substeps": substeps,
+        "substeps": timing.substeps,
         "forward_mps": work / forward,
         "forward_mps_min": work / max(timing.forward),
         "forward_mps_max": work / min(timing.forward),
