@@ -8,29 +8,41 @@ import torch
 
 from tests.sim import scenes
 from zoobench.sim import runtime
-from zoobench.sim.array_types import Vectors
-from zoobench.sim.boundary import WALL_NODES, contact, contact_adjoint
+from zoobench.sim.array_types import Nodes, Vectors
+from zoobench.sim.boundary import PLANE, TERRAIN, WALL_NODES, contact, contact_adjoint
 from zoobench.sim.rollout import Rollout
 from zoobench.sim.scene import Ground, Scene
 from zoobench.sim.solver import Solver
 
-NODES = 20
+NODE_COUNT = 20
 INSIDE, FLOOR = 10, WALL_NODES
 
 
 @ti.kernel
-def _contact(v: Vectors, pull: Vectors, after: Vectors, back: Vectors, i: int, j: int, k: int, mu: float):
+def _contact(
+    v: Vectors, pull: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
+    ground: ti.template(),
+):  # fmt: skip
     for p in range(v.shape[0]):
-        index, shape = ti.Vector([i, j, k]), ti.Vector([NODES, NODES, NODES])
-        after[p] = contact(v[p], index, shape, mu, True)
-        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, True)
+        index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
+        after[p] = contact(v[p], index, shape, mu, terrain, ground)
+        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, terrain, ground)
 
 
-def _apply(v: np.ndarray, index: tuple[int, int, int], mu: float, pull: np.ndarray | None = None) -> list[np.ndarray]:
-    """Velocity after contact and the adjoint of it."""
+def _apply(
+    v: np.ndarray,
+    index: tuple[int, int, int],
+    mu: float,
+    pull: np.ndarray | None = None,
+    column: tuple[float, float, float, float] | None = None,
+) -> list[np.ndarray]:
+    """Velocity after contact and the adjoint of it; on a terrain whose columns are all alike if one is given."""
     runtime.start(64)
     tensors = [torch.as_tensor(np.atleast_2d(a)) for a in (v, v if pull is None else pull, 0 * v, 0 * v)]
-    _contact(*tensors, *index, mu)
+    terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
+    if column is not None:
+        terrain = torch.tensor(column, dtype=torch.float64).repeat(NODE_COUNT, NODE_COUNT, 1)
+    _contact(*tensors, terrain, *index, mu, PLANE if column is None else TERRAIN)
     return [tensors[2].numpy(), tensors[3].numpy()]
 
 
@@ -47,7 +59,7 @@ def test_walls_stop_only_what_moves_into_them() -> None:
     """Each wall takes the velocity into it and leaves the rest, the ceiling included."""
     v = np.array([[-1.0, 0.5, -1.0], [1.0, 0.5, 1.0]])
     low, _ = _apply(v, (WALL_NODES, INSIDE, WALL_NODES), 0.6)
-    high, _ = _apply(v, (NODES - 1 - WALL_NODES, NODES - 1 - WALL_NODES, INSIDE), 0.6)
+    high, _ = _apply(v, (NODE_COUNT - 1 - WALL_NODES, NODE_COUNT - 1 - WALL_NODES, INSIDE), 0.6)
     assert np.array_equal(low, [[0, 0.5, 0], [1, 0.5, 1]])
     assert np.array_equal(high, [[-1, 0, -1], [0, 0, 1]])
 
@@ -62,6 +74,21 @@ def test_adjoint_of_contact_matches_differences() -> None:
         slope = (_apply(v + e * step, index, 0.6)[0] - _apply(v - e * step, index, 0.6)[0]) / (2 * e)
         difference = np.abs((slope * pull).sum(1) - (back * step).sum(1))
         assert (difference > 1e-6).sum() == 0
+
+
+def test_contact_with_a_slope_is_that_of_the_plane_turned() -> None:
+    """Friction and its adjoint act in the frame of the terrain's normal; a node above its column's height is free."""
+    rng = np.random.default_rng(5)
+    v, pull = rng.normal(size=(200, 3)), rng.normal(size=(200, 3))
+    angle = 0.4
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    normal = turn @ [0.0, 1.0, 0.0]
+    flat = _apply(v, (INSIDE, FLOOR, INSIDE), 0.6, pull)
+    column = (7.3, *normal.tolist())
+    for height, touches in ((7, True), (8, False)):
+        tilted = _apply(v @ turn.T, (INSIDE, height, INSIDE), 0.6, pull @ turn.T, column)
+        for found, expected, free in zip(tilted, flat, (v, pull), strict=True):
+            assert np.allclose(found, (expected if touches else free) @ turn.T, atol=1e-14)
 
 
 def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Rollout, np.ndarray]:

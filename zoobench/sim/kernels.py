@@ -6,6 +6,7 @@ All arrays are torch tensors, shared without copying:
                b, tau [slots, worlds, medium, 6] (xx yy zz xy xz yz) and history [slots, worlds, medium] of the medium
     window     [slots, worlds, 6] first and past-the-last grid node that any particle touches
     plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world goes its own pace
+    terrain    [nx, nz, 4] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
 
 The worlds are taken in turn through one slab. A launch does a whole run of substeps, because it costs as much as the
@@ -39,11 +40,11 @@ def clear_window(grid: ti.template(), window: ti.template(), s, w):
 def advance(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     stride: int, h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
@@ -64,7 +65,7 @@ def advance(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid, 0, i, j, k, push, mu_ground, friction)
+                        update_node(grid, grid, 0, i, j, k, push, mu_ground, terrain, ground)
             low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
@@ -83,7 +84,7 @@ def advance(
 def reverse(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     grid_velocity: Nodes, grid_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
@@ -91,7 +92,7 @@ def reverse(
     h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substeps, from the slot past the last back to the first, the grid recomputed at each.
 
@@ -117,7 +118,7 @@ def reverse(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, friction)
+                        update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, terrain, ground)
             for p in range(x.shape[2]):
                 from_grid_adjoint(
                     x, v, C, F, b, history, grid_velocity, grid_adjoint,
@@ -127,7 +128,7 @@ def reverse(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, friction)
+                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, terrain, ground)
             for p in range(x.shape[2]):
                 to_grid_adjoint(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,

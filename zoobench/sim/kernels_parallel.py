@@ -29,11 +29,11 @@ def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
 def advance_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     n: int, stride: int, h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -48,7 +48,7 @@ def advance_parallel(
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-            update_node(grid, grid, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction)
+            update_node(grid, grid, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground)
     for w, d in ti.ndrange(x.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride
@@ -71,7 +71,7 @@ def advance_parallel(
 def reverse_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     grid_velocity: Nodes, grid_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
@@ -79,7 +79,7 @@ def reverse_parallel(
     n: int, h: float,
     mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), friction: ti.template(),
+    muscle: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The adjoint of the n-th planned substep of all worlds at once."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -96,7 +96,9 @@ def reverse_parallel(
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            update_node(grid, grid_velocity, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction)
+            update_node(
+                grid, grid_velocity, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground
+            )
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
@@ -108,7 +110,7 @@ def reverse_parallel(
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
             update_node_adjoint(
-                grid, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, friction
+                grid, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground
             )
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:

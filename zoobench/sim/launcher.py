@@ -9,7 +9,7 @@ from torch import Tensor
 
 from zoobench.errors import SceneError
 from zoobench.sim import kernels, kernels_parallel, runtime, survey
-from zoobench.sim.boundary import WALL_NODES
+from zoobench.sim.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import DECOMPOSED, lame_parameters
 from zoobench.sim.scene import Effect, Scene
@@ -49,13 +49,14 @@ class Launcher:
         self._work = [str(effect) for effect in sorted(scene.effects)]
         if law in DECOMPOSED:
             self._work.append("decomposition")
-        self._flags = (Effect.MUSCLE in scene.effects, law, Effect.FRICTION in scene.effects)
+        self._flags = (Effect.MUSCLE in scene.effects, law, self._ground_kind())
+        self._terrain = self._sample_terrain()
         self._grid = self._new_grid()
         self._reverse_grids: tuple[Tensor, ...] = ()
 
     def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._grid)
+        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._terrain, self._grid)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
@@ -75,8 +76,8 @@ class Launcher:
         if not self._reverse_grids:
             self._reverse_grids = (self._new_grid(), self._new_grid())
         arrays = (
-            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._grid, *self._reverse_grids,
-            *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
+            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._terrain,
+            self._grid, *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
         )  # fmt: skip
         self._note("reverse", plan)
         if self._parallel:
@@ -108,6 +109,22 @@ class Launcher:
         medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
         return (self._fidelity.grid_spacing, mu, lam, *medium, *scene.gravity, friction)
+
+    def _ground_kind(self) -> int:
+        """What the kernels compile; a plane without friction is one of the arena's walls."""
+        if self._scene.ground is not None and self._scene.ground.terrain is not None:
+            return TERRAIN
+        return PLANE if Effect.FRICTION in self._scene.effects else NONE
+
+    def _sample_terrain(self) -> Tensor:
+        """Height [cells] above the grid's first node and normal of the ground in every node column; empty without."""
+        ground, h = self._scene.ground, self._fidelity.grid_spacing
+        if ground is None or ground.terrain is None:
+            return torch.zeros((0, 0, 4), dtype=self._real, device=self._device)
+        x, z = (np.arange(self.shape[d], dtype=np.float64) * h - WALL_NODES * h for d in (0, 2))
+        height = ground.terrain.heights_at(x, z) / h + WALL_NODES
+        columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
+        return torch.as_tensor(np.ascontiguousarray(columns), dtype=self._real, device=self._device)
 
     def _new_grid(self) -> Tensor:
         """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched.

@@ -1,7 +1,7 @@
 """What happens to one particle or one node in a substep, forward and in reverse; the drivers loop over these.
 
 Arrays are those of `kernels`. `s` is the slot read, `t` the slot written, `w` the world, `g` its slab of the grid.
-Particles below `F.shape[2]` are the robot's, the rest the medium's; what `muscle`, `law`, `friction` switch off is not
+Particles below `F.shape[2]` are the robot's, the rest the medium's; what `muscle`, `law`, `ground` switch off is not
 compiled.
 """
 
@@ -46,13 +46,24 @@ def to_grid(
 
 
 @ti.func
-def update_node(grid: ti.template(), target: ti.template(), g, i, j, k, push, mu_ground, friction: ti.template()):
+def update_node(
+    grid: ti.template(),
+    target: ti.template(),
+    g,
+    i,
+    j,
+    k,
+    push,
+    mu_ground,
+    terrain: ti.template(),
+    ground: ti.template(),
+):
     """Momentum to velocity with gravity and contact, from `grid` to `target` (maybe the same). `push` is dt g [m/s]."""
     q = grid[g, i, j, k]
     if q[3] > 0.0:
         shape = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
         free = ti.Vector([q[0], q[1], q[2]]) / q[3] + push
-        after = contact(free, ti.Vector([i, j, k]), shape, mu_ground, friction)
+        after = contact(free, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground)
         target[g, i, j, k] = ti.Vector([after[0], after[1], after[2], q[3]])
 
 
@@ -114,7 +125,8 @@ def from_grid_adjoint(
 
 @ti.func
 def update_node_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), g, i, j, k, push, mu_ground, friction: ti.template()
+    grid: ti.template(), grid_adjoint: ti.template(), g, i, j, k, push, mu_ground,
+    terrain: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """Adjoint of `update_node`: the velocity's adjoint becomes those of momentum (0..2) and mass (3)."""
     q = grid[g, i, j, k]
@@ -123,7 +135,7 @@ def update_node_adjoint(
         free = ti.Vector([q[0], q[1], q[2]]) / q[3]
         stored = grid_adjoint[g, i, j, k]
         pull = ti.Vector([stored[0], stored[1], stored[2]])
-        pull = contact_adjoint(free + push, pull, ti.Vector([i, j, k]), shape, mu_ground, friction) / q[3]
+        pull = contact_adjoint(free + push, pull, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground) / q[3]
         grid_adjoint[g, i, j, k] = ti.Vector([pull[0], pull[1], pull[2], -pull.dot(free)])
     else:  # an empty node stays at rest whatever its momentum: it has no derivative
         grid_adjoint[g, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from zoobench.errors import SceneError
 from zoobench.sim.materials_numpy import principal_stress
 from zoobench.sim.matter import ElasticMaterial, Law, Medium, SandMaterial
+from zoobench.sim.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -141,9 +142,10 @@ class MediumBed:
 
 @dataclass(frozen=True)
 class Ground:
-    """The rigid plane y = 0 with Coulomb friction; nodes that separate from it are free."""
+    """The rigid ground with Coulomb friction: the plane y = 0, or a terrain; nodes that separate from it are free."""
 
     friction: float
+    terrain: Terrain | None = None
 
 
 @dataclass(frozen=True)
@@ -176,6 +178,8 @@ class Scene:
             raise SceneError(
                 f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more."
             )
+        if self.ground is not None and self.ground.terrain is not None:
+            self.ground.terrain.check(self.upper[1])
         if self.ground is not None and self.lower[1] != 0.0:
             raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
         bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
