@@ -16,6 +16,8 @@ from zoobench.db.rows import Claim
 
 CHILD_COMMAND = (sys.executable, "-m", "zoobench.harness.child")
 _LONGEST_LOG_LINE = 2000
+_LAST_WORDS_SECONDS = 5.0
+"""How long the pipes of a dead child are read on: a process that it left behind may hold them open for ever."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,9 @@ class ChildProcess:
         """Kill it and take its remains away."""
         self.kill()
         self.wait()
-        for reader in self._readers:
-            reader.join()
+        self._join_readers()
+        if any(reader.is_alive() for reader in self._readers):
+            return  # a stream cannot be closed while it is read; both end with the process that holds it open
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             assert stream is not None
             with contextlib.suppress(OSError):  # what it was told last may not have reached it
@@ -111,9 +114,13 @@ class ChildProcess:
             self._events.put(LogLine(_readable(line)))
 
     def _announce_end(self) -> None:
-        for reader in self._readers:
-            reader.join()
+        self._process.wait()
+        self._join_readers()
         self._events.put(End())
+
+    def _join_readers(self) -> None:
+        for reader in self._readers:
+            reader.join(_LAST_WORDS_SECONDS)
 
 
 def _readable(line: bytes) -> str:
