@@ -12,6 +12,7 @@ from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.plan import plan
 from zoobench.cli.run import run
+from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.studies import gradcheck
 from zoobench.errors import ZoobenchError
@@ -54,6 +55,7 @@ app.command("logs")(logs)
 app.command("doctor")(doctor)
 app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)
+app.command("stability")(stability)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -133,3 +133,28 @@ class LogRecord(Base):
     attempt: Mapped[int]
     at: Mapped[float]
     text: Mapped[str] = mapped_column(Text)
+
+
+class StudyRecord(Base):
+    """One time that a study was carried out; one without `finished_at` was interrupted, or is under way."""
+
+    __tablename__ = "studies"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(String(40), index=True)
+    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"))
+    started_at: Mapped[float]
+    finished_at: Mapped[float | None]
+
+
+class StudyRowRecord(Base):
+    """What a study found in one case, in the order in which the cases were done; `document` is JSON."""
+
+    __tablename__ = "study_rows"
+
+    study_id: Mapped[int] = mapped_column(ForeignKey("studies.id"), primary_key=True)
+    number: Mapped[int] = mapped_column(primary_key=True)
+    case_name: Mapped[str] = mapped_column(String(200))
+    verdict: Mapped[str] = mapped_column(String(12))
+    document: Mapped[str] = mapped_column(Text)
+    finished_at: Mapped[float]

@@ -19,8 +19,9 @@ from zoobench.db.models import (
     RunRecord,
     SpecRecord,
 )
-from zoobench.db.rows import AttemptRow, FinalRow, LogRow, MetricRow, RunRow, RunState, decode_value
+from zoobench.db.rows import AttemptRow, FinalRow, LogRow, MetricRow, RunRow, RunState, StudyRun, decode_value
 from zoobench.db.schema import prepare
+from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
 from zoobench.spec import RunSpec
 
@@ -138,6 +139,14 @@ class Reader:
             statement = statement.where(LogRecord.attempt == attempt)
         with self._database.read() as session:
             return [LogRow(record.attempt, record.at, record.text) for record in session.scalars(statement)]
+
+    def studies(self, name: str) -> list[StudyRun]:
+        """Every time that the study of this name was carried out, oldest first, interrupted ones included."""
+        return load_studies(self._database, name)
+
+    def study(self, name: str) -> StudyRun | None:
+        """The newest study of this name; None if there is none."""
+        return next(reversed(self.studies(name)), None)
 
     def check(self) -> list[str]:
         """What the database's own integrity check complains about; empty if nothing."""

@@ -147,6 +147,40 @@ class AttemptRow:
 
 
 @dataclass(frozen=True)
+class StudyRow:
+    """What a study found in one case.
+
+    Attributes:
+        case: its name.
+        verdict: one word.
+        document: all that was measured, as JSON data; a number that is not finite is stored as `nan`, `+inf` or `-inf`.
+        finished_at: when it was stored; 0 before.
+    """
+
+    case: str
+    verdict: str
+    document: Mapping[str, Any]
+    finished_at: float = 0.0
+
+
+@dataclass(frozen=True)
+class StudyRun:
+    """One time that a study was carried out. Times are seconds since the epoch.
+
+    Attributes:
+        finished_at: None if it was interrupted or is under way: then `rows` is what was done.
+        provenance: commit, versions and machine.
+    """
+
+    id: int
+    name: str
+    started_at: float
+    finished_at: float | None
+    provenance: Mapping[str, Any]
+    rows: tuple[StudyRow, ...]
+
+
+@dataclass(frozen=True)
 class EnqueueReport:
     """What became of the specs handed to `Store.enqueue`, as run ids."""
 

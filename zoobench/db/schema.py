@@ -8,27 +8,28 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import Database
 from zoobench.errors import StorageError
 
-HEAD = "0001"  # the newest revision under migrations/versions
+_REVISIONS = ("0001", "0002")  # those under migrations/versions, oldest first
+HEAD = _REVISIONS[-1]
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
 def prepare(database: Database) -> None:
-    """Make the tables in an empty database and check the schema of any other.
+    """Make the tables in an empty database, bring an older one up to date, and check the schema of any other.
 
     Raises:
         StorageError: the tables are another program's, or those of a newer zoobench.
     """
     with database.read() as session:
         revision = _revision(session, database.location)
-    if revision not in (None, HEAD):
+    if revision not in (None, *_REVISIONS):
         raise StorageError(
             f"{database.location} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
             "Update with `pip install --upgrade zoobench`, or name another database with --db."
         )
     database.use_log()
-    if revision is None:
+    if revision != HEAD:
         with database.write() as session:  # under the write lock, since another process may be at it too
-            if _revision(session, database.location) is None:
+            if _revision(session, database.location) != HEAD:
                 _migrate(session)
 
 
@@ -43,7 +44,7 @@ def _revision(session: Session, location: str) -> str | None:
 
 
 def _migrate(session: Session) -> None:
-    # Alembic takes a third of a second to import, and is needed once in the life of a database.
+    # Alembic takes a third of a second to import, and is needed only where a database is made or outdated.
     from alembic import command
     from alembic.config import Config
 

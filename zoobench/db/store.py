@@ -4,10 +4,9 @@ A worker owns a run by its claim: owner and attempt number are checked in every 
 that a worker that was given up for dead cannot touch what another has taken over.
 """
 
-import hashlib
 import json
 import time
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import Update, case, delete, select, update
@@ -21,7 +20,6 @@ from zoobench.db.models import (
     FinalRecord,
     LogRecord,
     MetricRecord,
-    ProvenanceRecord,
     RunRecord,
     SpecRecord,
 )
@@ -35,8 +33,10 @@ from zoobench.db.rows import (
     Ending,
     EnqueueReport,
     RunState,
+    StudyRow,
     encode_value,
 )
+from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.errors import StorageError
 from zoobench.spec import RunSpec, canonical_json
 
@@ -134,9 +134,6 @@ class Store(Reader):
         started_at: float,
         resumed: bool,
     ) -> None:
-        document = canonical_json(dict(provenance))
-        values = {"hash": hashlib.sha256(document.encode()).hexdigest(), "document": document}
-        session.execute(self._database.insert(ProvenanceRecord).values(values).on_conflict_do_nothing())
         session.add(
             AttemptRecord(
                 run_id=run.id,
@@ -144,7 +141,7 @@ class Store(Reader):
                 outcome=RunState.RUNNING,
                 owner=str(owner),
                 host=owner.host,
-                provenance_hash=values["hash"],
+                provenance_hash=keep_provenance(self._database, session, provenance),
                 started_at=started_at,
                 resumed=resumed,
             )
@@ -200,6 +197,17 @@ class Store(Reader):
                 ending = Ending(RunState.LOST, reason)
                 close_attempt(session, run.id, run.attempt, ending, ended_at=last_heard_of(run))
             return [run.id for run, _ in lost]
+
+    def save_study(self, name: str, rows: Iterable[StudyRow], *, provenance: Mapping[str, Any]) -> Iterator[StudyRow]:
+        """Carry out a study: every row is stored as soon as it comes, and then handed on.
+
+        The study is finished with the last row. If it is interrupted before, the rows done so far are kept.
+        """
+        study_id = begin_study(self._database, name, provenance)
+        for number, row in enumerate(rows):
+            add_row(self._database, study_id, number, row)
+            yield row
+        end_study(self._database, study_id)
 
     def _hold(self, session: Session, claim: Claim, **values: Any) -> None:
         """Check the fencing token and write these columns of the run, in one statement."""

@@ -1,0 +1,87 @@
+"""Studies in the database: rows kept as they come, older databases brought up to date."""
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+
+from tests.harness.helpers import spec
+from zoobench.db.models import Base
+from zoobench.db.query import Reader
+from zoobench.db.rows import StudyRow
+from zoobench.db.store import Store
+
+FIRST = StudyRow("free-fall", "pass", {"measured": [1.5, float("nan")], "bound": float("inf"), "steps": 3})
+SECOND = StudyRow("spray", "fail", {"measured": {"energy": 2.0}})
+
+
+def test_a_study_comes_back_as_it_was_stored(tmp_path: Path) -> None:
+    """Order, verdicts and documents are kept; numbers that JSON cannot hold become words."""
+    with Store(tmp_path / "zoo.db") as store:
+        handed_on = list(store.save_study("stability", [FIRST, SECOND], provenance={"code": "abc"}))
+        assert handed_on == [FIRST, SECOND]
+    with Reader(tmp_path / "zoo.db", create=False) as reader:
+        study = reader.study("stability")
+        assert study is not None
+        assert study.finished_at is not None
+        assert study.started_at <= study.rows[0].finished_at <= study.rows[1].finished_at <= study.finished_at
+        assert study.provenance == {"code": "abc"}
+        assert [(row.case, row.verdict) for row in study.rows] == [("free-fall", "pass"), ("spray", "fail")]
+        assert study.rows[0].document == {"measured": [1.5, "nan"], "bound": "+inf", "steps": 3}
+
+
+def test_an_interrupted_study_keeps_what_was_done(tmp_path: Path) -> None:
+    """The row of the case before the interruption is there, and the study is not called finished."""
+
+    def rows() -> Iterator[StudyRow]:
+        yield FIRST
+        raise KeyboardInterrupt
+
+    with Store(tmp_path / "zoo.db") as store:
+        with pytest.raises(KeyboardInterrupt):
+            list(store.save_study("stability", rows(), provenance={}))
+        study = store.study("stability")
+        assert study is not None
+        assert [row.case for row in study.rows] == ["free-fall"]
+        assert study.finished_at is None
+
+
+def test_the_newest_study_of_a_name_is_given(tmp_path: Path) -> None:
+    """Studies of other names do not matter, and of a name never used there is none."""
+    with Store(tmp_path / "zoo.db") as store:
+        for name, row in (("stability", FIRST), ("stability", SECOND), ("validate", FIRST)):
+            list(store.save_study(name, [row], provenance={}))
+        newest = store.study("stability")
+        assert newest is not None
+        assert newest.rows[0].case == "spray"
+        assert len(store.studies("stability")) == 2
+        assert store.study("accuracy") is None
+
+
+def _age(path: Path) -> None:
+    """Bring a database back to the first schema, which had no studies."""
+    with sqlite3.connect(path) as connection:
+        connection.execute("DROP TABLE study_rows")
+        connection.execute("DROP TABLE studies")
+        connection.execute("UPDATE alembic_version SET version_num = '0001'")
+    connection.close()
+
+
+def test_an_older_database_is_brought_up_to_date(tmp_path: Path) -> None:
+    """Opening one of the first schema, to write or only to read, adds what is missing and loses nothing."""
+    path = tmp_path / "zoo.db"
+    with Store(path) as store:
+        store.enqueue([spec()])
+    for opened in (Store, Reader):
+        _age(path)
+        with opened(path) as reader:
+            assert [run.spec for run in reader.runs()] == [spec()]
+            assert reader.studies("stability") == []
+    with Store(path) as store:
+        list(store.save_study("stability", [FIRST], provenance={}))
+        with store._database.read() as session:
+            context = MigrationContext.configure(session.connection(), opts={"compare_type": True})
+            assert compare_metadata(context, Base.metadata) == []

@@ -1,0 +1,75 @@
+"""`zoobench stability`: do hard cases stay within physics, and is the predicted step the largest stable one?"""
+
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Exit, Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, emit, say
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from zoobench.db.rows import StudyRow
+    from zoobench.studies.stability.base import Result
+    from zoobench.studies.stability.largest import StepRow
+
+
+def stability(
+    cases: Annotated[str, Option("--case", help="Cases: names or globs, with commas.")] = "*",
+    fast: Annotated[bool, Option("--fast", help="Only the cases that take seconds.")] = False,
+    largest_step: Annotated[
+        bool, Option("--largest-step", help="Instead, find the largest stable steps and compare with the predicted.")
+    ] = False,
+    only_list: Annotated[bool, Option("--list", help="Instead, list the cases.")] = False,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Carry out hard cases and judge each on its physics.
+
+    Volume ratios, energy, momentum, penetration, gradients against their bounds; also the smallest step [s] and its
+    fraction of the largest stable one, frames repeated with half the step, and the shares of clamped particle-frames
+    and repeated frames. Rows are stored as they are done. Exit code 1 if a case fails.
+    """
+    from dataclasses import astuple, fields
+
+    from zoobench.report.listing import Listing
+    from zoobench.studies.stability import suite
+    from zoobench.studies.stability.base import Result
+    from zoobench.studies.stability.largest import StepRow, largest_steps
+
+    if only_list:
+        rows = tuple((found.name, found.fast, found.about) for found in suite.suite())
+        emit(Listing(("case", "fast", "about"), rows), form)
+        return
+    kind: type[Result] | type[StepRow] = StepRow if largest_step else Result
+    found: list[Result | StepRow] = []
+    results: Iterator[Result | StepRow] = largest_steps() if largest_step else suite.stability(_names(cases), fast=fast)
+    for row in _store(results, db, suite.STEP_STUDY if largest_step else suite.STUDY):
+        found.append(row)
+        say(f"{row.verdict}  {row.case}  {row.seconds:.1f} s")
+    emit(Listing(tuple(field.name for field in fields(kind)), tuple(map(astuple, found))), form)
+    if not all(row.passed for row in found):
+        raise Exit(1)
+
+
+def _store(results: "Iterator[Result | StepRow]", db: str, study: str) -> "Iterator[Result | StepRow]":
+    """Hand the results on, each stored as soon as it is there."""
+    from zoobench import provenance
+    from zoobench.db.store import Store
+    from zoobench.studies.stability.suite import stored
+
+    done: list[Result | StepRow] = []
+
+    def rows() -> "Iterator[StudyRow]":
+        for result in results:
+            done.append(result)
+            yield stored(result)
+
+    with Store(db) as store:
+        for _ in store.save_study(study, rows(), provenance=provenance.gather()):
+            yield done[-1]
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]

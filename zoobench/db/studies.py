@@ -1,0 +1,97 @@
+"""How studies are kept: each carried out any number of times, its rows written one by one as they are done."""
+
+import hashlib
+import json
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from zoobench.db.engine import Database
+from zoobench.db.models import ProvenanceRecord, StudyRecord, StudyRowRecord
+from zoobench.db.rows import StudyRow, StudyRun, ValueKind, encode_value
+from zoobench.spec import canonical_json
+
+
+def keep_provenance(database: Database, session: Session, provenance: Mapping[str, Any]) -> str:
+    """Store a provenance unless it is there, and return its hash."""
+    document = canonical_json(dict(provenance))
+    values = {"hash": hashlib.sha256(document.encode()).hexdigest(), "document": document}
+    session.execute(database.insert(ProvenanceRecord).values(values).on_conflict_do_nothing())
+    return values["hash"]
+
+
+def begin_study(database: Database, name: str, provenance: Mapping[str, Any]) -> int:
+    """Open a study and return its id."""
+    with database.write() as session:
+        study = StudyRecord(
+            name=name, provenance_hash=keep_provenance(database, session, provenance), started_at=time.time()
+        )
+        session.add(study)
+        session.flush()
+        return study.id
+
+
+def add_row(database: Database, study_id: int, number: int, row: StudyRow) -> None:
+    """Store one row for good."""
+    with database.write() as session:
+        session.add(
+            StudyRowRecord(
+                study_id=study_id,
+                number=number,
+                case_name=row.case,
+                verdict=row.verdict,
+                document=json.dumps(_plain(row.document), allow_nan=False, ensure_ascii=False),
+                finished_at=time.time(),
+            )
+        )
+
+
+def end_study(database: Database, study_id: int) -> None:
+    """Record that every case was done."""
+    with database.write() as session:
+        session.get_one(StudyRecord, study_id).finished_at = time.time()
+
+
+def load_studies(database: Database, name: str) -> list[StudyRun]:
+    """All studies of that name, oldest first."""
+    statement = (
+        select(StudyRecord, ProvenanceRecord.document)
+        .join(ProvenanceRecord, ProvenanceRecord.hash == StudyRecord.provenance_hash)
+        .where(StudyRecord.name == name)
+        .order_by(StudyRecord.id)
+    )
+    with database.read() as session:
+        return [
+            StudyRun(
+                id=record.id,
+                name=record.name,
+                started_at=record.started_at,
+                finished_at=record.finished_at,
+                provenance=json.loads(document),
+                rows=_rows(session, record.id),
+            )
+            for record, document in session.execute(statement)
+        ]
+
+
+def _rows(session: Session, study_id: int) -> tuple[StudyRow, ...]:
+    statement = select(StudyRowRecord).where(StudyRowRecord.study_id == study_id).order_by(StudyRowRecord.number)
+    return tuple(
+        StudyRow(record.case_name, record.verdict, json.loads(record.document), record.finished_at)
+        for record in session.scalars(statement)
+    )
+
+
+def _plain(value: Any) -> Any:
+    """The value with numbers that JSON cannot hold as words."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        number, kind = encode_value(value)
+        return number if kind is ValueKind.FINITE else str(kind)
+    return value
