@@ -1,0 +1,45 @@
+"""`validate`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from zoobench.studies.validate import suite
+from zoobench.studies.validate.base import Case, Check, Figure, Outcome, Role, curve
+
+
+def test_cases_within_their_bounds_are_listed_and_drawn(zoobench: Command, tmp_path: Path) -> None:
+    """One row per check with bound, source, resolution and precision; a plot per case; exit code 0."""
+    plots = tmp_path / "plots"
+    reply = zoobench("validate", "--case", "clay-shear,gravity-*", "--plots", plots, "--format", "json")
+    rows = json.loads(reply.out)
+    assert reply.code == 0, reply.err
+    assert [row["case"] for row in rows] == ["gravity-column"] * 2 + ["clay-shear"] * 4
+    assert all(row["ok"] is True and row["source"] and row["resolution"] for row in rows)
+    assert all(row["precision"] == "float64" and row["seconds"] > 0 for row in rows)
+    assert "gravity-column: ok" in reply.err
+    assert sorted(path.name for path in plots.iterdir()) == ["clay-shear.png", "gravity-column.png"]
+
+
+def test_a_missed_bound_is_an_exit_code_of_one(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table says which number missed, and the case is named as it is done."""
+    figure = Figure("t", "x [-]", "y [-]", (curve("c", Role.COMPUTED, [0, 1], [0, 1]),))
+    checks = (Check("good", 0.5, at_most=1.0), Check("bad", 2.0, "m", at_most=1.0))
+    case = Case("made-up", "nothing", "none", lambda: Outcome(checks, figure))
+    monkeypatch.setattr(suite, "CASES", (case,))
+    reply = zoobench("validate", "--format", "csv")
+    assert reply.code == 1
+    assert "made-up: MISSED" in reply.err
+    lines = reply.out.splitlines()
+    assert lines[1].startswith("made-up,good,0.5,<= 1,-,True,none,float64,")
+    assert lines[2].startswith("made-up,bad,2.0,<= 1,m,False,none,float64,")
+
+
+def test_an_unknown_case_is_answered_with_those_that_exist(zoobench: Command) -> None:
+    """A usage error with the nearest name and the whole list."""
+    reply = zoobench("validate", "--case", "dam-brake")
+    assert reply.code == 2
+    assert "'dam-break'" in reply.err
+    assert "hydrostatic-column" in reply.err

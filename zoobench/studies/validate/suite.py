@@ -1,0 +1,62 @@
+"""All validation cases, and the choice among them by name."""
+
+from collections.abc import Generator, Iterable
+from fnmatch import fnmatchcase
+
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.sim import runtime
+from zoobench.studies.validate import (
+    conservation,
+    elements,
+    fluids,
+    friction,
+    gradients,
+    granular,
+    manufactured,
+    statics,
+    waves,
+)
+from zoobench.studies.validate.base import Case, Outcome
+
+_ALL: tuple[Case, ...] = (
+    *conservation.CASES,
+    *waves.CASES,
+    *manufactured.CASES,
+    *statics.CASES,
+    *elements.CASES,
+    *friction.CASES,
+    *granular.CASES,
+    *fluids.CASES,
+    *gradients.CASES,
+)
+
+CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
+"""By precision, 64 bits first: each change of it restarts the runtime."""
+
+
+def select(patterns: Iterable[str], *, fast: bool = False) -> list[Case]:
+    """The cases whose names match a name or glob, those that need seconds only if `fast`; in the suite's order.
+
+    Raises:
+        UnknownNameError: a pattern matches nothing.
+        UsageError: what it matches is not fast.
+    """
+    chosen: set[str] = set()
+    for pattern in patterns:
+        found = {case.name for case in CASES if fnmatchcase(case.name, pattern)}
+        if not found:
+            raise UnknownNameError("validation case", pattern, (case.name for case in CASES))
+        chosen |= found
+    cases = [case for case in CASES if case.name in chosen and (case.is_fast or not fast)]
+    if not cases:
+        raise UsageError(f"The cases {', '.join(sorted(chosen))} need longer than seconds. Leave --fast out.")
+    return cases
+
+
+def run(cases: Iterable[Case]) -> Generator[tuple[Case, Outcome], None, None]:
+    """Measure one case after the other; at the end the runtime is stopped, so that what it compiled is kept."""
+    try:
+        for case in cases:
+            yield case, case.run()
+    finally:
+        runtime.stop()
