@@ -1,6 +1,8 @@
 """Taichi's life in a process: start, restart, cache folder and its lock."""
 
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -75,3 +77,14 @@ def test_only_a_stale_lock_of_the_cache_is_dropped(monkeypatch: pytest.MonkeyPat
     os.utime(lock, (old, old))
     runtime._drop_stale_lock()
     assert not lock.exists()
+
+
+def test_process_that_just_ends_keeps_what_it_compiled(tmp_path: Path) -> None:
+    """Nobody has to stop the runtime: the end of the process does, and the cache is written."""
+    program = "from tests.sim import scenes; from zoobench.sim.solver import Solver; s = scenes.flight_scene(); "
+    program += "Solver(s, scenes.fidelity()).substeps(1)"
+    environment = os.environ | {"ZOOBENCH_CACHE": str(tmp_path)}
+    subprocess.run(
+        [sys.executable, "-c", program], cwd=Path(__file__).parents[2], env=environment, check=True, timeout=120
+    )
+    assert list((tmp_path / "kernels").rglob("*.tic"))

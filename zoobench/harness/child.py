@@ -111,13 +111,6 @@ def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
 
 
-def _stop_simulator() -> None:
-    # Only a runtime that is stopped writes what it compiled into its cache.
-    runtime = sys.modules.get("zoobench.sim.runtime")
-    if runtime is not None:
-        runtime.stop()
-
-
 def _peak_memory() -> int | None:
     """The largest resident memory of this process [bytes]; None where the system does not tell."""
     try:
@@ -153,7 +146,6 @@ def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     if stop.is_set() and last_word["kind"] != "failed":
         last_word = {"kind": "stopped"}
     wire.send(**last_word, peak_memory=_peak_memory())
-    _stop_simulator()
 
 
 if __name__ == "__main__":

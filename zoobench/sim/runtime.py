@@ -1,5 +1,6 @@
 """Taichi's life in this process: started once per precision, stopped so that the compile cache is written."""
 
+import atexit
 import contextlib
 import os
 import time
@@ -50,6 +51,8 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
     torch.set_num_threads(1)
     if cache:
         _drop_stale_lock()
+    if not _generation:
+        atexit.register(stop)
     with contextlib.redirect_stdout(None):  # it announces itself on standard output, which is for data
         _initialise(precision, device, debug, cache)
     _started = wanted
@@ -91,7 +94,10 @@ def generation() -> int:
 
 
 def stop() -> None:
-    """End the runtime. Only a runtime that is ended writes what it compiled into the cache."""
+    """End the runtime, as the end of the process does too.
+
+    Only a runtime that is ended writes what it compiled into the cache.
+    """
     global _started, _generation
     if _started is not None:
         ti.reset()

@@ -55,7 +55,6 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
 
 def measure(job: dict[str, Any]) -> dict[str, Any]:
     """Compile, then (unless only that was asked for) time the episodes of a case; see `bench.BenchRow`."""
-    from zoobench.sim import runtime
     from zoobench.sim.solver import Solver
 
     scene, fidelity = build_scene(job["scene"], job["particle_count"], job["precision"])
@@ -68,7 +67,6 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
         result |= {"scene": job["scene"], "precision": job["precision"]}
         # Linux counts in KiB
         result["peak_memory_mib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    runtime.stop()
     return result
 
 

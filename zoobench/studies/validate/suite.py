@@ -4,7 +4,6 @@ from collections.abc import Generator, Iterable
 from fnmatch import fnmatchcase
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.sim import runtime
 from zoobench.studies.validate import (
     conservation,
     elements,
@@ -54,9 +53,6 @@ def select(patterns: Iterable[str], *, fast: bool = False) -> list[Case]:
 
 
 def run(cases: Iterable[Case]) -> Generator[tuple[Case, Outcome], None, None]:
-    """Measure one case after the other; at the end the runtime is stopped, so that what it compiled is kept."""
-    try:
-        for case in cases:
-            yield case, case.run()
-    finally:
-        runtime.stop()
+    """Measure one case after the other."""
+    for case in cases:
+        yield case, case.run()
