@@ -13,7 +13,8 @@ from zoobench import __version__
 from zoobench.cli.main import app
 
 README = Path(__file__).parents[2] / "README.md"
-COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench", "gradcheck")
+COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench")
+COMMANDS += ("gradcheck", "effects", "picture", "stability", "validate")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch"}
 
 

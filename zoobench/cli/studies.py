@@ -6,7 +6,10 @@ from typer import Exit, Option
 
 from zoobench.cli.machine import parse_counts
 from zoobench.cli.options import FormatOption
-from zoobench.cli.output import Format, emit, say
+from zoobench.cli.output import Format, say
+from zoobench.cli.several import choose, emit_several, listing_of
+
+TABLES = ("rows", "summary")
 
 
 def gradcheck(
@@ -15,34 +18,44 @@ def gradcheck(
     design: Annotated[str, Option("--design", help="The body.")] = "caterpillar",
     controller: Annotated[str, Option("--controller", help="What drives it.")] = "sine-basis",
     fidelity: Annotated[str, Option("--fidelity", help="The grid; the precision is 64 bits in any case.")] = "smoke",
-    horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200",
+    horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200,800",
+    directions: Annotated[int, Option("--directions", help="How many in every group; the worst is shown.")] = 1,
+    seed: Annotated[int, Option("--seed", help="Of the controller's parameters and the directions.")] = 0,
+    table: Annotated[str, Option("--table", help="rows, summary or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Check gradients against central differences.
 
-    A random direction in every group of parameters, at growing horizons. Exit code 1 if a derivative is off by more
-    than 1e-4 within 100 substeps, or anything is not finite.
+    Random directions in every group of parameters, at growing horizons, and a summary that says at which horizon chaos
+    takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or anything is not finite.
     """
-    from dataclasses import fields
-
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
-    from zoobench.report.listing import Listing
     from zoobench.studies.gradcheck import GradRow
     from zoobench.studies.gradcheck import gradcheck as check
+    from zoobench.studies.gradcheck_cell import cells
+    from zoobench.studies.gradcheck_summary import Summary, summarise
 
+    wanted = choose(table, TABLES, form)
     rows: list[GradRow] = []
-    for row in check(
+    summaries: list[Summary] = []
+    for cell in cells(
         parse_selector(env, Kind.ENV),
         parse_selector(task, Kind.TASK),
         design=parse_selector(design, Kind.DESIGN)[0],
         controller=parse_selector(controller, Kind.CONTROLLER)[0],
         fidelity=parse_selector(fidelity, Kind.FIDELITY)[0],
-        horizons=parse_counts(horizons),
+        seed=seed,
     ):
-        rows.append(row)
-        say(f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}")
-    names = tuple(field.name for field in fields(GradRow))
-    emit(Listing((*names, "right"), tuple((*(getattr(row, n) for n in names), row.is_right) for row in rows)), form)
+        own: list[GradRow] = []
+        for row in check(cell, parse_counts(horizons), directions=directions, seed=seed):
+            own.append(row)
+            say(
+                f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}"
+            )
+        rows += own
+        summaries.append(summarise(cell, own))
+    listings = {"rows": listing_of(GradRow, rows), "summary": listing_of(Summary, summaries)}
+    emit_several({name: listings[name] for name in wanted}, form)
     if not all(row.is_right for row in rows):
         raise Exit(1)

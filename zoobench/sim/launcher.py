@@ -26,6 +26,8 @@ class Launcher:
 
     Attributes:
         shape: grid nodes in x, y, z.
+        constants, flags: the scalars and the compile-time switches of the kernels, in their order.
+        terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: the record of what was done, and that what a scene does not call for was never paid for: kernels
             launched by direction, surveys, and world-substeps by direction and effect, the decomposition of strain
             into principal values among them.
@@ -44,25 +46,25 @@ class Launcher:
         self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
-        self._constants = self._list_constants()
+        self.constants = self._list_constants()
         law = int(scene.medium.material.law) if scene.medium else 0
         self._work = [str(effect) for effect in sorted(scene.effects)]
         if law in DECOMPOSED:
             self._work.append("decomposition")
-        self._flags = (Effect.MUSCLE in scene.effects, law, self._ground_kind())
-        self._terrain = self._sample_terrain()
+        self.flags = (Effect.MUSCLE in scene.effects, law, self._ground_kind())
+        self.terrain = self._sample_terrain()
         self._grid = self._new_grid()
         self._reverse_grids: tuple[Tensor, ...] = ()
 
     def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._terrain, self._grid)
+        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
-                kernels_parallel.advance_parallel(*arrays, n, stride, *self._constants, *self._flags)
+                kernels_parallel.advance_parallel(*arrays, n, stride, *self.constants, *self.flags)
         else:
-            kernels.advance(*arrays, stride, *self._constants, *self._flags)
+            kernels.advance(*arrays, stride, *self.constants, *self.flags)
 
     def reverse(
         self,
@@ -76,25 +78,25 @@ class Launcher:
         if not self._reverse_grids:
             self._reverse_grids = (self._new_grid(), self._new_grid())
         arrays = (
-            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self._terrain,
+            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain,
             self._grid, *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
         )  # fmt: skip
         self._note("reverse", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
-                kernels_parallel.reverse_parallel(*arrays, n, *self._constants, *self._flags)
+                kernels_parallel.reverse_parallel(*arrays, n, *self.constants, *self.flags)
         else:
-            kernels.reverse(*arrays, *self._constants, *self._flags)
+            kernels.reverse(*arrays, *self.constants, *self.flags)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """The condition of every world at slot 0 (see `survey.survey`)."""
-        h, *moduli = self._constants[:8]
+        h, *moduli = self.constants[:8]
         high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
         survey.survey(
             matter.x, matter.v, matter.C, matter.F, matter.history,
             parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
-            WALL_NODES * h, *high, h, *moduli, self._flags[1],
+            WALL_NODES * h, *high, h, *moduli, self.flags[1],
         )  # fmt: skip
 
     def _note(self, direction: str, plan: Plan) -> None:

@@ -5,10 +5,9 @@ import re
 import pytest
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.sim import runtime
 from zoobench.studies.validate import conservation
 from zoobench.studies.validate.base import Case
-from zoobench.studies.validate.suite import CASES, run, select
+from zoobench.studies.validate.suite import CASES, select
 
 FAST = [case for case in CASES if case.is_fast]
 SLOW = [case for case in CASES if not case.is_fast]
@@ -68,15 +67,3 @@ def test_what_cannot_be_chosen_is_refused() -> None:
         select(["free-fall", "nothing-*"])
     with pytest.raises(UsageError, match="dam-break need longer"):
         select(["dam-break"], fast=True)
-
-
-def test_runtime_is_stopped_after_a_run_of_cases() -> None:
-    """Only then the compiled kernels reach the cache; also when the caller stops early."""
-    cases = select(["sand-shear", "snow-press"])
-    before = runtime.generation()
-    running = run(cases)
-    case, outcome = next(running)
-    assert (case.name, outcome.is_met) == ("snow-press", True)
-    started = runtime.generation()
-    running.close()
-    assert runtime.generation() == started + 1 > before

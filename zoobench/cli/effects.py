@@ -1,0 +1,44 @@
+"""`zoobench effects`: what each environment simulates, and what it costs."""
+
+from typing import Annotated, Any
+
+from typer import Option
+
+from zoobench.cli.options import FormatOption
+from zoobench.cli.output import Format, say
+from zoobench.cli.several import choose, emit_several, listing_of
+
+TABLES = ("coverage", "costs", "shares")
+
+
+def effects(
+    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
+    fidelity: Annotated[str, Option("--fidelity", help="How finely to simulate.")] = "quick",
+    particles: Annotated[
+        int, Option("--particles", help="Choose each grid for about this many particles instead; 0: do not.")
+    ] = 0,
+    repeats: Annotated[int, Option("--repeats", min=1, help="Measurements in turn, of which the median.")] = 7,
+    table: Annotated[str, Option("--table", help="coverage, costs, shares or all.")] = "all",
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Show which effects each environment simulates, and what they cost.
+
+    Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep with an effect
+    and without it, and bytes of state per particle. Shares are those of the parts of a substep.
+    """
+    from zoobench.harness.grid import parse_selector
+    from zoobench.registry import Kind
+    from zoobench.studies.effects import Coverage, coverage, places
+    from zoobench.studies.effects_cost import Cost, Share, costs, shares
+
+    wanted = choose(table, TABLES, form)
+    kinds = dict(zip(TABLES, (Coverage, Cost, Share), strict=True))
+    found: dict[str, list[Any]] = {name: [] for name in wanted}
+    for place in places(parse_selector(env, Kind.ENV), parse_selector(fidelity, Kind.FIDELITY)[0], particles):
+        if "coverage" in wanted:
+            found["coverage"].append(coverage(place.env, place.scene))
+        for name, measure in (("costs", costs), ("shares", shares)):
+            if name in wanted:
+                say(f"measuring the {name} of {place.env}")
+                found[name].extend(measure(place, repeats))
+    emit_several({name: listing_of(kinds[name], rows) for name, rows in found.items()}, form)

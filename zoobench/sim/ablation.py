@@ -1,0 +1,145 @@
+"""The parts of a substep, each repeated alone on one state: what a particle's time is spent on.
+
+The parts are those of `kernels.advance` and call the same functions. Each reads slot 0 and writes slot 1 (or a second
+grid), so that every repetition does the same work. Arrays are those of `kernels`.
+"""
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import taichi as ti
+import torch
+
+from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.kernels import clear_window
+from zoobench.sim.linalg import eigen_symmetric, identity, matmul, unpack
+from zoobench.sim.matter import DECOMPOSED
+from zoobench.sim.media import deform_medium
+from zoobench.sim.particles import particle_stress, update_node
+from zoobench.sim.state import empty_matter
+from zoobench.sim.transfer import base_node, gather, scatter
+
+if TYPE_CHECKING:
+    from zoobench.sim.solver import Solver
+
+
+class Part(IntEnum):
+    """What a substep consists of.
+
+    DECOMPOSITION is contained in DEFORM: the trial strain and its principal values, without the return to the yield
+    surface.
+    """
+
+    CLEAR = 0
+    STRESS = 1
+    SCATTER = 2
+    NODES = 3
+    GATHER = 4
+    DEFORM = 5
+    DECOMPOSITION = 6
+    WINDOW = 7
+
+
+CLEAR, STRESS, SCATTER, NODES, GATHER, DEFORM, DECOMPOSITION, WINDOW = (int(part) for part in Part)
+
+
+@ti.func
+def particle_part(
+    x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
+    b: ti.template(), history: ti.template(), tau: ti.template(), window: ti.template(),
+    mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
+    grid: ti.template(), w, p, inverse_spacing, dt, mu, lam, constants,
+    muscle: ti.template(), law: ti.template(), part: ti.template(),
+):  # fmt: skip
+    """One particle's share of one part."""
+    if ti.static(part == STRESS):
+        C[1, w, p] = particle_stress(
+            C, F, history, tau, stiffness, tension, fibre, 0, w, p, mu, lam, constants, muscle, law
+        )
+    if ti.static(part == SCATTER):
+        m = mass[w, p]
+        scatter(grid, 0, x[0, w, p], m * v[0, w, p], m * C[0, w, p], m, inverse_spacing)
+    if ti.static(part == GATHER):
+        velocity, affine = gather(grid, 0, x[0, w, p], inverse_spacing)
+        x[1, w, p] = x[0, w, p] + dt * velocity
+        v[1, w, p] = velocity
+        C[1, w, p] = affine
+    if ti.static(part == DEFORM):
+        step = identity() + dt * C[0, w, p]
+        if p < F.shape[2]:
+            F[1, w, p] = matmul(step, F[0, w, p])
+        elif ti.static(law):
+            deform_medium(b, history, tau, 0, 1, w, p - F.shape[2], step, constants, law)
+    if ti.static(part == DECOMPOSITION):
+        if p >= F.shape[2]:
+            step = identity() + dt * C[0, w, p]
+            squares, frame = eigen_symmetric(matmul(step, matmul(unpack(b[0, w, p - F.shape[2]]), step.transpose())))
+            v[1, w, p] = squares
+            C[1, w, p] = frame
+    if ti.static(part == WINDOW):
+        base = base_node(x[0, w, p], inverse_spacing, grid)
+        for d in ti.static(range(3)):
+            window[1, w, d] = ti.min(window[1, w, d], base[d])
+            window[1, w, 3 + d] = ti.max(window[1, w, 3 + d], base[d] + 3)
+
+
+@ti.kernel
+def repeat_part(
+    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
+    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
+    terrain: Nodes, grid: Nodes, other: Nodes,
+    count: int, dt: float, h: float,
+    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    g_x: float, g_y: float, g_z: float, mu_ground: float,
+    muscle: ti.template(), law: ti.template(), ground: ti.template(), part: ti.template(),
+):  # fmt: skip
+    """`count` repetitions of one part in every world, from slot 0."""
+    ti.loop_config(serialize=True)
+    for w in range(x.shape[1]):
+        push = dt * ti.Vector([g_x, g_y, g_z])
+        constants = ti.Vector([m0, m1, m2, m3, m4])
+        for _ in range(count):
+            if ti.static(part == CLEAR):
+                clear_window(other, window, 0, w)
+            elif ti.static(part == NODES):
+                for i in range(window[0, w, 0], window[0, w, 3]):
+                    for j in range(window[0, w, 1], window[0, w, 4]):
+                        for k in range(window[0, w, 2], window[0, w, 5]):
+                            update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground)
+            else:
+                for p in range(x.shape[2]):
+                    particle_part(
+                        x, v, C, F, b, history, tau, window, mass, volume, stiffness, tension, fibre, grid,
+                        w, p, 1.0 / h, dt, mu, lam, constants, muscle, law, part,
+                    )  # fmt: skip
+
+
+class Ablation:
+    """The state of a solver's first slot, ready for its parts to be repeated; the solver itself is left as it is."""
+
+    def __init__(self, solver: "Solver") -> None:
+        self._solver = solver
+        worlds, like = solver.worlds, solver.matter.x
+        self._matter = empty_matter(solver.scene, 2, worlds, like.dtype, str(like.device))
+        self._matter.load_slot(0, solver.matter)
+        shape = (1, *solver.launcher.shape, 4)
+        self._momenta = torch.zeros(shape, dtype=like.dtype, device=like.device)
+        self._velocities = torch.zeros(shape, dtype=like.dtype, device=like.device)
+        for part in (Part.SCATTER, Part.NODES):
+            self.repeat(part, 1, solver.dt)
+
+    @property
+    def parts(self) -> list[Part]:
+        """Those that the scene calls for."""
+        law = self._solver.launcher.flags[1]
+        return [part for part in Part if part is not Part.DECOMPOSITION or law in DECOMPOSED]
+
+    def repeat(self, part: Part, count: int, dt: float) -> None:
+        """Do one part `count` times over, with a step of `dt` [s]."""
+        launcher = self._solver.launcher
+        # nodes turn momenta into velocities, which are what particles gather
+        source = self._velocities if part is Part.GATHER else self._momenta
+        repeat_part(
+            *self._matter.tensors(), *self._solver.parameters.tensors(), launcher.terrain, source, self._velocities,
+            count, dt, *launcher.constants, *launcher.flags, int(part),
+        )  # fmt: skip
