@@ -244,12 +244,11 @@ class Problem:
         return self._solvers[key]
 
     def _settled(self) -> "Matter | None":
-        """The scene come to rest, computed once; None where it starts as it stands."""
-        from zoobench.sim.solver import Solver
+        """The scene come to rest, computed or read once; None where it starts as it stands."""
+        from zoobench.sim.settled import settled
 
-        if self._settling_frames and self._start is None:
-            solver = Solver(self.scene, self.fidelity, frame_seconds=FRAME_SECONDS)
-            self._start = solver.settle(self._settling_frames)
+        if self._start is None:
+            self._start = settled(self.scene, self.fidelity, self._settling_frames, frame_seconds=FRAME_SECONDS)
         return self._start
 
     def _choose_substeps(self) -> int:

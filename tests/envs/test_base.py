@@ -66,6 +66,42 @@ def test_all_bed_parameters_reach_the_scene() -> None:
     assert np.ptp(scene.medium.positions[:, 1]) > 0.03
 
 
+HILLS = {"relief": 0.03, "wavelength": 0.15, "terrain_seed": 4}
+LAND = ("ground", "ice", "desert", "wetland", "clay", "snow")
+
+
+def _hilly(name: str) -> Environment:
+    env: Environment = registry.create(Kind.ENV, Ref(name, params=tuple(HILLS.items())))
+    return env
+
+
+@pytest.mark.parametrize("name", LAND)
+def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
+    """One particle is as near to the ground, or to the bed on it, as on the plane; none is nearer."""
+    scene, level = (
+        env.scene(Caterpillar().body(QUICK), QUICK) for env in (_hilly(name), registry.create(Kind.ENV, Ref(name)))
+    )
+    assert scene.ground is not None
+    assert scene.ground.terrain is not None
+    above = scene.robot.positions[:, 1] - scene.ground.terrain.heights_below(scene.robot.positions)
+    assert above.min() == pytest.approx(level.robot.positions[:, 1].min(), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", LAND[2:])
+def test_the_bed_follows_the_hills(name: str) -> None:
+    """It is as thick as on the plane everywhere, of the same volume."""
+    env = _hilly(name)
+    scene, level = (e.scene(Caterpillar().body(QUICK), QUICK) for e in (env, registry.create(Kind.ENV, Ref(name))))
+    assert scene.medium is not None
+    assert level.medium is not None
+    assert env.terrain is not None
+    rise = scene.medium.positions - level.medium.positions
+    assert (rise[:, [0, 2]] == 0.0).all()
+    assert rise[:, 1] == pytest.approx(env.terrain.heights_below(level.medium.positions), abs=1e-15)
+    assert np.ptp(rise[:, 1]) > 0.01
+    assert (scene.medium.volumes == level.medium.volumes).all()
+
+
 # Table 6 of SoftZoo's appendix: what each environment covers besides the elastic robot.
 TABLE_6 = {
     "ground": {Effect.FRICTION},
@@ -117,4 +153,4 @@ def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
 def test_an_impossible_place_is_refused_when_it_is_named(params: dict[str, float]) -> None:
     """Before a run is queued, not in it."""
     with pytest.raises(UsageError, match="Give"):
-        desert(**params)
+        desert(**params)  # type: ignore[arg-type]

@@ -21,7 +21,7 @@ def effects(
     table: Annotated[str, Option("--table", help="coverage, costs, shares or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show which effects each environment simulates, and what they cost.
+    """Show which effects are simulated, and what they cost.
 
     Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep with an effect
     and without it, and bytes of state per particle. Shares are those of the parts of a substep.

@@ -8,13 +8,17 @@ from typer import Exit, Option, Typer
 
 from zoobench import __version__
 from zoobench.cli.components import list_components, show
+from zoobench.cli.effects import effects
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
+from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
+from zoobench.cli.reach import reach
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.studies import gradcheck
+from zoobench.cli.validate import validate
 from zoobench.errors import ZoobenchError
 
 app = Typer(
@@ -55,7 +59,11 @@ app.command("logs")(logs)
 app.command("doctor")(doctor)
 app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)
+app.command("effects")(effects)
+app.command("picture")(picture)
+app.command("reach")(reach)
 app.command("stability")(stability)
+app.command("validate")(validate)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
-from zoobench.envs.bed import Bed, without_overlap
+from zoobench.envs.bed import Bed, lifted, without_overlap
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import ElasticMaterial, Medium
 from zoobench.sim.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -27,8 +28,10 @@ OPEN_ARENA = (2.0, 0.4, 2.0)
 SWIMMING_ROBOT = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, muscle_strength=3e4)
 
 
-SETTLING_FRAMES = 40
-"""Control frames in which a medium and the robot in or on it come to rest; some periods of the slowest wave."""
+SETTLING_FRAMES = 80
+"""Control frames in which a robot, and the medium that it stands on or swims in, come to rest: one period of the
+slowest wave, the sloshing of the ocean's tank (0.66 s). A second later, the kinetic energy is less than a millionth of
+the potential energy."""
 
 
 class Stance(Enum):
@@ -46,12 +49,13 @@ class Environment:
     Attributes:
         robot: what robots are made of here.
         friction: Coulomb coefficient of the ground [-].
-        arena: its size along x, y, z [m]; it begins at the origin, the ground is y = 0.
+        arena: its size along x, y, z [m]; it begins at the origin, the ground is y = 0 where there is no terrain.
         bed: the medium on the ground, or None.
         start: where the robot's centre stands, as shares of the arena along x and z.
         stance: at which height it starts.
         settling_frames: control frames in which the scene comes to rest, under damping, before the clock starts.
         gravity: [m/s^2].
+        terrain: heights of ground that is not level; a bed lies on it with the same thickness everywhere.
     """
 
     robot: ElasticMaterial
@@ -62,6 +66,7 @@ class Environment:
     stance: Stance = Stance.STANDING
     settling_frames: int = 0
     gravity: tuple[float, float, float] = EARTH_GRAVITY
+    terrain: Terrain | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.friction < np.inf:
@@ -77,8 +82,9 @@ class Environment:
             SceneError: the body does not fit into the arena.
         """
         size = np.array(self.arena)
-        floor = self._floor(body)
-        positions = body.positions + np.array([self.start[0] * size[0], floor, self.start[1] * size[2]])
+        place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]])
+        floor = self._floor(body) + self._rise(body.positions + place)
+        positions = body.positions + place + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
             raise SceneError(
@@ -101,12 +107,19 @@ class Environment:
             lower=(0.0, 0.0, 0.0),
             upper=self.arena,
             medium=self._fill(size, positions[body.occupancy > 0.5], fidelity),
-            ground=Ground(self.friction),
+            ground=Ground(self.friction, self.terrain),
             gravity=self.gravity,
         )
 
+    def _rise(self, positions: Array) -> float:
+        """How far a body that stands on y = 0 has to be lifted so that no particle is nearer to the terrain [m]."""
+        if self.terrain is None:
+            return 0.0
+        lowest = positions[:, 1].min()
+        return float((self.terrain.heights_below(positions) - (positions[:, 1] - lowest)).max())
+
     def _floor(self, body: Body) -> float:
-        """Height of the body's underside [m]."""
+        """Height of the body's underside above the ground [m]."""
         if self.bed is None or self.stance is Stance.WADING:
             return 0.0
         if self.stance is Stance.STANDING:
@@ -117,6 +130,8 @@ class Environment:
         if self.bed is None:
             return None
         bed = self.bed.fill(size, -self.gravity[1], fidelity)
+        if self.terrain is not None:
+            bed = lifted(bed, self.terrain)
         return bed if self.stance is Stance.STANDING else without_overlap(bed, robot, fidelity)
 
 
@@ -128,6 +143,7 @@ def bed_environment(
     length: float,
     width: float,
     stance: Stance = Stance.STANDING,
+    terrain: Terrain | None = None,
 ) -> Environment:
     """A land robot on or in a bed of `thickness` [m] on the ground, `length` by `width` [m] from wall to wall.
 
@@ -141,4 +157,5 @@ def bed_environment(
         start=(0.35, 0.5),
         stance=stance,
         settling_frames=SETTLING_FRAMES,
+        terrain=terrain,
     )

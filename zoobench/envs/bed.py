@@ -1,4 +1,4 @@
-"""Level beds of a medium, at rest under their own weight."""
+"""Beds of a medium, level or on a terrain, at rest under their own weight."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -9,6 +9,7 @@ from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.lattice import fill_box
 from zoobench.sim.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
 from zoobench.sim.scene import MediumBed
+from zoobench.sim.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,13 @@ def rest_strains(material: Medium, load: Array) -> Array:
         mean = (load - 2.0 * mu * 2.0 / 3.0 * shear) / bulk
     strains: Array = -mean[:, None] / 3.0 + shear[:, None] * deviator
     return strains
+
+
+def lifted(bed: MediumBed, terrain: Terrain) -> MediumBed:
+    """The bed on a terrain: every column raised by the height of the ground below it, its volume unchanged."""
+    rise = np.zeros_like(bed.positions)
+    rise[:, 1] = terrain.heights_below(bed.positions)
+    return replace(bed, positions=bed.positions + rise)
 
 
 def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBed:

@@ -1,6 +1,7 @@
 """Clay: plasticine that keeps every footprint."""
 
 from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.terrain import hills
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import ClayMaterial
 
@@ -13,6 +14,9 @@ def clay(
     length: float = 0.3125,
     width: float = 0.1875,
     yield_stress: float = 200.0,
+    relief: float = 0.0,
+    wavelength: float = 0.1,
+    terrain_seed: int = 0,
 ) -> Environment:
     """A bed of soft clay on rough ground.
 
@@ -22,7 +26,13 @@ def clay(
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; SoftZoo's reference has 200.
+    * `relief`: height of the highest hill of the ground [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
     """
     # E 1e5 Pa, nu 0.2, rho 1800 kg/m^3: the medium of SoftZoo's reference implementation
     material = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=yield_stress)
-    return bed_environment(material, friction=friction, thickness=thickness, length=length, width=width)
+    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
+    return bed_environment(
+        material, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain
+    )

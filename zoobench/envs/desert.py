@@ -1,6 +1,7 @@
 """Desert: a bed of dry sand that yields under the robot."""
 
 from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.terrain import hills
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import SandMaterial
 
@@ -13,6 +14,9 @@ def desert(
     length: float = 0.3125,
     width: float = 0.1875,
     friction_angle: float = 45.0,
+    relief: float = 0.0,
+    wavelength: float = 0.1,
+    terrain_seed: int = 0,
 ) -> Environment:
     """A bed of dry sand on rough ground.
 
@@ -24,8 +28,12 @@ def desert(
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `friction_angle`: of the sand, in triaxial compression [degrees]; SoftZoo's reference has 45.
+    * `relief`: height of the highest hill of the ground [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
     """
     # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: the medium of SoftZoo's reference implementation. Real sand is stiffer by far;
     # here stiffness only has to keep the elastic strain under a robot small (0.5 % per 500 Pa).
     sand = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=friction_angle)
-    return bed_environment(sand, friction=friction, thickness=thickness, length=length, width=width)
+    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
+    return bed_environment(sand, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)

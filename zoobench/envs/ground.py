@@ -1,13 +1,29 @@
 """Firm ground: the plain case that every other environment is compared with."""
 
-from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
+from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, SETTLING_FRAMES, Environment
+from zoobench.envs.terrain import hills
 from zoobench.registry import Kind, register
 
 
 @register(Kind.ENV, "ground", tags=("land",))
-def ground(*, friction: float = 0.5) -> Environment:
+def ground(
+    *,
+    friction: float = 0.5,
+    relief: float = 0.0,
+    wavelength: float = 0.1,
+    terrain_seed: int = 0,
+) -> Environment:
     """Firm, rough ground.
 
-    `friction` is the Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6.
+    * `friction`: Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6.
+    * `relief`: height of the highest hill of the ground [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
     """
-    return Environment(robot=LAND_ROBOT, friction=friction, arena=OPEN_ARENA)
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=OPEN_ARENA,
+        settling_frames=SETTLING_FRAMES,
+        terrain=hills((OPEN_ARENA[0], OPEN_ARENA[2]), relief=relief, wavelength=wavelength, seed=terrain_seed),
+    )

@@ -10,13 +10,14 @@ def shallow_water(
     *,
     friction: float = 0.5,
     depth: float = 0.02,
-    length: float = 0.3125,
-    width: float = 0.1875,
+    length: float = 0.625,
+    width: float = 0.375,
     bulk_modulus: float = 2e4,
 ) -> Environment:
     """Water that reaches up to the robot's knees, which stands in it on rough ground.
 
-    The water fills the arena from wall to wall, as the sand of `desert` does.
+    The water fills the arena from wall to wall. It is twice as long and wide as the solid beds, because waves come
+    back from the walls: in a tank half as large they change a robot's speed by more than the noise floor.
 
     * `friction`: Coulomb coefficient of the ground [-].
     * `depth`: of the water [m].

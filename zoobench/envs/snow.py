@@ -1,6 +1,7 @@
 """Snow: light, compacted underfoot, harder the more it is compacted."""
 
 from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.terrain import hills
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import SnowMaterial
 
@@ -13,6 +14,9 @@ def snow(
     length: float = 0.3125,
     width: float = 0.1875,
     hardening: float = 10.0,
+    relief: float = 0.0,
+    wavelength: float = 0.1,
+    terrain_seed: int = 0,
 ) -> Environment:
     """A bed of snow on rough ground.
 
@@ -22,6 +26,9 @@ def snow(
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `hardening`: xi of Stomakhin et al. 2013 [-]; SoftZoo's reference has 1.
+    * `relief`: height of the highest hill of the ground [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
     """
     # nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
     material = SnowMaterial(
@@ -32,4 +39,7 @@ def snow(
         critical_stretch=7.5e-3,
         hardening=hardening,
     )
-    return bed_environment(material, friction=friction, thickness=thickness, length=length, width=width)
+    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
+    return bed_environment(
+        material, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain
+    )

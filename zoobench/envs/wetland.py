@@ -1,6 +1,7 @@
 """Wetland: mud that bears a little, then flows."""
 
 from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.terrain import hills
 from zoobench.registry import Kind, register
 from zoobench.sim.matter import MudMaterial
 
@@ -14,6 +15,9 @@ def wetland(
     width: float = 0.1875,
     yield_stress: float = 50.0,
     viscosity: float = 1.0,
+    relief: float = 0.0,
+    wavelength: float = 0.1,
+    terrain_seed: int = 0,
 ) -> Environment:
     """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
 
@@ -24,9 +28,13 @@ def wetland(
     * `length`, `width`: of bed and arena along x and z [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
     * `viscosity`: [Pa s].
+    * `relief`: height of the highest hill of the ground [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
     """
     # E 1e5 Pa, nu 0.2, rho 1400 kg/m^3: the medium of SoftZoo's reference implementation
     mud = MudMaterial(
         youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=yield_stress, viscosity=viscosity
     )
-    return bed_environment(mud, friction=friction, thickness=thickness, length=length, width=width)
+    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
+    return bed_environment(mud, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)

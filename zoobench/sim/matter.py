@@ -22,7 +22,13 @@ DECOMPOSED = frozenset({Law.SAND, Law.CLAY, Law.MUD, Law.SNOW})
 """Laws that need the principal values of strain; the robot's and water's do not."""
 
 SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.8, 20.0
-"""Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe."""
+"""Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe.
+
+0.8 is the largest of 0.6, 0.7, 0.8 and 0.9 that leaves scores alone. Square waves of full strength and mixed phases do
+not meet it in 200 frames, all muscles in unison do in 2e-5 of the particle-frames, and the scores of random
+controllers are those with 0.6 to 5e-5 m/s; 0.9 changes them by millimetres per second. The declared step is 59 to a
+frame instead of 158; an ordinary episode takes 25 to 33 either way, as the step follows the state.
+"""
 
 Constants = tuple[float, float, float, float, float]
 

@@ -1,0 +1,52 @@
+"""The hardest that a controller can ask for: every muscle switched between full push and full pull."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from zoobench import registry
+from zoobench.designs.caterpillar import Caterpillar
+from zoobench.envs.base import Environment
+from zoobench.problem import FRAME_SECONDS
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.settled import settled
+from zoobench.sim.solver import Solver
+from zoobench.spec import Ref
+
+ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
+FRAMES = 200
+OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own frequency along its length
+GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles switch together
+
+
+def square_waves(muscles: int) -> NDArray[np.float64]:
+    """Square waves of amplitude 1 `[frames, 1, muscles]`, every muscle with a phase of its own."""
+    angle = OMEGA * FRAME_SECONDS * np.arange(FRAMES)[:, None] + 2.0 * np.pi * GOLDEN * np.arange(muscles)
+    return np.where(np.sin(angle) >= 0.0, 1.0, -1.0)[:, None]
+
+
+def _check(name: str, fidelity: Fidelity) -> None:
+    env: Environment = registry.create(Kind.ENV, Ref(name))
+    scene = env.scene(Caterpillar().body(fidelity), fidelity)
+    solver = Solver(scene, fidelity, start=settled(scene, fidelity, env.settling_frames))
+    rollout = solver.run(square_waves(solver.muscle_count))
+    assert not rollout.divergences
+    assert np.isfinite(rollout.positions).all()
+    assert rollout.smallest_j[0] > 0.05
+    assert not rollout.guarded[0]
+
+
+@pytest.mark.parametrize("name", ENVS)
+def test_the_strongest_actuation_is_survived(name: str) -> None:
+    """An episode of 200 frames, no divergence, no element near inversion, no guard at work."""
+    _check(name, Fidelity(1 / 32))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", [32, 64])
+@pytest.mark.parametrize("spacing", [1 / 32, 1 / 64, 1 / 128])
+@pytest.mark.parametrize("name", ENVS)
+def test_the_strongest_actuation_is_survived_everywhere(name: str, spacing: float, precision: int) -> None:
+    """At all fidelities, in both precisions."""
+    _check(name, Fidelity(spacing, precision=64 if precision == 64 else 32))

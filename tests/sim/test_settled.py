@@ -1,0 +1,148 @@
+"""Settled states: computed once, read back bit for bit."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from tests.sim.scenes import fidelity, medium_scene
+from zoobench.sim import settled as module
+from zoobench.sim.matter import SandMaterial
+from zoobench.sim.scene import Scene
+from zoobench.sim.settled import settled, settled_folder
+from zoobench.sim.solver import Solver
+from zoobench.sim.state import Matter
+
+FRAMES = 2
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "settled_folder", lambda: tmp_path / "settled")
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Grows by one with every state that is computed and not read."""
+    calls: list[int] = []
+    settle = Solver.settle
+
+    def counted(self: Solver, frames: int) -> Matter:
+        calls.append(frames)
+        return settle(self, frames)
+
+    monkeypatch.setattr(Solver, "settle", counted)
+    return calls
+
+
+def get(scene: Scene, precision: int = 32, frames: int = FRAMES) -> Matter:
+    """The settled state, which must be there."""
+    matter = settled(scene, fidelity(precision), frames)
+    assert matter is not None
+    return matter
+
+
+def same(one: Matter, other: Matter) -> bool:
+    """Bitwise."""
+    pairs = zip(one.tensors(), other.tensors(), strict=True)
+    return all(a.dtype == b.dtype and a.shape == b.shape and torch.equal(a, b) for a, b in pairs)
+
+
+@pytest.mark.parametrize("precision", [32, 64])
+def test_a_state_read_is_bitwise_the_state_computed(precision: int, computed: list[int]) -> None:
+    """And the second time nothing is simulated."""
+    scene = medium_scene("sand")
+    exact = Solver(scene, fidelity(precision)).settle(FRAMES)
+    first, second = get(scene, precision), get(scene, precision)
+    assert same(first, exact)
+    assert same(second, exact)
+    assert len(computed) == 2
+
+
+def test_nothing_to_settle_is_no_state(computed: list[int]) -> None:
+    """A scene without settling frames starts as it stands."""
+    assert settled(medium_scene(), fidelity(), 0) is None
+    assert not computed
+
+
+def test_everything_that_decides_the_state_is_in_the_key(computed: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another constant, position, precision, number of frames, frame length or source file: another state."""
+    scene = medium_scene("sand")
+    assert scene.medium is not None
+    assert isinstance(scene.medium.material, SandMaterial)
+    softer = replace(scene.medium, material=replace(scene.medium.material, friction_angle=30.0))
+    moved = scene.medium.positions.copy()
+    moved[0, 0] = np.nextafter(moved[0, 0], 1.0)
+    scenes = [
+        scene,
+        replace(scene, medium=softer),
+        replace(scene, medium=replace(scene.medium, positions=moved)),
+        replace(scene, gravity=(0.0, -3.8, 0.0)),
+    ]
+    for variant in scenes:
+        get(variant)
+    get(scene, precision=64)
+    get(scene, frames=FRAMES + 1)
+    settled(scene, fidelity(32), FRAMES, frame_seconds=0.004)
+    monkeypatch.setattr(module, "_sources", lambda: b"other physics")
+    get(scene)
+    assert len(computed) == 8
+
+
+@pytest.mark.parametrize("damage", ["empty", "cut", "bit"])
+def test_a_damaged_file_is_computed_anew(damage: str, computed: list[int], tmp_path: Path) -> None:
+    """Whether it lost its content, its end or a single bit."""
+    first = get(medium_scene())
+    (path,) = (tmp_path / "settled").iterdir()
+    content = bytearray(path.read_bytes())
+    if damage == "empty":
+        content.clear()
+    elif damage == "cut":
+        del content[-100:]
+    else:
+        content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    assert same(get(medium_scene()), first)
+    assert same(get(medium_scene()), first)
+    assert len(computed) == 2
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(computed: list[int], tmp_path: Path) -> None:
+    """The state is then computed every time."""
+    (tmp_path / "settled").write_text("a file where the folder should be", encoding="utf-8")
+    assert same(get(medium_scene()), get(medium_scene()))
+    assert len(computed) == 2
+
+
+def test_an_interrupted_write_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No half-written file under the name that is read, nor beside it."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        get(medium_scene())
+    assert not list((tmp_path / "settled").iterdir())
+
+
+def test_the_folder_keeps_its_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was longest unused goes first; the newest state stays whatever its size."""
+    get(medium_scene("sand"))
+    (old,) = (tmp_path / "settled").iterdir()
+    os.utime(old, (0, 0))
+    get(medium_scene("clay"))
+    assert len(list((tmp_path / "settled").iterdir())) == 2
+    monkeypatch.setattr(module, "LARGEST_FOLDER", 0)
+    get(medium_scene("water"))
+    assert len(list((tmp_path / "settled").iterdir())) == 1
+    assert not old.exists()
+
+
+def test_states_lie_beside_the_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """ZOOBENCH_CACHE moves both."""
+    monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path))
+    assert settled_folder() == tmp_path / "settled"

@@ -1,0 +1,131 @@
+"""Scenes come to rest once: a settled state is kept in a file beside the compiled kernels and read back ever after.
+
+The file's name is a hash of all that decides the state, the simulator's own sources included, so a file is never out of
+date. What it holds is bitwise what `Solver.settle` gives.
+"""
+
+import contextlib
+import hashlib
+import io
+import os
+import platform
+import tempfile
+from dataclasses import fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import torch
+
+from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.runtime import cache_folder
+from zoobench.sim.scene import Scene
+from zoobench.sim.solver import Solver
+from zoobench.sim.state import Matter
+
+LARGEST_FOLDER = 500 * 2**20
+"""Bytes of settled states that are kept; the ones longest unused go first. A state takes up to some ten megabytes."""
+
+_DIGEST_BYTES = 32
+
+
+def settled(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
+    """The scene's state after `frames` control frames of rest, for `Solver(..., start=...)`; None for no frames.
+
+    A damaged file is replaced, and where no file can be written the state is computed every time.
+
+    Raises:
+        DivergenceError: the scene does not come to rest but blows up.
+    """
+    if not frames:
+        return None
+    path = settled_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
+    kept = _read(path)
+    if kept is None:
+        kept = Solver(scene, fidelity, frame_seconds=frame_seconds).settle(frames)
+        with contextlib.suppress(OSError):
+            _write(path, kept)
+            _trim(path.parent)
+    return kept
+
+
+def settled_folder() -> Path:
+    """Where settled states are kept, beside the compiled kernels."""
+    return cache_folder().with_name("settled")
+
+
+def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
+    """A hash of everything that decides the settled state; rounding differs between processors and compilers."""
+    digest = hashlib.sha256(_sources())
+    for value in (scene, fidelity, frames, frame_seconds, platform.machine(), ti.__version__):
+        _feed(digest, value)
+    return digest.hexdigest()
+
+
+def _feed(digest: "hashlib._Hash", value: Any) -> None:
+    """Add a value of plain data to the digest: dataclasses and arrays by content, the rest as it prints."""
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+    elif is_dataclass(value):
+        digest.update(f"{type(value).__name__}(".encode())
+        for item in fields(value):
+            digest.update(f"{item.name}=".encode())
+            _feed(digest, getattr(value, item.name))
+        digest.update(b")")
+    else:
+        digest.update(f"{value!r};".encode())
+
+
+@cache
+def _sources() -> bytes:
+    """A hash of the simulator's sources, which hold the physics."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.digest()
+
+
+def _read(path: Path) -> Matter | None:
+    """What a file holds; None if there is none or its content is not what was written."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    payload = content[_DIGEST_BYTES:]
+    if hashlib.sha256(payload).digest() != content[:_DIGEST_BYTES]:
+        return None
+    with contextlib.suppress(OSError):
+        path.touch()  # when it was last used
+    with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
+        return Matter(**{item.name: torch.from_numpy(arrays[item.name]) for item in fields(Matter)})
+
+
+def _write(path: Path, matter: Matter) -> None:
+    """Write under another name, then rename: another process sees the whole file or none."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
+    payload = buffer.getvalue()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(hashlib.sha256(payload).digest() + payload)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _trim(folder: Path) -> None:
+    """Remove what was longest unused, and what a killed process left half written, beyond the folder's size."""
+    entries = sorted((stat.st_mtime, stat.st_size, path) for path in folder.iterdir() if (stat := path.stat()))
+    total = sum(size for _, size, _ in entries)
+    for _, size, path in entries[:-1]:
+        if total <= LARGEST_FOLDER:
+            break
+        path.unlink(missing_ok=True)
+        total -= size
