@@ -19,8 +19,8 @@ def reach(
 ) -> None:
     """Compare scores in a medium with those in a larger one.
 
-    The larger has twice the length and width; the noise floor is the spread of the score [m/s] over starts a fraction of a grid cell apart. Exit code 1 if a
-    change is beyond it: the medium is too small.
+    The larger has twice the length and width; the noise floor is the spread of the score [m/s] over starts a fraction
+    of a grid cell apart. Exit code 1 if a change is beyond it: the medium is too small.
     """
     from dataclasses import astuple, fields
 
