@@ -1,11 +1,13 @@
 """The door to physics: counting, refusing, and the same numbers however many worlds run side by side."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.conformance.cells import cell
+from zoobench.envs.base import LAND_ROBOT
 from zoobench.errors import BudgetExhaustedError, UsageError
 from zoobench.problem import Evaluation, Problem
 from zoobench.spec import Budget
@@ -97,7 +99,7 @@ def test_parameters_that_cannot_be_used_are_refused() -> None:
 
 def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gait too fast for the step is recorded, with a NaN gradient; the world beside it is unharmed."""
-    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.01)
+    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)
     problem = Problem(cell(frames=20))
     wild, calm = 40.0 * _draws(problem, 1)[0], np.zeros(problem.parameter_count)
     (bad, bad_slope), (good, good_slope) = problem.loss_and_grad_batch([wild, calm])
@@ -130,3 +132,15 @@ def test_the_meter_goes_on_where_it_stopped() -> None:
     resumed.meter.restore(state)
     assert resumed.meter.substeps == problem.meter.substeps
     assert resumed.meter.seconds == state["earlier_seconds"] > 0.0
+
+
+def test_a_robot_that_is_torn_apart_has_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Throwing a piece of itself ahead must not be a way to win: the episode counts as diverged, and says why."""
+    robot = replace(LAND_ROBOT, muscle_strength=4e3, viscosity=0.0)
+    monkeypatch.setattr("zoobench.envs.ground.LAND_ROBOT", robot)
+    problem = Problem(cell(frames=60))
+    evaluation, slope = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
+    assert evaluation.divergence is not None
+    assert evaluation.divergence.quantity == "principal stretch"
+    assert evaluation.score == -math.inf
+    assert np.isnan(slope).all()

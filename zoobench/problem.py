@@ -174,12 +174,14 @@ class Problem:
         rows = [torch.tensor(row[None], requires_grad=gradient) for row in parameters]
         activity = [self.controller.actuation(row, times, self.body.muscle_count) for row in rows]
         rollout = solver.run(torch.cat(activity, dim=1).detach().numpy())
+        # a robot in pieces has no score: throwing one off would be a way to win
+        broken = {**rollout.tears, **rollout.divergences}
         motions = [self._motion(rollout, world, gradient) for world in range(len(rows))]
         slopes = np.full(parameters.shape, math.nan)
         if gradient:
             pull = solver.backward(rollout, *self._path_adjoints(motions)).actuation
             for world, (row, active) in enumerate(zip(rows, activity, strict=True)):
-                if world not in rollout.divergences:
+                if world not in broken:
                     (slope,) = torch.autograd.grad(active, row, torch.as_tensor(pull[:, world : world + 1]))
                     slopes[world] = slope[0].numpy()
         self.meter.episodes += len(parameters)
@@ -187,7 +189,7 @@ class Problem:
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
-        evaluations = [self._read(motion, rollout.divergences.get(w)) for w, motion in enumerate(motions)]
+        evaluations = [self._read(motion, broken.get(w)) for w, motion in enumerate(motions)]
         return zip(evaluations, slopes, strict=True)
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:

@@ -27,7 +27,7 @@ def test_land_without_a_medium(env: Environment, friction: float) -> None:
     assert scene.ground is not None
     assert scene.ground.friction == friction
     assert 0.0 < scene.robot.positions[:, 1].min() < QUICK.grid_spacing / 2
-    assert scene.effects == {Effect.ELASTICITY, Effect.MUSCLE, Effect.FRICTION}
+    assert scene.effects == {Effect.ELASTICITY, Effect.MUSCLE, Effect.DAMPING, Effect.FRICTION}
 
 
 def test_the_desert_robot_stands_on_the_sand() -> None:
@@ -120,7 +120,8 @@ def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects:
     """Nobody sets them: they follow from the matter that is there."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
-    assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE}
+    swims = name == "ocean"  # and is damped by the water
+    assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE} | (set() if swims else {Effect.DAMPING})
 
 
 @pytest.mark.parametrize("name", ["shallow-water", "ocean"])

@@ -20,18 +20,20 @@ OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own fre
 GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles switch together
 
 
-def square_waves(muscles: int) -> NDArray[np.float64]:
-    """Square waves of amplitude 1 `[frames, 1, muscles]`, every muscle with a phase of its own."""
-    angle = OMEGA * FRAME_SECONDS * np.arange(FRAMES)[:, None] + 2.0 * np.pi * GOLDEN * np.arange(muscles)
+def square_waves(muscles: int, in_unison: bool = False) -> NDArray[np.float64]:
+    """Square waves of amplitude 1 `[frames, 1, muscles]`, every muscle with a phase of its own or all with the same."""
+    phases = np.zeros(muscles) if in_unison else 2.0 * np.pi * GOLDEN * np.arange(muscles)
+    angle = OMEGA * FRAME_SECONDS * np.arange(FRAMES)[:, None] + phases
     return np.where(np.sin(angle) >= 0.0, 1.0, -1.0)[:, None]
 
 
-def _check(name: str, fidelity: Fidelity) -> None:
+def _check(name: str, fidelity: Fidelity, in_unison: bool = False) -> None:
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(fidelity), fidelity)
     solver = Solver(scene, fidelity, start=settled(scene, fidelity, env.settling_frames))
-    rollout = solver.run(square_waves(solver.muscle_count))
+    rollout = solver.run(square_waves(solver.muscle_count, in_unison))
     assert not rollout.divergences
+    assert not rollout.tears
     assert np.isfinite(rollout.positions).all()
     assert rollout.smallest_j[0] > 0.05
     assert not rollout.guarded[0]
@@ -39,7 +41,7 @@ def _check(name: str, fidelity: Fidelity) -> None:
 
 @pytest.mark.parametrize("name", ENVS)
 def test_the_strongest_actuation_is_survived(name: str) -> None:
-    """An episode of 200 frames, no divergence, no element near inversion, no guard at work."""
+    """An episode of 200 frames: no divergence, no tear, no element near inversion, no guard at work."""
     _check(name, Fidelity(1 / 32))
 
 
@@ -48,5 +50,12 @@ def test_the_strongest_actuation_is_survived(name: str) -> None:
 @pytest.mark.parametrize("spacing", [1 / 32, 1 / 64, 1 / 128])
 @pytest.mark.parametrize("name", ENVS)
 def test_the_strongest_actuation_is_survived_everywhere(name: str, spacing: float, precision: int) -> None:
-    """At all fidelities, in both precisions."""
+    """At three resolutions, in both precisions."""
     _check(name, Fidelity(spacing, precision=64 if precision == 64 else 32))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ENVS)
+def test_all_muscles_in_unison_do_not_tear_the_robot(name: str) -> None:
+    """The body's own frequency, driven with all there is."""
+    _check(name, Fidelity(1 / 64), in_unison=True)

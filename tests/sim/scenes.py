@@ -111,9 +111,17 @@ def medium_scene(name: str = "sand") -> Scene:
     return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(0.5), medium=medium_bed(name), gravity=(0.5, -9.81, 0.2))
 
 
-SCENES: dict[str, Callable[[], Scene]] = {"flight": flight_scene, "ground": ground_scene} | {
-    name: partial(medium_scene, name) for name in MEDIA
-}
+def damped_scene() -> Scene:
+    """The muscle cube on the ground, of viscous matter."""
+    scene = ground_scene()
+    return replace(scene, robot=replace(scene.robot, material=replace(SOFT, viscosity=20.0)))
+
+
+SCENES: dict[str, Callable[[], Scene]] = {
+    "flight": flight_scene,
+    "ground": ground_scene,
+    "damped": damped_scene,
+} | {name: partial(medium_scene, name) for name in MEDIA}
 
 
 def passive_block(lower: tuple[float, float, float], cells: tuple[int, int, int], velocity: Array) -> ElasticBody:

@@ -71,6 +71,7 @@ def _error(probe: Probe, gradient: Gradient, name: str, direction: np.ndarray) -
 EPISODES = [
     ("flight", 1e-6, 34, 100, 3),
     ("ground", 1e-4, 34, 100, 3),
+    ("damped", 1e-4, 9, 36, 1),
     ("sand", 1e-4, 20, 100, 3),
     ("clay", 1e-4, 8, 36, 1),
     ("mud", 1e-4, 7, 36, 1),

@@ -24,7 +24,7 @@ from zoobench.spec import Ref
 
 COARSE = Fidelity(1 / 32, precision=64)
 
-COMMON = {"elasticity", "muscle"}
+COMMON = {"elasticity", "muscle", "damping"}
 
 # What a frame of every environment may be recorded to have launched.
 LAUNCHED = {
@@ -35,12 +35,13 @@ LAUNCHED = {
     "clay": COMMON | {"friction", "plasticity", "decomposition"},
     "snow": COMMON | {"friction", "plasticity", "decomposition"},
     "shallow-water": COMMON | {"friction", "fluid"},
-    "ocean": COMMON | {"fluid"},
+    "ocean": COMMON - {"damping"} | {"fluid"},
 }
 
 # Kernel functions of every effect: compiled into the substep and its reverse where a scene calls for it, else not.
 CODE = {
     "muscle": {"fibre_stress", "fibre_stress_adjoint"},
+    "damping": {"viscous"},
     "friction": {"coulomb", "coulomb_adjoint"},
     "decomposition": {"eigen_symmetric"},
     "plasticity": {"hencky_update", "hencky_update_adjoint", "snow_update", "snow_update_adjoint"},

@@ -48,13 +48,13 @@ def particle_part(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     b: ti.template(), history: ti.template(), tau: ti.template(), window: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), w, p, inverse_spacing, dt, mu, lam, constants,
-    muscle: ti.template(), law: ti.template(), part: ti.template(),
+    grid: ti.template(), w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), part: ti.template(),
 ):  # fmt: skip
     """One particle's share of one part."""
     if ti.static(part == STRESS):
         C[1, w, p] = particle_stress(
-            C, F, history, tau, stiffness, tension, fibre, 0, w, p, mu, lam, constants, muscle, law
+            C, F, history, tau, stiffness, tension, fibre, 0, w, p, mu, lam, eta, constants, muscle, damping, law
         )
     if ti.static(part == SCATTER):
         m = mass[w, p]
@@ -89,9 +89,9 @@ def repeat_part(
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
     terrain: Nodes, grid: Nodes, other: Nodes,
     count: int, dt: float, h: float,
-    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), ground: ti.template(), part: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(), part: ti.template(),
 ):  # fmt: skip
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
@@ -110,7 +110,7 @@ def repeat_part(
                 for p in range(x.shape[2]):
                     particle_part(
                         x, v, C, F, b, history, tau, window, mass, volume, stiffness, tension, fibre, grid,
-                        w, p, 1.0 / h, dt, mu, lam, constants, muscle, law, part,
+                        w, p, 1.0 / h, dt, mu, lam, eta, constants, muscle, damping, law, part,
                     )  # fmt: skip
 
 
@@ -131,7 +131,7 @@ class Ablation:
     @property
     def parts(self) -> list[Part]:
         """Those that the scene calls for."""
-        law = self._solver.launcher.flags[1]
+        law = self._solver.launcher.flags[2]
         return [part for part in Part if part is not Part.DECOMPOSITION or law in DECOMPOSED]
 
     def repeat(self, part: Part, count: int, dt: float) -> None:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.stepping import LARGEST_COURANT, Condition
 
 LARGEST_ESCAPE = 1.0
@@ -46,3 +47,15 @@ def judge(condition: Condition, dt: float, grid_spacing: float) -> Finding | Non
         if value > limit:
             return Finding(quantity, value, limit, column, advice)
     return None
+
+
+def torn(condition: Condition, fidelity: Fidelity) -> Finding | None:
+    """Whether a robot comes apart: stretched until neighbours are more than a cell, and twice their distance, apart.
+
+    Then no grid node feels both any longer (numerical fracture), and what moves is no robot but its pieces.
+    """
+    limit = max(2.0, fidelity.particles_per_cell ** (1 / 3))
+    if condition.stretch <= limit:
+        return None
+    advice = "The robot is torn: lower the actuation, or use more particles per cell."
+    return Finding("principal stretch", condition.stretch, limit, 4, advice)

@@ -42,9 +42,9 @@ def advance(
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
     plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     stride: int, h: float,
-    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), ground: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
@@ -60,7 +60,7 @@ def advance(
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
+                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
@@ -90,9 +90,9 @@ def reverse(
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
     h: float,
-    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), ground: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substeps, from the slot past the last back to the first, the grid recomputed at each.
 
@@ -113,7 +113,7 @@ def reverse(
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
+                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
@@ -134,5 +134,5 @@ def reverse(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
                     x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                     mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                    0, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle, law,
+                    0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
                 )  # fmt: skip

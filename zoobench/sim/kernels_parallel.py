@@ -31,9 +31,9 @@ def advance_parallel(
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
     plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
     n: int, stride: int, h: float,
-    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), ground: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -44,7 +44,7 @@ def advance_parallel(
             s = plan[w, 0] + n * stride
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
@@ -77,9 +77,9 @@ def reverse_parallel(
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
     n: int, h: float,
-    mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), law: ti.template(), ground: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
 ):  # fmt: skip
     """The adjoint of the n-th planned substep of all worlds at once."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -92,7 +92,7 @@ def reverse_parallel(
             s = plan[w, 0] + n
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
@@ -119,5 +119,5 @@ def reverse_parallel(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
                 x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                 mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                w, s, w, p, 1.0 / h, dts[w], mu, lam, ti.Vector([m0, m1, m2, m3, m4]), muscle, law,
+                w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
             )  # fmt: skip

@@ -51,7 +51,7 @@ class Launcher:
         self._work = [str(effect) for effect in sorted(scene.effects)]
         if law in DECOMPOSED:
             self._work.append("decomposition")
-        self.flags = (Effect.MUSCLE in scene.effects, law, self._ground_kind())
+        self.flags = (Effect.MUSCLE in scene.effects, Effect.DAMPING in scene.effects, law, self._ground_kind())
         self.terrain = self._sample_terrain()
         self._grid = self._new_grid()
         self._reverse_grids: tuple[Tensor, ...] = ()
@@ -90,13 +90,13 @@ class Launcher:
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """The condition of every world at slot 0 (see `survey.survey`)."""
-        h, *moduli = self.constants[:8]
+        h, *moduli = self.constants[:9]
         high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
         survey.survey(
             matter.x, matter.v, matter.C, matter.F, matter.history,
             parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
-            WALL_NODES * h, *high, h, *moduli, self.flags[1],
+            WALL_NODES * h, *high, h, *moduli, self.flags[2],
         )  # fmt: skip
 
     def _note(self, direction: str, plan: Plan) -> None:
@@ -110,7 +110,8 @@ class Launcher:
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
-        return (self._fidelity.grid_spacing, mu, lam, *medium, *scene.gravity, friction)
+        viscosity = scene.robot.material.viscosity
+        return (self._fidelity.grid_spacing, mu, lam, viscosity, *medium, *scene.gravity, friction)
 
     def _ground_kind(self) -> int:
         """What the kernels compile; a plane without friction is one of the arena's walls."""

@@ -43,3 +43,9 @@ def fibre_stress_adjoint(F, pull, tension, fibre):
     pulled = matvec(pull, stretched)
     stretched_adjoint = (2.0 * tension) * pulled
     return outer(stretched_adjoint, fibre), stretched.dot(pulled), matvec(F.transpose(), stretched_adjoint)
+
+
+@ti.func
+def viscous(C, eta):
+    """Viscous stress 2 eta D of the velocity gradient C, D its symmetric part (Kelvin-Voigt); it is its own adjoint."""
+    return eta * (C + C.transpose())

@@ -49,12 +49,14 @@ class ElasticMaterial:
         poissons_ratio: nu [-].
         density: rho [kg/m^3].
         muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
+        viscosity: eta [Pa s] of the Kelvin-Voigt stress 2 eta D, which damps oscillations; 0 for matter that rings.
     """
 
     youngs_modulus: float
     poissons_ratio: float
     density: float
     muscle_strength: float = 0.0
+    viscosity: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from zoobench.errors import Divergence
-from zoobench.sim.health import Finding, judge
+from zoobench.sim.health import Finding, judge, torn
 from zoobench.sim.state import IntArray
 from zoobench.sim.stepping import MOST_REFINEMENT, Condition, StepLimit, step_now
 
@@ -22,7 +22,7 @@ class Surveyor:
         self._solver = solver
         like = solver.matter.x
         self._report = torch.zeros((solver.worlds, len(Condition._fields)), dtype=like.dtype, device=like.device)
-        self._culprit = torch.zeros((solver.worlds, 4), dtype=torch.int32, device=like.device)
+        self._culprit = torch.zeros((solver.worlds, 5), dtype=torch.int32, device=like.device)
 
     def look(self) -> list[Condition]:
         """The condition of every world that is alive; that of a dead one is out of date."""
@@ -85,6 +85,7 @@ class Pace:
                 solver.set_tension(rollout, frame)
         for world, condition in enumerate(self._conditions):
             if counts[world]:
+                self._look_for_tears(world, frame, condition)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
 
@@ -120,6 +121,12 @@ class Pace:
             return 0
         found = step_now(solver.scene, solver.fidelity, solver.frame_seconds, self._conditions[world])
         return min(found.substeps_per_frame, self._most)
+
+    def _look_for_tears(self, world: int, frame: int, condition: Condition) -> None:
+        rollout = self._rollout
+        if world not in rollout.tears and (finding := torn(condition, self._solver.fidelity)) is not None:
+            step = int(rollout.counts[: frame + 1, world].sum())
+            rollout.tears[world] = self._surveyor.divergence(world, frame, step, finding)
 
     def _failures(self, frame: int) -> dict[int, Finding]:
         solver = self._solver

@@ -1,15 +1,15 @@
 """What happens to one particle or one node in a substep, forward and in reverse; the drivers loop over these.
 
 Arrays are those of `kernels`. `s` is the slot read, `t` the slot written, `w` the world, `g` its slab of the grid.
-Particles below `F.shape[2]` are the robot's, the rest the medium's; what `muscle`, `law`, `ground` switch off is not
-compiled.
+Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscle`, `damping`, `law` and `ground` switch
+off is not compiled.
 """
 
 import taichi as ti
 
 from zoobench.sim.boundary import contact, contact_adjoint
 from zoobench.sim.linalg import identity, matmul
-from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
+from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
 from zoobench.sim.media import deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
 from zoobench.sim.transfer import base_node, gather, gather_adjoint, scatter, scatter_adjoint
 
@@ -18,7 +18,7 @@ from zoobench.sim.transfer import base_node, gather, gather_adjoint, scatter, sc
 def particle_stress(
     C: ti.template(), F: ti.template(), history: ti.template(), tau: ti.template(),
     stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    s, w, p, mu, lam, constants, muscle: ti.template(), law: ti.template(),
+    s, w, p, mu, lam, eta, constants, muscle: ti.template(), damping: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Kirchhoff stress [Pa] of a particle at slot s; that of a solid medium was stored with its plastic return."""
     stress = 0.0 * identity()
@@ -26,6 +26,8 @@ def particle_stress(
         stress = stiffness[w, p] * neo_hookean(F[s, w, p], mu, lam)
         if ti.static(muscle):
             stress += fibre_stress(F[s, w, p], tension[w, p], fibre[0, w, p])
+        if ti.static(damping):
+            stress += viscous(C[s, w, p], eta)
     elif ti.static(law):
         stress = medium_stress(tau, history, C, s, w, p - F.shape[2], p, constants, law)
     return stress
@@ -36,10 +38,13 @@ def to_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle: ti.template(), law: ti.template(),
+    grid: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    muscle: ti.template(), damping: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Scatter one particle's mass, momentum and stress."""
-    stress = particle_stress(C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, constants, muscle, law)
+    stress = particle_stress(
+        C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
+    )
     stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing * volume[w, p]
     m = mass[w, p]
     scatter(grid, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p] + stress_factor * stress, m, inverse_spacing)
@@ -151,10 +156,13 @@ def to_grid_adjoint(
     history_adj: ti.template(), tau_adj: ti.template(),
     mass_adj: ti.template(), volume_adj: ti.template(), stiffness_adj: ti.template(),
     tension_adj: ti.template(), fibre_adj: ti.template(),
-    g, s, w, p, inverse_spacing, dt, mu, lam, constants, muscle: ti.template(), law: ti.template(),
+    g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    muscle: ti.template(), damping: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the robot's parameters."""
-    stress = particle_stress(C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, constants, muscle, law)
+    stress = particle_stress(
+        C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
+    )
     stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing
     m = mass[w, p]
     affine = m * C[s, w, p] + (stress_factor * volume[w, p]) * stress
@@ -174,6 +182,8 @@ def to_grid_adjoint(
             F_pull += more
             tension_adj[w, p] += tension_pull
             fibre_adj[0, w, p] += fibre_pull
+        if ti.static(damping):
+            C_adj[0, w, p] += viscous(pull, eta)
         F_adj[0, w, p] = F_pull
         mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (affine_pull * C[s, w, p]).sum()
         volume_adj[w, p] += (even * stress).sum()

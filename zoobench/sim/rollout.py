@@ -33,6 +33,7 @@ class Rollout:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
         divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
+        tears: the worlds whose robot came apart, as it was first seen; they were simulated on, in pieces.
         counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; each is as long as the others
             of its frame.
         retries: `[worlds]` how many times a frame was put back and repeated with half the step.
@@ -46,6 +47,7 @@ class Rollout:
     actuation: FloatArray
     body: dict[str, NDArray[np.float64]]
     divergences: dict[int, Divergence]
+    tears: dict[int, Divergence]
     counts: IntArray
     retries: IntArray
     guarded: IntArray

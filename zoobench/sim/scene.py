@@ -24,6 +24,7 @@ class Effect(StrEnum):
 
     ELASTICITY = "elasticity"
     MUSCLE = "muscle"
+    DAMPING = "damping"
     PLASTICITY = "plasticity"
     FLUID = "fluid"
     FRICTION = "friction"
@@ -198,6 +199,8 @@ class Scene:
         found = {Effect.ELASTICITY}
         if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
             found.add(Effect.MUSCLE)
+        if self.robot.material.viscosity > 0:
+            found.add(Effect.DAMPING)
         if self.medium is not None:
             found |= _MEDIUM_EFFECTS[self.medium.material.law]
         if self.ground is not None and self.ground.friction > 0:

@@ -305,6 +305,7 @@ class Solver:
             actuation=actuation,
             body=arrays,
             divergences={},
+            tears={},
             counts=np.zeros((frames, self.worlds), np.int64),
             retries=np.zeros(self.worlds, np.int64),
             guarded=np.zeros(self.worlds, np.int64),

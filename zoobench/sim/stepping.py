@@ -40,8 +40,10 @@ class Condition(NamedTuple):
         beyond: how far matter lies beyond a wall plane [cells].
         smallest_j: smallest det F of the robot.
         guarded: particles whose log J is held at its guard.
+        stretch: largest principal stretch of the robot, or a little more.
         robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], with the actuation, stretch and hardening of
             the moment; 0 where there is no such matter.
+        robot_viscosity: largest eta / rho0 [m^2/s].
     """
 
     speed: float
@@ -49,8 +51,10 @@ class Condition(NamedTuple):
     beyond: float
     smallest_j: float
     guarded: float
+    stretch: float
     robot_stiffness: float
     medium_stiffness: float
+    robot_viscosity: float
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ def step_limits(scene: Scene, grid_spacing: float, stiffness_max: float, density
     stiffness = max(stiffness_max, float(scene.robot.stiffness.max()))
     density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
     kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
-    limits = {"robot": isolated_particle_limit(grid_spacing, kappa / density)}
+    limits = {"robot": isolated_particle_limit(grid_spacing, kappa / density, material.viscosity / density)}
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.law.name.lower()] = _medium_limit(medium, grid_spacing, medium.kappa / medium.density)
@@ -141,7 +145,7 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
     dt_iso is then the step at which `courant` times it keeps that bound.
     """
     h, courant = fidelity.grid_spacing, fidelity.courant
-    limits = {"robot": isolated_particle_limit(h, condition.robot_stiffness)}
+    limits = {"robot": isolated_particle_limit(h, condition.robot_stiffness, condition.robot_viscosity)}
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.law.name.lower()] = _medium_limit(medium, h, condition.medium_stiffness)

@@ -43,18 +43,20 @@ def survey(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, history: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, alive: Scalars,
     report: Scalars, culprit: Scalars, low: float, high_x: float, high_y: float, high_z: float,
-    h: float, mu: float, lam: float, m0: float, m1: float, m2: float, m3: float, m4: float, law: ti.template(),
+    h: float, mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
+    law: ti.template(),
 ):  # fmt: skip
     """Fill the `report` of every world alive with its `stepping.Condition`, from slot 0.
 
-    `culprit[w]` names the particle of each of the first four. A NaN wins every comparison among those, and stays.
+    `culprit[w]` names the particle of each of the first four, among which a NaN wins every comparison and stays, and
+    of the stretch.
     Massless particles take no part.
     """
     for w in range(x.shape[1]):
         constants = ti.Vector([m0, m1, m2, m3, m4])
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
-        guarded, robot, medium = 0, 0.0, 0.0
+        guarded, widest, square, robot, medium, viscosity = 0, 0, 0.0, 0.0, 0.0, 0.0
         for p in range(x.shape[2] * alive[w]):
             if mass[w, p] > 0.0:
                 place = x[0, w, p]
@@ -69,7 +71,12 @@ def survey(
                     if -values[3] < SMALLEST_J:
                         guarded += 1
                     k = stiffness[w, p]
-                    active = 2.0 * (k * mu + ti.max(tension[w, p], 0.0)) * largest_square(F[0, w, p])
+                    stretched = largest_square(F[0, w, p])
+                    if stretched > square:
+                        square = stretched
+                        widest = p
+                    viscosity = ti.max(viscosity, eta * per_mass)
+                    active = 2.0 * (k * mu + ti.max(tension[w, p], 0.0)) * stretched
                     robot = ti.max(robot, (active + 3.0 * k * lam) * per_mass)
                 elif ti.static(law):
                     medium = ti.max(medium, medium_kappa(history[0, w, p - F.shape[2]], constants, law) * per_mass)
@@ -81,7 +88,10 @@ def survey(
             report[w, q] = worst[q]
         for q in ti.static(range(4)):
             culprit[w, q] = who[q]
+        culprit[w, 4] = widest
         report[w, 3] = -worst[3]
         report[w, 4] = guarded
-        report[w, 5] = robot
-        report[w, 6] = medium
+        report[w, 5] = ti.sqrt(square)
+        report[w, 6] = robot
+        report[w, 7] = medium
+        report[w, 8] = viscosity

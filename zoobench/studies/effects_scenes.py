@@ -28,12 +28,14 @@ def pairs(scene: Scene) -> Iterator[Pair]:
     """One for every effect of the scene that can be switched off; elasticity cannot, the robot is made of it."""
     if Effect.MUSCLE in scene.effects:
         yield Pair(Effect.MUSCLE, "muscle strength 0", scene, passive(scene))
+    if Effect.DAMPING in scene.effects:
+        yield Pair(Effect.DAMPING, "viscosity 0", scene, undamped(scene))
     if scene.ground is not None and Effect.FRICTION in scene.effects:
         yield Pair(Effect.FRICTION, "friction 0", scene, replace(scene, ground=replace(scene.ground, friction=0.0)))
     if scene.medium is None:
         return
-    # the muscle would act on the elastic bed too: it is off on both sides
-    rest = passive(scene)
+    # muscle and damping would act on the elastic bed too: they are off on both sides
+    rest = undamped(passive(scene))
     elastic = all_elastic(rest)
     if isinstance(scene.medium.material, MudMaterial):
         solid = replace(rest, medium=as_clay(scene.medium))
@@ -48,6 +50,11 @@ def pairs(scene: Scene) -> Iterator[Pair]:
 def passive(scene: Scene) -> Scene:
     """The scene with muscles of no strength."""
     return replace(scene, robot=replace(scene.robot, material=replace(scene.robot.material, muscle_strength=0.0)))
+
+
+def undamped(scene: Scene) -> Scene:
+    """The scene with a robot without viscosity."""
+    return replace(scene, robot=replace(scene.robot, material=replace(scene.robot.material, viscosity=0.0)))
 
 
 def all_elastic(scene: Scene) -> Scene:
