@@ -6,7 +6,7 @@ import taichi as ti
 import torch
 
 from zoobench.sim import runtime
-from zoobench.sim.array_types import Matrices, Scalars, Vectors
+from zoobench.sim.array_types import Matrices, Nodes, Scalars, Vectors
 from zoobench.sim.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
 from zoobench.sim.media import (
@@ -16,8 +16,8 @@ from zoobench.sim.media import (
     shear_rate,
     snow_update,
     snow_update_adjoint,
-    water_pressure,
 )
+from zoobench.sim.water import crowding, crowding_adjoint, water_pressure, water_ratio, water_ratio_adjoint
 
 
 @ti.kernel
@@ -82,6 +82,28 @@ def water_all(J: Scalars, pressure: Scalars, slope: Scalars, bulk: float, expone
         value, rise = water_pressure(J[p], ti.Vector([0.0, bulk, exponent, 0.0, 0.0]))
         pressure[p] = value
         slope[p] = rise
+
+
+@ti.kernel
+def water_ratio_all(
+    J: Scalars, growth: Scalars, crowd: Scalars, pull: Scalars,
+    after: Scalars, J_back: Scalars, growth_back: Scalars, crowd_back: Scalars, share: float,
+):  # fmt: skip
+    """New volume ratio of water and the adjoints for the pull."""
+    for p in range(J.shape[0]):
+        after[p] = water_ratio(J[p], growth[p], crowd[p], share)
+        J_back[p], growth_back[p], crowd_back[p] = water_ratio_adjoint(J[p], growth[p], crowd[p], share, pull[p])
+
+
+@ti.kernel
+def crowding_all(
+    grid: Nodes, grid_back: Nodes, x: Vectors, pull: Scalars, crowd: Scalars, x_back: Vectors, h: float, density: float
+):
+    """Density around places over that at rest, and the adjoints for the pull."""
+    ti.loop_config(serialize=True)
+    for p in range(x.shape[0]):
+        crowd[p] = crowding(grid, 0, x[p], 1.0 / h, density)
+        x_back[p] = crowding_adjoint(grid, grid_back, 0, x[p], crowd[p], pull[p], 1.0 / h, density)
 
 
 @ti.kernel

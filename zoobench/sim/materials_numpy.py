@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.sim.matter import (
+    CROWDED,
     LARGEST_PLASTIC,
+    LARGEST_RATIO,
     SMALLEST_PLASTIC,
+    SMALLEST_RATIO,
     ClayMaterial,
     Law,
     Medium,
@@ -104,6 +107,17 @@ def water_pressure(material: WaterMaterial, J: Array) -> Array:
     """Kirchhoff pressure [Pa] J p of the Tait equation p = K/gamma (J^-gamma - 1) at the volume ratio J; no tension."""
     bulk, gamma = material.bulk_modulus, material.exponent
     result: Array = np.maximum(bulk / gamma * (J ** (1.0 - gamma) - J), 0.0)
+    return result
+
+
+def water_ratio(J: Array, growth: Array, crowd: Array, share: float) -> Array:
+    """New volume ratio of water from the old one, det(I + dt C) and the surrounding density (see `water.water_ratio`).
+
+    In a crowd it falls by `share` of the surplus.
+    """
+    held = np.minimum(J * growth, np.clip(1.0 / crowd, 1.0, LARGEST_RATIO))
+    surplus = np.maximum(crowd * J - 1.0 - CROWDED, 0.0)
+    result: Array = np.maximum(held - share * surplus, np.minimum(held, SMALLEST_RATIO))
     return result
 
 

@@ -30,6 +30,12 @@ controllers are those with 0.6 to 5e-5 m/s; 0.9 changes them by millimetres per 
 frame instead of 158; an ordinary episode takes 25 to 33 either way, as the step follows the state.
 """
 
+CROWDED = 0.2
+"""Surplus of density that water lets be [-]: the noise of stirred particles and a robot of a little other density."""
+
+SMALLEST_RATIO, LARGEST_RATIO = 0.9, 1.05
+"""Bounds on J of water: how far a crowd is pressed, where the step is still safe, and what is remembered of spray."""
+
 Constants = tuple[float, float, float, float, float]
 
 
@@ -195,8 +201,8 @@ class WaterMaterial:
 
     @property
     def constants(self) -> Constants:
-        """(0, K, gamma, 0, viscosity)."""
-        return (0.0, self.bulk_modulus, self.exponent, 0.0, self.viscosity)
+        """(0, K, gamma, density, viscosity)."""
+        return (0.0, self.bulk_modulus, self.exponent, self.density, self.viscosity)
 
     @property
     def kappa(self) -> float:

@@ -16,6 +16,7 @@ import taichi as ti
 
 from zoobench.sim.linalg import assemble, cofactor, eigen_symmetric, identity, matmul, pack, sinhc, unpack
 from zoobench.sim.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, Law
+from zoobench.sim.water import correction_share, water_pressure, water_ratio, water_ratio_adjoint
 
 SAND, CLAY, MUD, SNOW, WATER = (int(law) for law in (Law.SAND, Law.CLAY, Law.MUD, Law.SNOW, Law.WATER))
 
@@ -203,17 +204,6 @@ def snow_update_adjoint(b, plastic, b_pull, plastic_pull, stress_pull, constants
 
 
 @ti.func
-def water_pressure(J, constants):
-    """Kirchhoff pressure J p and its derivative, of the Tait equation p = K/gamma (J^-gamma - 1); no tension."""
-    bulk, gamma = constants[1], constants[2]
-    power = ti.pow(J, 1.0 - gamma)
-    value, slope = bulk / gamma * (power - J), bulk / gamma * ((1.0 - gamma) * power / J - 1.0)
-    if J >= 1.0:
-        value, slope = 0.0, 0.0
-    return value, slope
-
-
-@ti.func
 def shear_rate(C):
     """Deviator of the symmetric part of the velocity gradient [1/s]."""
     return 0.5 * (C + C.transpose()) - C.trace() / 3.0 * identity()
@@ -252,11 +242,16 @@ def medium_stress_adjoint(
 
 @ti.func
 def deform_medium(
-    b: ti.template(), history: ti.template(), tau: ti.template(), s, t, w, q, step, constants, law: ti.template()
+    b: ti.template(), history: ti.template(), tau: ti.template(), s, t, w, q, step, crowd, inverse_spacing, dt,
+    constants, law: ti.template(),
 ):  # fmt: skip
-    """Carry a medium particle from slot s to t through the deformation increment `step` = I + dt C."""
+    """Carry a medium particle from slot s to t through the deformation increment `step` = I + dt C.
+
+    `crowd` is the density around it over that at rest; only water heeds it.
+    """
     if ti.static(law == WATER):
-        history[t, w, q] = history[s, w, q] * step.determinant()
+        share = correction_share(inverse_spacing, dt, constants)
+        history[t, w, q] = water_ratio(history[s, w, q], step.determinant(), crowd, share)
     else:
         trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
         b_new, after, stress = 0.0 * trial, 0.0 * trial[0, 0], 0.0 * trial
@@ -272,14 +267,17 @@ def deform_medium(
 @ti.func
 def deform_medium_adjoint(
     b: ti.template(), history: ti.template(), b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
-    s, w, q, step, constants, law: ti.template(),
+    s, w, q, step, crowd, inverse_spacing, dt, constants, law: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `deform_medium`: updates the state's adjoints, returns that of `step`."""
-    step_pull = 0.0 * step
+    """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step` and `crowd`."""
+    step_pull, crowd_pull = 0.0 * step, 0.0 * dt
     if ti.static(law == WATER):
+        share = correction_share(inverse_spacing, dt, constants)
         before = history_adj[0, w, q]
-        step_pull = (before * history[s, w, q]) * cofactor(step)
-        history_adj[0, w, q] = before * step.determinant()
+        history_adj[0, w, q], growth_pull, crowd_pull = water_ratio_adjoint(
+            history[s, w, q], step.determinant(), crowd, share, before
+        )
+        step_pull = growth_pull * cofactor(step)
     else:
         old = unpack(b[s, w, q])
         trial = matmul(step, matmul(old, step.transpose()))
@@ -296,4 +294,4 @@ def deform_medium_adjoint(
         step_pull = 2.0 * matmul(pull, matmul(step, old))
         b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(pull, step)))
         history_adj[0, w, q] = after
-    return step_pull
+    return step_pull, crowd_pull

@@ -10,8 +10,9 @@ import taichi as ti
 from zoobench.sim.boundary import contact, contact_adjoint
 from zoobench.sim.linalg import identity, matmul
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
-from zoobench.sim.media import deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
+from zoobench.sim.media import WATER, deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
 from zoobench.sim.transfer import base_node, gather, gather_adjoint, scatter, scatter_adjoint
+from zoobench.sim.water import crowding, crowding_adjoint
 
 
 @ti.func
@@ -83,6 +84,11 @@ def from_grid(
     F is updated at the end of the substep with the new C: the other order puts F one step ahead of x.
     """
     velocity, affine = gather(grid, g, x[s, w, p], inverse_spacing)
+    crowd = 0.0 * dt
+    if ti.static(law == WATER):
+        if p >= F.shape[2]:
+            # slots s and t may be the same: before anything is written
+            crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3])
     place = x[s, w, p] + dt * velocity
     step = identity() + dt * affine
     x[t, w, p] = place
@@ -91,7 +97,7 @@ def from_grid(
     if p < F.shape[2]:
         F[t, w, p] = matmul(step, F[s, w, p])
     elif ti.static(law):
-        deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, constants, law)
+        deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, crowd, inverse_spacing, dt, constants, law)
     return base_node(place, inverse_spacing, grid)
 
 
@@ -103,28 +109,42 @@ def from_grid_adjoint(
     b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
     g, s, t, w, p, inverse_spacing, dt, constants, law: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `from_grid`: adds to the nodes' velocity adjoint; v, C and tau adjoints are consumed by it."""
+    """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint; consumes the v, C and tau adjoints."""
     step = identity() + dt * C[t, w, p]
     affine_pull = C_adj[0, w, p]
+    place_pull = 0.0 * v_adj[0, w, p]
     if p < F.shape[2]:
         pull = F_adj[0, w, p]
         affine_pull += dt * matmul(pull, F[s, w, p].transpose())
         F_adj[0, w, p] = matmul(step.transpose(), pull)
     elif ti.static(law):
         q = p - F.shape[2]
-        affine_pull += dt * deform_medium_adjoint(
-            b, history, b_adj, history_adj, tau_adj, s, w, q, step, constants, law
+        crowd = 0.0 * dt
+        if ti.static(law == WATER):
+            crowd = crowding(grid_velocity, g, x[s, w, p], inverse_spacing, constants[3])
+        step_pull, crowd_pull = deform_medium_adjoint(
+            b, history, b_adj, history_adj, tau_adj, s, w, q, step, crowd, inverse_spacing, dt, constants, law
         )
+        affine_pull += dt * step_pull
+        if ti.static(law == WATER):
+            if crowd_pull != 0.0:
+                place_pull = crowding_adjoint(
+                    grid_velocity, grid_adjoint, g, x[s, w, p], crowd, crowd_pull, inverse_spacing, constants[3]
+                )
     x_pull = x_adj[0, w, p]
-    x_adj[0, w, p] = x_pull + gather_adjoint(
-        grid_velocity,
-        grid_adjoint,
-        g,
-        x[s, w, p],
-        v[t, w, p],
-        v_adj[0, w, p] + dt * x_pull,
-        affine_pull,
-        inverse_spacing,
+    x_adj[0, w, p] = (
+        x_pull
+        + place_pull
+        + gather_adjoint(
+            grid_velocity,
+            grid_adjoint,
+            g,
+            x[s, w, p],
+            v[t, w, p],
+            v_adj[0, w, p] + dt * x_pull,
+            affine_pull,
+            inverse_spacing,
+        )
     )
 
 
@@ -133,7 +153,10 @@ def update_node_adjoint(
     grid: ti.template(), grid_adjoint: ti.template(), g, i, j, k, push, mu_ground,
     terrain: ti.template(), ground: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `update_node`: the velocity's adjoint becomes those of momentum (0..2) and mass (3)."""
+    """Adjoint of `update_node`: the velocity's adjoint becomes those of momentum (0..2) and mass (3).
+
+    The mass may have been pulled at directly before.
+    """
     q = grid[g, i, j, k]
     if q[3] > 0.0:
         shape = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
@@ -141,7 +164,7 @@ def update_node_adjoint(
         stored = grid_adjoint[g, i, j, k]
         pull = ti.Vector([stored[0], stored[1], stored[2]])
         pull = contact_adjoint(free + push, pull, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground) / q[3]
-        grid_adjoint[g, i, j, k] = ti.Vector([pull[0], pull[1], pull[2], -pull.dot(free)])
+        grid_adjoint[g, i, j, k] = ti.Vector([pull[0], pull[1], pull[2], stored[3] - pull.dot(free)])
     else:  # an empty node stays at rest whatever its momentum: it has no derivative
         grid_adjoint[g, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
 
