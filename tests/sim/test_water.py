@@ -185,7 +185,8 @@ def test_a_crowd_presses_itself_apart() -> None:
     begin = _height(solver)
     solver.substeps(round(2.0 / solver.dt))
     assert begin == pytest.approx(4.0, rel=1e-3)
-    assert _height(solver) >= 8.0 / (1.0 + CROWDED)
+    # J times the density over that at rest may stay at 1 + CROWDED
+    assert _height(solver) >= 8.0 * float(solver.matter.history.mean()) / (1.0 + CROWDED)
 
 
 def test_correction_does_not_depend_on_the_step() -> None:
