@@ -5,8 +5,8 @@ where spray disperses without resistance, and it does not see particles crowd wh
 free of divergence. Two one-sided rules tie it to the density on the grid. J above 1 is remembered only as far as the
 matter around is really so thin, and never beyond `LARGEST_RATIO`: spray that meets again has its own volume. And where
 the density exceeds what J says by more than the share `CROWDED`, J falls at a steady rate, so that pressure rises and
-drives the crowd apart. The rate is slow beside
-sound, so that nothing rings. All matter counts, by its mass: a robot should be about as dense.
+drives the crowd apart; the rate is slow beside sound, so that nothing rings. All matter counts, by its mass: a robot
+should be about as dense.
 """
 
 import taichi as ti
