@@ -101,7 +101,7 @@ def sand_costs() -> dict[str, Cost]:
 
 def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, Cost]) -> None:
     """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
-    assert set(sand_costs) == {"muscle", "friction", "plasticity", "checkpoints", "gradient"}
+    assert set(sand_costs) == {"muscle", "damping", "friction", "plasticity", "checkpoints", "gradient"}
     for cost in sand_costs.values():
         assert cost.ratio == pytest.approx(cost.ns / cost.ns_without)
         assert cost.launches > 0
