@@ -20,6 +20,7 @@ def row(run_id: int, state: RunState, fraction: float = 0.0, score: float | None
         spec=make_spec(seed=run_id),
         state=state,
         attempt=1,
+        first_attempt=1,
         owner=None,
         reason="det F is -1." if state is RunState.DIVERGED else None,
         created_at=0.0,

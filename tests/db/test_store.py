@@ -243,6 +243,48 @@ def test_a_run_that_is_done_again_has_no_result_meanwhile(store: Store) -> None:
     assert store.all_finals() == {}
 
 
+def test_a_run_that_is_done_again_takes_its_own_time_only(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the time left nor that of the whole run counts what it took the time before."""
+    moment = time.time()
+    monkeypatch.setattr(time, "time", lambda: moment)
+    store.enqueue([spec()])
+    claim = _claim(store)
+    moment += 100.0
+    store.finish(claim, DONE, Batch())
+    assert store.runs()[0].seconds == pytest.approx(100.0)
+    store.retry([claim.run_id], states=[RunState.DONE])
+    assert store.runs()[0].seconds == 0.0
+    again = _claim(store)
+    moment += 10.0
+    store.commit(again, Batch(fraction=0.5, checkpoint=b"half"))
+    (run,) = store.runs()
+    assert (run.first_attempt, run.seconds_left) == (2, pytest.approx(10.0))
+    store.finish(again, Ending(RunState.CANCELLED, "interrupted"), Batch())
+    last = _claim(store)
+    moment += 5.0
+    store.finish(last, DONE, Batch())
+    (run,) = store.runs()
+    assert (run.first_attempt, run.attempt, run.seconds) == (2, 3, pytest.approx(15.0))
+
+
+def test_a_curve_that_is_done_again_ends_where_it_ended(store: Store) -> None:
+    """No point of the former curve stands beyond the new one's last, neither on the way nor at the end."""
+    store.enqueue([spec()])
+    claim = _claim(store)
+    store.finish(claim, DONE, Batch(metrics={("loss", step): 1.0 for step in range(5)}))
+    assert [row.step for row in store.metrics(claim.run_id, "loss")] == [0, 1, 2, 3, 4]
+    store.retry([claim.run_id], states=[RunState.DONE])
+    assert store.metrics(claim.run_id) == []
+    again = _claim(store)
+    store.commit(again, Batch(metrics={("loss", 0): 2.0}, checkpoint=b"half"))
+    store.finish(again, Ending(RunState.CANCELLED, "interrupted"), Batch())
+    last = _claim(store)
+    store.commit(last, Batch(metrics={("loss", 1): 3.0}))
+    assert [(row.step, row.value) for row in store.metrics(claim.run_id)] == [(0, 2.0), (1, 3.0)]
+    store.finish(last, DONE, Batch())
+    assert [(row.step, row.value) for row in store.metrics(claim.run_id)] == [(0, 2.0), (1, 3.0)]
+
+
 def test_runs_can_be_asked_for_by_id_state_and_key(store: Store) -> None:
     """The readers' filters narrow the choice; a key's beginning is enough for one run."""
     ids = store.enqueue(spec(seed) for seed in range(4)).new

@@ -19,6 +19,7 @@ def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> Result:
         spec=spec,
         state=RunState.DONE,
         attempt=1,
+        first_attempt=1,
         owner=None,
         reason=None,
         created_at=0.0,

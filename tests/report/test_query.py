@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.content import fill
+from tests.report.content import add_done, fill, make_spec
+from zoobench.db.owner import Owner
+from zoobench.db.rows import Batch, Ending, RunState
 from zoobench.db.store import Store
 from zoobench.errors import UnknownNameError
-from zoobench.report.query import Choice, choose_results
+from zoobench.report.query import Choice, choose_results, origins
 
 
 @pytest.mark.parametrize(
@@ -35,3 +37,14 @@ def test_a_name_that_no_run_has_is_an_error_with_a_suggestion(tmp_path: Path) ->
 def test_a_choice_can_be_typed_again() -> None:
     """The options that it stands for, for the footer of a table."""
     assert Choice(env="ice", method="random").options() == ["--env", "ice", "--method", "random"]
+
+
+def test_a_result_does_not_come_from_what_it_replaced(tmp_path: Path) -> None:
+    """The origin of a run that was done again is the newest doing alone, not the code that it was done with before."""
+    with Store(tmp_path / "runs.db") as store:
+        run_id = add_done(store, make_spec(), 1.0)
+        store.retry([run_id], states=[RunState.DONE])
+        claim = store.claim(Owner.current(), provenance={"code": {"commit": "newer"}})
+        assert claim is not None
+        store.finish(claim, Ending(RunState.DONE), Batch())
+        assert [attempt.number for attempt in origins(store, choose_results(store, Choice()))] == [2]

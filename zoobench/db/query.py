@@ -6,8 +6,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Self
 
-from sqlalchemy import ColumnElement, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement, ScalarSelect, and_, func, or_, select
+from sqlalchemy.orm import Session, aliased
 
 from zoobench.db.engine import Database, among
 from zoobench.db.models import (
@@ -111,8 +111,16 @@ class Reader:
         return finals
 
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
-        """The learning curves of a run, or the one of that name, by name and step."""
-        statement = select(MetricRecord).where(MetricRecord.run_id == run_id)
+        """The learning curves of a run, or the one of that name, by name and step.
+
+        A run that is being done again keeps the points of its former curves until new ones replace them, but they are
+        no part of the new curves.
+        """
+        statement = (
+            select(MetricRecord)
+            .join(RunRecord, RunRecord.id == MetricRecord.run_id)
+            .where(MetricRecord.run_id == run_id, MetricRecord.attempt > _last_former_attempt())
+        )
         if name is not None:
             statement = statement.where(MetricRecord.name == name)
         with self._database.read() as session:
@@ -153,13 +161,32 @@ class Reader:
         return self._database.check()
 
 
+def _last_former_attempt() -> ScalarSelect[int]:
+    """Number of the attempt that gave the outer statement's run a result before it was queued to be done again, or 0.
+
+    Nothing up to that attempt has a share in what the run gives now.
+    """
+    former = aliased(AttemptRecord)
+    return (
+        select(func.coalesce(func.max(former.number), 0))
+        .where(
+            former.run_id == RunRecord.id,
+            former.outcome == RunState.DONE,
+            or_(former.number < RunRecord.attempt, RunRecord.state != RunState.DONE),
+        )
+        .correlate(RunRecord)
+        .scalar_subquery()
+    )
+
+
 def _fetch_runs(session: Session, *conditions: ColumnElement[bool]) -> list[RunRow]:
+    former = _last_former_attempt()
     finished = func.sum(AttemptRecord.wall_seconds)
     running_since = func.max(AttemptRecord.started_at).filter(AttemptRecord.ended_at.is_(None))
     statement = (
-        select(RunRecord, SpecRecord.document, finished, running_since)
+        select(RunRecord, SpecRecord.document, former, finished, running_since)
         .join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
-        .outerjoin(AttemptRecord, AttemptRecord.run_id == RunRecord.id)
+        .outerjoin(AttemptRecord, and_(AttemptRecord.run_id == RunRecord.id, AttemptRecord.number > former))
         .where(*conditions)
         .group_by(RunRecord.id, SpecRecord.document)
         .order_by(RunRecord.id)
@@ -167,7 +194,9 @@ def _fetch_runs(session: Session, *conditions: ColumnElement[bool]) -> list[RunR
     return [_run_row(*row) for row in session.execute(statement)]
 
 
-def _run_row(record: RunRecord, document: str, finished: float | None, running_since: float | None) -> RunRow:
+def _run_row(
+    record: RunRecord, document: str, former: int, finished: float | None, running_since: float | None
+) -> RunRow:
     running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
     return RunRow(
         id=record.id,
@@ -175,6 +204,7 @@ def _run_row(record: RunRecord, document: str, finished: float | None, running_s
         spec=RunSpec.from_dict(json.loads(document)),
         state=RunState(record.state),
         attempt=record.attempt,
+        first_attempt=former + 1,
         owner=record.owner,
         reason=record.reason,
         created_at=record.created_at,

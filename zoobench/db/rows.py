@@ -85,10 +85,11 @@ class RunRow:
 
     Attributes:
         attempt: the number of the newest attempt, 0 before the first.
+        first_attempt: the one that the present result began with; above 1 if the run was done before and is done again.
         owner: `host:pid:start` of the worker that holds it.
         fraction: how much of its budget is used, 0 to 1.
         score: the best score so far, None before the first and for a diverged one.
-        seconds: wall time of all attempts together [s].
+        seconds: wall time of all attempts together since `first_attempt` [s].
         progress_at: when it last reported anything; None before.
     """
 
@@ -97,6 +98,7 @@ class RunRow:
     spec: RunSpec
     state: RunState
     attempt: int
+    first_attempt: int
     owner: str | None
     reason: str | None
     created_at: float

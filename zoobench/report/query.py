@@ -82,13 +82,16 @@ def choose_results(reader: "Reader", choice: Choice) -> list[Result]:
 
 
 def origins(reader: "Reader", results: Iterable[Result]) -> list[AttemptRow]:
-    """The attempts that the finished ones of these results came from: all that carried a run forward."""
+    """The attempts that the finished ones of these results came from: all that carried a run forward.
+
+    What an attempt gave before the run was done again is nobody's result.
+    """
     return [
         attempt
         for result in results
         if result.run.state is RunState.DONE
         for attempt in reader.attempts(result.run.id)
-        if attempt.progressed or attempt.outcome is RunState.DONE
+        if attempt.number >= result.run.first_attempt and (attempt.progressed or attempt.outcome is RunState.DONE)
     ]
 
 
