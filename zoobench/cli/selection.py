@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 from zoobench.errors import UsageError
 
+MOST_SEEDS = 10_000
+
 if TYPE_CHECKING:
     from zoobench.harness.grid import GridSpec
 
@@ -63,7 +65,7 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     """Read `3` as the seeds 0, 1, 2, and `0,4,7` (or `4,` for one) as those seeds.
 
     Raises:
-        UsageError: no whole numbers, a negative one, or no seed at all.
+        UsageError: no whole numbers, a negative one, no seed at all, or more than `MOST_SEEDS`.
     """
     words = [word.strip() for word in text.split(",")]
     try:
@@ -72,6 +74,10 @@ def parse_seeds(text: str) -> tuple[int, ...]:
         raise UsageError(f"Cannot read {text!r} as seeds. Write how many (3), or which (0,1,2).") from None
     if any(number < 0 for number in numbers):
         raise UsageError(f"The seeds {text!r} hold a negative number. Give whole numbers from 0 upwards.")
+    if len(words) == 1 and numbers and numbers[0] > MOST_SEEDS:
+        raise UsageError(
+            f"{text!r} means {numbers[0]:,} seeds, and {MOST_SEEDS:,} are the most. Write '{text},' for that one seed."
+        )
     if len(words) == 1:
         numbers = list(range(numbers[0])) if numbers else []
     if not numbers:
