@@ -6,6 +6,8 @@ from typer import Exit, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.several import listing_of
+from zoobench.cli.words import parse_counts, parse_names
 from zoobench.errors import UsageError
 
 
@@ -39,9 +41,6 @@ def bench(
     Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
     and a filled cache; peak memory [MiB].
     """
-    from dataclasses import astuple, fields
-
-    from zoobench.report.listing import Listing
     from zoobench.studies.bench import BenchCase, BenchRow, scene_names
     from zoobench.studies.bench import bench as measure
 
@@ -52,24 +51,12 @@ def bench(
         say(f"measuring {case.scene} with about {case.particle_count} particles")
 
     rows = measure(
-        [name.strip() for name in scenes.split(",")] if scenes else scene_names(),
-        parse_counts(particles),
+        parse_names(scenes) if scenes else scene_names(),
+        parse_counts(particles, "particle counts"),
         gradients=gradients,
         repeats=repeats,
         precision=precision,
         device=device,
         on_case=tell,
     )
-    emit(Listing(tuple(field.name for field in fields(BenchRow)), tuple(map(astuple, rows))), form)
-
-
-def parse_counts(text: str) -> list[int]:
-    """Read `1000,10000` as numbers of particles.
-
-    Raises:
-        UsageError: something else.
-    """
-    try:
-        return [int(word) for word in text.split(",")]
-    except ValueError:
-        raise UsageError(f"Cannot read {text!r} as particle counts. Write for example 1000,10000.") from None
+    emit(listing_of(BenchRow, rows), form)

@@ -1,4 +1,4 @@
-"""Several tables from one command."""
+"""Tables of dataclass objects, one or several from one command."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields

@@ -6,6 +6,8 @@ from typer import Exit, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.several import listing_of
+from zoobench.cli.words import parse_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,24 +33,24 @@ def stability(
     fraction of the largest stable one, frames repeated with half the step, and the shares of clamped particle-frames
     and repeated frames. Rows are stored as they are done. Exit code 1 if a case fails.
     """
-    from dataclasses import astuple, fields
-
     from zoobench.report.listing import Listing
     from zoobench.studies.stability import suite
     from zoobench.studies.stability.base import Result
     from zoobench.studies.stability.largest import StepRow, largest_steps
 
     if only_list:
-        rows = tuple((found.name, found.fast, found.about) for found in suite.suite())
+        rows = tuple((found.name, found.is_fast, found.about) for found in suite.suite())
         emit(Listing(("case", "fast", "about"), rows), form)
         return
     kind: type[Result] | type[StepRow] = StepRow if largest_step else Result
     found: list[Result | StepRow] = []
-    results: Iterator[Result | StepRow] = largest_steps() if largest_step else suite.stability(_names(cases), fast=fast)
+    results: Iterator[Result | StepRow] = (
+        largest_steps() if largest_step else suite.stability(parse_names(cases), fast=fast)
+    )
     for row in _store(results, db, suite.STEP_STUDY if largest_step else suite.STUDY):
         found.append(row)
         say(f"{row.verdict}  {row.case}  {row.seconds:.1f} s")
-    emit(Listing(tuple(field.name for field in fields(kind)), tuple(map(astuple, found))), form)
+    emit(listing_of(kind, found), form)
     if not all(row.passed for row in found):
         raise Exit(1)
 
@@ -69,7 +71,3 @@ def _store(results: "Iterator[Result | StepRow]", db: str, study: str) -> "Itera
     with Store(db) as store:
         for _ in store.save_study(study, rows(), provenance=provenance.gather()):
             yield done[-1]
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",")]

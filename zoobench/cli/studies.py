@@ -4,10 +4,10 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.machine import parse_counts
 from zoobench.cli.options import FormatOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.several import choose, emit_several, listing_of
+from zoobench.cli.words import parse_counts
 
 TABLES = ("rows", "summary")
 
@@ -48,7 +48,7 @@ def gradcheck(
         seed=seed,
     ):
         own: list[GradRow] = []
-        for row in check(cell, parse_counts(horizons), directions=directions, seed=seed):
+        for row in check(cell, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
             own.append(row)
             say(
                 f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}"

@@ -7,6 +7,7 @@ from typer import Exit, Option
 
 from zoobench.cli.options import FormatOption
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.words import parse_names
 
 if TYPE_CHECKING:
     from zoobench.report.listing import Listing
@@ -33,7 +34,7 @@ def validate(
     from zoobench.studies.validate.suite import run, select
 
     outcomes: list[tuple[Case, Outcome]] = []
-    for chosen, outcome in run(select([name.strip() for name in case.split(",")], fast=fast)):
+    for chosen, outcome in run(select(parse_names(case), fast=fast)):
         outcomes.append((chosen, outcome))
         say(f"{chosen.name}: {'ok' if outcome.is_met else 'MISSED'} in {outcome.seconds:.1f} s")
         if plots is not None:

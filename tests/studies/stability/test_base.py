@@ -12,7 +12,7 @@ def _refuse() -> None:
 
 
 def _result(carry_out: object) -> tuple[str, str]:
-    result = Case("case", "About.", carry_out, fast=True).run()  # type: ignore[arg-type]
+    result = Case("case", "About.", carry_out, is_fast=True).run()  # type: ignore[arg-type]
     return result.verdict, result.measured
 
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from zoobench.errors import UnknownNameError
+from zoobench.errors import UnknownNameError, UsageError
 from zoobench.studies.stability.base import Case
 from zoobench.studies.stability.suite import stability, stored, suite
 
-FAST = [found for found in suite() if found.fast]
-SLOW = [found for found in suite() if not found.fast]
+FAST = [found for found in suite() if found.is_fast]
+SLOW = [found for found in suite() if not found.is_fast]
 
 
 def _check(found: Case) -> None:
@@ -36,11 +36,13 @@ def test_the_suite_is_large_enough_and_described() -> None:
 
 
 def test_cases_are_chosen_by_globs() -> None:
-    """In the suite's order; a name that matches nothing is a usage error with a suggestion."""
+    """In the suite's order; a name that matches nothing is a usage error with a suggestion; slow cases are not fast."""
     names = [result.case for result in stability(["one-particle", "bad-*"], fast=True)]
     assert names == ["bad-matter", "bad-actuation", "one-particle"]
     with pytest.raises(UnknownNameError, match="bad-matter"):
         stability(["bad-mater"])
+    with pytest.raises(UsageError, match="dam-break need longer"):
+        stability(["dam-break"], fast=True)
 
 
 def test_a_result_is_stored_with_all_that_was_measured() -> None:

@@ -2,12 +2,11 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from zoobench.errors import UnknownNameError, ZoobenchError
+from zoobench.errors import ZoobenchError
 
 if TYPE_CHECKING:
     from zoobench.sim.rollout import Rollout
@@ -123,12 +122,12 @@ class Result:
 
 @dataclass(frozen=True)
 class Case:
-    """One hard case; `fast` ones take seconds and run in continuous integration."""
+    """One hard case; fast ones take seconds and run in continuous integration."""
 
     name: str
     about: str
     carry_out: Callable[[Probe], None] = field(compare=False)
-    fast: bool
+    is_fast: bool
 
     def run(self) -> Result:
         """Carry it out; an exception is a failure of the case, not the end of the suite."""
@@ -180,16 +179,3 @@ def add_case(found: Case) -> None:
 def registered() -> tuple[Case, ...]:
     """Every case of the modules imported so far, in the order of their registration."""
     return tuple(_CASES.values())
-
-
-def choose(patterns: Iterable[str], cases: Iterable[Case]) -> Iterator[Case]:
-    """The cases whose names match one of the globs, in the suite's order.
-
-    Raises:
-        UnknownNameError: a pattern that matches none.
-    """
-    cases, patterns = tuple(cases), tuple(patterns)
-    for pattern in patterns:
-        if not any(fnmatchcase(found.name, pattern) for found in cases):
-            raise UnknownNameError("stability case", pattern, [found.name for found in cases])
-    return iter([found for found in cases if any(fnmatchcase(found.name, pattern) for pattern in patterns)])

@@ -51,7 +51,7 @@ for _name in scenes.medium_names():
             f"drop-on-{_name}",
             f"A block of rubber hits a bed of {_name} at 10 m/s.",
             partial(_heavy_drop, _name),
-            fast=_name == "snow",
+            is_fast=_name == "snow",
         )
     )
 

@@ -103,7 +103,7 @@ for _name in scenes.medium_names():
             f"lone-{_name}",
             f"One particle of {_name}, compressed, for 10,000 steps of 0.98 dt_iso.",
             partial(_lone_medium, _name),
-            fast=_name in ("sand", "water"),
+            is_fast=_name in ("sand", "water"),
         )
     )
 

@@ -5,7 +5,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from zoobench.db.rows import StudyRow
-from zoobench.studies.stability.base import Case, Result, choose, registered
+from zoobench.studies.selection import select
+from zoobench.studies.stability.base import Case, Result, registered
 
 # imported for the cases that they register, in this order
 from zoobench.studies.stability import (  # isort: skip  # noqa: F401
@@ -38,8 +39,9 @@ def stability(patterns: Iterable[str] = ("*",), *, fast: bool = False) -> Iterat
 
     Raises:
         UnknownNameError: a pattern that matches no case.
+        UsageError: only fast ones are asked for, and none that matches is.
     """
-    chosen = choose(patterns, [found for found in suite() if found.fast or not fast])
+    chosen = select(suite(), patterns, noun="stability case", fast=fast)
     return (found.run() for found in chosen)
 
 

@@ -1,9 +1,8 @@
 """All validation cases, and the choice among them by name."""
 
 from collections.abc import Generator, Iterable
-from fnmatch import fnmatchcase
 
-from zoobench.errors import UnknownNameError, UsageError
+from zoobench.studies import selection
 from zoobench.studies.validate import (
     conservation,
     elements,
@@ -40,16 +39,7 @@ def select(patterns: Iterable[str], *, fast: bool = False) -> list[Case]:
         UnknownNameError: a pattern matches nothing.
         UsageError: what it matches is not fast.
     """
-    chosen: set[str] = set()
-    for pattern in patterns:
-        found = {case.name for case in CASES if fnmatchcase(case.name, pattern)}
-        if not found:
-            raise UnknownNameError("validation case", pattern, (case.name for case in CASES))
-        chosen |= found
-    cases = [case for case in CASES if case.name in chosen and (case.is_fast or not fast)]
-    if not cases:
-        raise UsageError(f"The cases {', '.join(sorted(chosen))} need longer than seconds. Leave --fast out.")
-    return cases
+    return selection.select(CASES, patterns, noun="validation case", fast=fast)
 
 
 def run(cases: Iterable[Case]) -> Generator[tuple[Case, Outcome], None, None]:
