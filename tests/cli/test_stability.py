@@ -38,3 +38,11 @@ def test_stability_lists_its_cases(zoobench: Command) -> None:
     reply = zoobench("stability", "--list", "--format", "json")
     assert len(json.loads(reply.out)) >= 25
     assert zoobench("stability", "--case", "one-particel").code == 2
+
+
+def test_what_would_be_passed_over_in_silence_is_refused(zoobench: Command, tmp_path: Path) -> None:
+    """The largest steps are not sought case by case."""
+    for words in (["--case", "one-particle"], ["--fast"]):
+        reply = zoobench("stability", "--largest-step", *words)
+        assert (reply.code, "Leave --case and --fast out" in reply.err) == (2, True)
+    assert list(tmp_path.iterdir()) == []

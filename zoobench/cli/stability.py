@@ -8,6 +8,7 @@ from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.several import listing_of
 from zoobench.cli.words import parse_names
+from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,6 +43,8 @@ def stability(
         rows = tuple((found.name, found.is_fast, found.about) for found in suite.suite())
         emit(Listing(("case", "fast", "about"), rows), form)
         return
+    if largest_step and (cases != "*" or fast):
+        raise UsageError("--largest-step has scenes of its own and does all of them. Leave --case and --fast out.")
     kind: type[Result] | type[StepRow] = StepRow if largest_step else Result
     found: list[Result | StepRow] = []
     results: Iterator[Result | StepRow] = (
