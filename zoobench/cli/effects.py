@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from typer import Option
 
-from zoobench.cli.options import FormatOption
+from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.several import choose, emit_several, listing_of
 
@@ -12,8 +12,8 @@ TABLES = ("coverage", "costs", "shares")
 
 
 def effects(
-    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
-    fidelity: Annotated[str, Option("--fidelity", help="How finely to simulate.")] = "quick",
+    env: EnvOption = "*",
+    fidelity: OneFidelityOption = "quick",
     particles: Annotated[
         int, Option("--particles", help="Choose each grid for about this many particles instead; 0: do not.")
     ] = 0,
@@ -26,7 +26,7 @@ def effects(
     Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep with an effect
     and without it, and bytes of state per particle. Shares are those of the parts of a substep.
     """
-    from zoobench.harness.grid import parse_selector
+    from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.studies.effects import Coverage, coverage, places
     from zoobench.studies.effects_cost import Cost, Share, costs, shares
@@ -34,7 +34,7 @@ def effects(
     wanted = choose(table, TABLES, form)
     kinds = dict(zip(TABLES, (Coverage, Cost, Share), strict=True))
     found: dict[str, list[Any]] = {name: [] for name in wanted}
-    for place in places(parse_selector(env, Kind.ENV), parse_selector(fidelity, Kind.FIDELITY)[0], particles):
+    for place in places(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles):
         if "coverage" in wanted:
             found["coverage"].append(coverage(place.env, place.scene))
         for name, measure in (("costs", costs), ("shares", shares)):

@@ -30,6 +30,10 @@ FramesOption = Annotated[int | None, Option("--frames", help="Length of an episo
 FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'quick[precision=64]'.")]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
+OneDesignOption = Annotated[str, Option("--design", help="The body.")]
+OneControllerOption = Annotated[str, Option("--controller", help="What drives it.")]
+OneFidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate.")]
+
 ChosenEnvOption = Annotated[str, Option("--env", help="Only these environments: names or globs.")]
 ChosenTaskOption = Annotated[str, Option("--task", help="Only these tasks.")]
 ChosenDesignOption = Annotated[str, Option("--design", help="Only these designs.")]

@@ -5,15 +5,16 @@ from typing import Annotated
 
 from typer import Option
 
+from zoobench.cli.options import EnvOption, OneControllerOption, OneDesignOption, OneFidelityOption
 from zoobench.cli.output import say
 
 
 def picture(
-    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
+    env: EnvOption = "*",
     out: Annotated[Path, Option("--out", help="Folder that the PNG files are written to.")] = Path("pictures"),
-    design: Annotated[str, Option("--design", help="The body.")] = "caterpillar",
-    controller: Annotated[str, Option("--controller", help="What drives it.")] = "sine-basis",
-    fidelity: Annotated[str, Option("--fidelity", help="How finely to simulate.")] = "quick",
+    design: OneDesignOption = "caterpillar",
+    controller: OneControllerOption = "sine-basis",
+    fidelity: OneFidelityOption = "quick",
     frames: Annotated[int, Option("--frames", min=0, help="Control frames before the picture; 0 for the start.")] = 0,
     seed: Annotated[int, Option("--seed", min=0, help="Of the controller's random parameters.")] = 0,
 ) -> None:
@@ -22,16 +23,16 @@ def picture(
     One PNG for each environment at rest, or after some frames of the controller with random parameters; several
     environments come on one sheet too. Prints the paths of the files. Needs the extra `plots`.
     """
-    from zoobench.harness.grid import parse_selector
+    from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.studies.picture import pictures, snapshots
 
     shots = []
     for shot in snapshots(
         parse_selector(env, Kind.ENV),
-        design=parse_selector(design, Kind.DESIGN)[0],
-        controller=parse_selector(controller, Kind.CONTROLLER)[0],
-        fidelity=parse_selector(fidelity, Kind.FIDELITY)[0],
+        design=parse_one(design, Kind.DESIGN),
+        controller=parse_one(controller, Kind.CONTROLLER),
+        fidelity=parse_one(fidelity, Kind.FIDELITY),
         frames=frames,
         seed=seed,
     ):

@@ -4,14 +4,14 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import FormatOption
+from zoobench.cli.options import FormatOption, OneFidelityOption, TaskOption
 from zoobench.cli.output import Format, emit, say
 
 
 def reach(
     env: Annotated[str, Option("--env", help="Environments with a medium: names or globs, with commas.")],
-    task: Annotated[str, Option("--task", help="Tasks, likewise.")] = "*",
-    fidelity: Annotated[str, Option("--fidelity", help="How finely to simulate.")] = "quick",
+    task: TaskOption = "*",
+    fidelity: OneFidelityOption = "quick",
     frames: Annotated[int, Option("--frames", min=1, help="Control frames of an episode.")] = 200,
     controllers: Annotated[int, Option("--controllers", min=1, help="Random controllers to compare with.")] = 3,
     scale: Annotated[float, Option("--scale", help="Length and width by those of the environment.")] = 1.0,
@@ -24,7 +24,7 @@ def reach(
     """
     from dataclasses import astuple, fields
 
-    from zoobench.harness.grid import parse_selector
+    from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.studies.reach import ReachRow
@@ -34,7 +34,7 @@ def reach(
     for row in compare(
         parse_selector(env, Kind.ENV),
         parse_selector(task, Kind.TASK),
-        fidelity=parse_selector(fidelity, Kind.FIDELITY)[0],
+        fidelity=parse_one(fidelity, Kind.FIDELITY),
         frames=frames,
         controllers=controllers,
         scale=scale,

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import FormatOption
+from zoobench.cli.options import EnvOption, FormatOption, OneControllerOption, OneDesignOption, TaskOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.several import choose, emit_several, listing_of
 from zoobench.cli.words import parse_counts
@@ -13,14 +13,14 @@ TABLES = ("rows", "summary")
 
 
 def gradcheck(
-    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
-    task: Annotated[str, Option("--task", help="Tasks, likewise.")] = "*",
-    design: Annotated[str, Option("--design", help="The body.")] = "caterpillar",
-    controller: Annotated[str, Option("--controller", help="What drives it.")] = "sine-basis",
+    env: EnvOption = "*",
+    task: TaskOption = "*",
+    design: OneDesignOption = "caterpillar",
+    controller: OneControllerOption = "sine-basis",
     fidelity: Annotated[str, Option("--fidelity", help="The grid; the precision is 64 bits in any case.")] = "smoke",
     horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200,800",
     directions: Annotated[int, Option("--directions", help="How many in every group; the worst is shown.")] = 1,
-    seed: Annotated[int, Option("--seed", help="Of the controller's parameters and the directions.")] = 0,
+    seed: Annotated[int, Option("--seed", min=0, help="Of the controller's parameters and the directions.")] = 0,
     table: Annotated[str, Option("--table", help="rows, summary or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -29,7 +29,7 @@ def gradcheck(
     Random directions in every group of parameters, at growing horizons, and a summary that says at which horizon chaos
     takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or anything is not finite.
     """
-    from zoobench.harness.grid import parse_selector
+    from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.studies.gradcheck import GradRow
     from zoobench.studies.gradcheck import gradcheck as check
@@ -42,9 +42,9 @@ def gradcheck(
     for cell in cells(
         parse_selector(env, Kind.ENV),
         parse_selector(task, Kind.TASK),
-        design=parse_selector(design, Kind.DESIGN)[0],
-        controller=parse_selector(controller, Kind.CONTROLLER)[0],
-        fidelity=parse_selector(fidelity, Kind.FIDELITY)[0],
+        design=parse_one(design, Kind.DESIGN),
+        controller=parse_one(controller, Kind.CONTROLLER),
+        fidelity=parse_one(fidelity, Kind.FIDELITY),
         seed=seed,
     ):
         own: list[GradRow] = []

@@ -79,6 +79,19 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
     return list(refs)
 
 
+def parse_one(text: str, kind: Kind) -> Ref:
+    """Read the one reference that a text stands for.
+
+    Raises:
+        UsageError: it stands for several; otherwise as `parse_selector`.
+    """
+    refs = parse_selector(text, kind)
+    if len(refs) > 1:
+        names = ", ".join(ref.name for ref in refs)
+        raise UsageError(f"{text!r} means several, {names}, and one {kind.noun} is taken here. Name one of them.")
+    return refs[0]
+
+
 def _product(grid: GridSpec) -> Iterator[RunSpec]:
     axes = (
         _resolve(Kind.ENV, grid.envs),
