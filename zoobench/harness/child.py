@@ -16,7 +16,6 @@ Anything that other code prints goes to standard error, which is the run's log.
 import base64
 import json
 import os
-import sys
 import threading
 import traceback
 from collections.abc import Callable, Mapping
@@ -25,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 from zoobench import registry
 from zoobench.errors import DivergenceError, ZoobenchError
 from zoobench.harness.lifeline import Lifeline, die_with
+from zoobench.memory import peak_memory
 from zoobench.registry import Kind
 from zoobench.seeding import METHOD_AXES, generator
 from zoobench.spec import RunSpec
@@ -111,16 +111,6 @@ def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
 
 
-def _peak_memory() -> int | None:
-    """The largest resident memory of this process [bytes]; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
-
-
 def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     """Read the job from standard input, do it with `solve`, and say how it ended."""
     lifeline = Lifeline()
@@ -145,7 +135,7 @@ def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     # A method that was asked to stop returns early: neither what it found nor that all diverged so far is the result.
     if stop.is_set() and last_word["kind"] != "failed":
         last_word = {"kind": "stopped"}
-    wire.send(**last_word, peak_memory=_peak_memory())
+    wire.send(**last_word, peak_memory=peak_memory())
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ class BenchRow:
         backward_over_forward: time of the backward pass, its recomputation included, over the forward pass's.
         compile_cold_s: time to compile forward (and gradient) kernels with an empty cache [s].
         compile_warm_s: the same from the cache [s].
-        peak_memory_mib: largest resident memory of the process [MiB].
+        peak_memory_mib: largest resident memory of the process [MiB]; None where the system does not tell.
     """
 
     scene: str
@@ -62,12 +62,22 @@ class BenchRow:
     backward_over_forward: float | None
     compile_cold_s: float
     compile_warm_s: float
-    peak_memory_mib: float
+    peak_memory_mib: float | None
 
 
 def scene_names() -> list[str]:
     """Scenes that can be measured: the registered environments."""
     return registry.names(Kind.ENV)
+
+
+def check_particle_count(count: int) -> None:
+    """Refuse a number of particles that no grid is to be chosen for.
+
+    Raises:
+        UsageError: it is out of range.
+    """
+    if not 50 <= count <= LARGEST_PARTICLE_COUNT:
+        raise UsageError(f"{count} particles cannot be measured. Give 50 to {LARGEST_PARTICLE_COUNT:,}.")
 
 
 def bench(
@@ -103,8 +113,7 @@ def bench(
     if repeats < 1:
         raise UsageError(f"{repeats} repeats measure nothing. Give at least 1.")
     for count in particles:
-        if not 50 <= count <= LARGEST_PARTICLE_COUNT:
-            raise UsageError(f"{count} particles cannot be measured. Give 50 to {LARGEST_PARTICLE_COUNT:,}.")
+        check_particle_count(count)
     rows = []
     for scene in scenes:
         for count in particles:

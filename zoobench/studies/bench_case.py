@@ -2,7 +2,6 @@
 
 import json
 import math
-import resource
 import statistics
 import sys
 import time
@@ -10,9 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.envs.base import Environment
+from zoobench.memory import peak_memory
+from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.scene import Scene
@@ -53,6 +55,14 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
     return best
 
 
+def travelling_wave(frames: int, muscle_count: int) -> NDArray[np.float64]:
+    """Full actuation at 20 rad/s, `[frames, 1, muscle_count]`, the muscles one after the other."""
+    times = np.arange(frames)[:, None, None] * FRAME_SECONDS
+    phases = np.linspace(0, 2 * np.pi, muscle_count, endpoint=False)
+    actuation: NDArray[np.float64] = np.sin(20 * times + phases)
+    return actuation
+
+
 def measure(job: dict[str, Any]) -> dict[str, Any]:
     """Compile, then (unless only that was asked for) time the episodes of a case; see `bench.BenchRow`."""
     from zoobench.sim.solver import Solver
@@ -61,12 +71,12 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
     solver = Solver(scene, fidelity, gradients=job["gradients"], device=job["device"])
     frames = max(job["frames"], math.ceil(job["episode_substeps"] / solver.substeps_per_frame))
     compile_seconds = _first_call(solver)
-    result = {"compile_warm_s": compile_seconds}
+    result: dict[str, Any] = {"compile_warm_s": compile_seconds}
     if not job["only_compile"]:
         result |= _rates(solver, _time_episodes(solver, frames, job["repeats"], job["gradients"]))
         result |= {"scene": job["scene"], "precision": job["precision"]}
-        # Linux counts in KiB
-        result["peak_memory_mib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        peak = peak_memory()
+        result["peak_memory_mib"] = None if peak is None else peak / 2**20
     return result
 
 
@@ -78,9 +88,7 @@ def _first_call(solver: "Solver") -> float:
 
 
 def _time_episodes(solver: "Solver", frames: int, repeats: int, gradients: bool) -> _Timing:
-    times = np.arange(frames)[:, None, None] * 0.008
-    phases = np.linspace(0, 2 * np.pi, solver.muscle_count, endpoint=False)
-    actuation = np.sin(20 * times + phases)
+    actuation = travelling_wave(frames, solver.muscle_count)
     timing = _Timing([], [])
     for _ in range(repeats):
         begin = time.perf_counter()

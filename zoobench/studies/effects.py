@@ -15,6 +15,7 @@ from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import Law
 from zoobench.sim.scene import Array, Effect, MediumBed, Scene
 from zoobench.spec import Ref
+from zoobench.studies.bench import check_particle_count
 from zoobench.studies.bench_case import build_scene
 
 HIGH_FRICTION = 0.3
@@ -94,8 +95,8 @@ def places(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[Place
     Raises:
         UnknownNameError, UsageError: a name or a number that cannot be used.
     """
-    if particles and not 50 <= particles <= 2_000_000:
-        raise UsageError(f"{particles} particles cannot be measured. Give 50 to 2,000,000, or 0 for the fidelity's.")
+    if particles:
+        check_particle_count(particles)
     for env in envs:
         if particles and env.params:
             raise UsageError(f"The grid of {env} cannot follow from a number of particles. Leave the parameters out.")

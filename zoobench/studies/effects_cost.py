@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.errors import DivergenceError
+from zoobench.studies.bench_case import travelling_wave
 from zoobench.studies.effects import Place
 from zoobench.studies.effects_scenes import pairs
 
@@ -220,9 +221,7 @@ def run(solver: "Solver", frames: int) -> "Rollout":
     Raises:
         DivergenceError: it blew up.
     """
-    times = np.arange(frames)[:, None, None] * 0.008
-    phases = np.linspace(0, 2 * np.pi, solver.muscle_count, endpoint=False)
-    rollout = solver.run(np.sin(20 * times + phases))
+    rollout = solver.run(travelling_wave(frames, solver.muscle_count))
     if rollout.divergences:
         raise DivergenceError(rollout.divergences[0])
     return rollout
