@@ -92,6 +92,21 @@ def test_everything_that_decides_the_state_is_in_the_key(computed: list[int], mo
     assert len(computed) == 8
 
 
+def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder that several machines share keeps a state for each model of processor and each set of instructions."""
+    told = [
+        "model name\t: A\nflags\t\t: sse2\n",
+        "model name\t: B\nflags\t\t: sse2\n",
+        "model name\t: B\nflags\t\t: sse2 fma\n",
+    ]
+    for text in (*told, told[0]):
+        monkeypatch.setattr(Path, "read_text", lambda _, text=text, **__: text)
+        module._processor.cache_clear()
+        get(medium_scene("sand"))
+    module._processor.cache_clear()
+    assert len(computed) == 3
+
+
 @pytest.mark.parametrize("damage", ["empty", "cut", "bit"])
 def test_a_damaged_file_is_computed_anew(damage: str, computed: list[int], tmp_path: Path) -> None:
     """Whether it lost its content, its end or a single bit."""

@@ -30,6 +30,9 @@ LARGEST_FOLDER = 500 * 2**20
 
 _DIGEST_BYTES = 32
 
+_PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
+"""Of /proc/cpuinfo: the first two on x86, the others on ARM."""
+
 
 def settled(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
     """The scene's state after `frames` control frames of rest, for `Solver(..., start=...)`; None for no frames.
@@ -59,7 +62,7 @@ def settled_folder() -> Path:
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
     """A hash of everything that decides the settled state; rounding differs between processors and compilers."""
     digest = hashlib.sha256(_sources())
-    for value in (scene, fidelity, frames, frame_seconds, platform.machine(), ti.__version__):
+    for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__):
         _feed(digest, value)
     return digest.hexdigest()
 
@@ -77,6 +80,20 @@ def _feed(digest: "hashlib._Hash", value: Any) -> None:
         digest.update(b")")
     else:
         digest.update(f"{value!r};".encode())
+
+
+@cache
+def _processor() -> str:
+    """The processor's model and instruction sets: kernels are compiled for them, and mathematical functions chosen.
+
+    Machines that share a folder may differ in both; where only some have fused multiplication, results differ.
+    """
+    try:
+        lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+    except OSError:  # no Linux
+        lines = []
+    told = sorted({line for line in lines if line.startswith(_PROCESSOR_LINES)})
+    return "\n".join([platform.machine(), platform.processor(), *told])
 
 
 @cache
