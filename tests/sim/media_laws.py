@@ -1,7 +1,10 @@
 """The laws of the media as functions of arrays, the materials they are tested with and random trial states of each."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from tests.sim import scenes
 from tests.sim.law_kernels import medium_all, medium_back_all, symmetric, tensors
 from zoobench.sim.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
 
@@ -11,14 +14,7 @@ Triple = tuple[np.ndarray, np.ndarray, np.ndarray]
 SAND = SandMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1600.0, friction_angle=45.0)
 CLAY = ClayMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1800.0, yield_stress=400.0)
 MUD = MudMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1400.0, yield_stress=200.0, viscosity=1.0)
-SNOW = SnowMaterial(
-    youngs_modulus=1e4,
-    poissons_ratio=0.3,
-    density=400.0,
-    critical_compression=2.5e-2,
-    critical_stretch=7.5e-3,
-    hardening=10.0,
-)
+SNOW = replace(scenes.SNOW, youngs_modulus=1e4, poissons_ratio=0.3)
 SOLIDS: dict[str, Solid] = {"sand": SAND, "clay": CLAY, "mud": MUD, "snow": SNOW}
 MU, LAM = SAND.constants[:2]
 

@@ -30,18 +30,19 @@ NO_GRAVITY = (0.0, 0.0, 0.0)
 SOFT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
 STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
 SAND = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=45.0)
+SNOW = SnowMaterial(
+    youngs_modulus=1.4e5,
+    poissons_ratio=0.2,
+    density=400.0,
+    critical_compression=2.5e-2,
+    critical_stretch=7.5e-3,
+    hardening=10.0,
+)
 MEDIA: dict[str, Medium] = {
     "sand": SAND,
     "clay": ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=200.0),
     "mud": MudMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=100.0, viscosity=1.0),
-    "snow": SnowMaterial(
-        youngs_modulus=1.4e5,
-        poissons_ratio=0.2,
-        density=400.0,
-        critical_compression=2.5e-2,
-        critical_stretch=7.5e-3,
-        hardening=10.0,
-    ),
+    "snow": SNOW,
     "water": WaterMaterial(bulk_modulus=1e5, density=1000.0, viscosity=0.1),
 }
 MUSCLES = 3

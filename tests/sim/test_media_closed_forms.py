@@ -5,16 +5,8 @@ import pytest
 
 from tests.sim.law_kernels import symmetric
 from tests.sim.media_laws import LAM, MU, MUD, SAND, SOLIDS, Solid, rest_history, update
-from zoobench.sim.matter import ClayMaterial, SandMaterial, SnowMaterial
-
-SNOW = SnowMaterial(
-    youngs_modulus=1.4e5,
-    poissons_ratio=0.2,
-    density=400.0,
-    critical_compression=2.5e-2,
-    critical_stretch=7.5e-3,
-    hardening=10.0,
-)
+from tests.sim.scenes import SNOW
+from zoobench.sim.matter import ClayMaterial, SandMaterial
 
 
 def _shear(material: Solid, b: np.ndarray, strain: float, steps: int) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, lifted, without_overlap
+from zoobench.envs.terrain import hills
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.matter import ElasticMaterial, Medium
@@ -137,6 +138,17 @@ class Environment:
         if self.terrain is not None:
             bed = lifted(bed, self.terrain)
         return bed if self.stance is Stance.STANDING else without_overlap(bed, robot, fidelity)
+
+
+def firm_environment(*, friction: float, relief: float, wavelength: float, terrain_seed: int) -> Environment:
+    """A land robot on firm ground, level or with `hills`, without a wall within its reach."""
+    return Environment(
+        robot=LAND_ROBOT,
+        friction=friction,
+        arena=OPEN_ARENA,
+        settling_frames=SETTLING_FRAMES,
+        terrain=hills((OPEN_ARENA[0], OPEN_ARENA[2]), relief=relief, wavelength=wavelength, seed=terrain_seed),
+    )
 
 
 def bed_environment(

@@ -1,7 +1,6 @@
 """Ice: the ground without a grip."""
 
-from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, SETTLING_FRAMES, Environment
-from zoobench.envs.terrain import hills
+from zoobench.envs.base import Environment, firm_environment
 from zoobench.registry import Kind, register
 
 
@@ -20,10 +19,4 @@ def ice(
     * `wavelength`: of the widest hills [m].
     * `terrain_seed`: which hills.
     """
-    return Environment(
-        robot=LAND_ROBOT,
-        friction=friction,
-        arena=OPEN_ARENA,
-        settling_frames=SETTLING_FRAMES,
-        terrain=hills((OPEN_ARENA[0], OPEN_ARENA[2]), relief=relief, wavelength=wavelength, seed=terrain_seed),
-    )
+    return firm_environment(friction=friction, relief=relief, wavelength=wavelength, terrain_seed=terrain_seed)
