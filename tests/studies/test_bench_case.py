@@ -17,11 +17,3 @@ def test_memory_is_given_in_mebibytes(monkeypatch: pytest.MonkeyPatch, told: int
     """Of the bytes that the system tells; nothing where it tells none."""
     monkeypatch.setattr(bench_case, "peak_memory", lambda: told)
     assert bench_case.measure(JOB)["peak_memory_mib"] == shown
-
-
-def test_all_muscles_are_driven_in_turn() -> None:
-    """The wave has the muscles' phases spread over one period and stays in bounds."""
-    wave = bench_case.travelling_wave(100, 4)
-    assert wave.shape == (100, 1, 4)
-    assert abs(wave).max() <= 1.0
-    assert wave[0, 0] == pytest.approx([0.0, 1.0, 0.0, -1.0])

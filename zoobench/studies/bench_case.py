@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.envs.base import Environment
 from zoobench.memory import peak_memory
-from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.scene import Scene
 from zoobench.spec import Ref
+from zoobench.studies.driving import travelling_wave
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -53,14 +52,6 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
         if abs(trial[0].particle_count - particle_count) < abs(best[0].particle_count - particle_count):
             best = trial
     return best
-
-
-def travelling_wave(frames: int, muscle_count: int) -> NDArray[np.float64]:
-    """Full actuation at 20 rad/s, `[frames, 1, muscle_count]`, the muscles one after the other."""
-    times = np.arange(frames)[:, None, None] * FRAME_SECONDS
-    phases = np.linspace(0, 2 * np.pi, muscle_count, endpoint=False)
-    actuation: NDArray[np.float64] = np.sin(20 * times + phases)
-    return actuation
 
 
 def measure(job: dict[str, Any]) -> dict[str, Any]:

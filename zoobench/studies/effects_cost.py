@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.errors import DivergenceError
-from zoobench.studies.bench_case import travelling_wave
+from zoobench.studies.driving import travelling_wave
 from zoobench.studies.effects import Place
 from zoobench.studies.effects_scenes import pairs
 

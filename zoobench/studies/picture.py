@@ -14,6 +14,7 @@ from zoobench.errors import DivergenceError, UsageError
 from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.spec import Ref
+from zoobench.studies.driving import random_actuation
 
 if TYPE_CHECKING:
     from zoobench.controllers.base import Controller
@@ -126,11 +127,6 @@ def _label(ref: Ref) -> str:
 
 def _move(solver: "Solver", controller: "Controller", frames: int, seed: int) -> None:
     """One episode from the settled state; the solver's matter is at its end afterwards."""
-    import torch
-
-    count = solver.muscle_count
-    parameters = torch.as_tensor(controller.initial(np.random.default_rng(seed), count))[None]
-    times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
-    rollout = solver.run(controller.actuation(parameters, times, count).numpy())
+    rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, seed))
     if rollout.divergences:
         raise DivergenceError(rollout.divergences[0])

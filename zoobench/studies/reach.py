@@ -18,6 +18,7 @@ from zoobench.errors import DivergenceError, UsageError
 from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.spec import Ref
+from zoobench.studies.driving import random_actuation
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def reach(
     grid = registry.create(Kind.FIDELITY, fidelity)
     body: Body = registry.create(Kind.DESIGN, design).body(grid)
     driver: Controller = registry.create(Kind.CONTROLLER, controller)
-    actuation = _actuation(driver, body.muscle_count, frames, controllers, seed)
+    actuation = random_actuation(driver, body.muscle_count, frames, controllers, seed)
     for name in envs:
         env: Environment = registry.create(Kind.ENV, name)
         if env.bed is None:
@@ -182,14 +183,3 @@ def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Arra
     positions, velocities = (torch.as_tensor(a, dtype=torch.float64) for a in (rollout.positions, rollout.velocities))
     motion = Motion(positions, velocities, masses, FRAME_SECONDS)
     return _Episode(env.arena, motion, scene.particle_count, seconds)
-
-
-def _actuation(driver: "Controller", muscles: int, frames: int, controllers: int, seed: int) -> Array:
-    """Of controllers with random parameters, `[frames, controllers, muscles]`."""
-    import torch
-
-    rng = np.random.default_rng(seed)
-    parameters = torch.as_tensor(np.array([driver.initial(rng, muscles) for _ in range(controllers)]))
-    times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
-    actuation: Array = driver.actuation(parameters, times, muscles).numpy()
-    return actuation
