@@ -62,7 +62,7 @@ def settled_folder() -> Path:
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
     """A hash of everything that decides the settled state; rounding differs between processors and compilers."""
     digest = hashlib.sha256(_sources())
-    for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__):
+    for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__, torch.__version__):
         _feed(digest, value)
     return digest.hexdigest()
 
