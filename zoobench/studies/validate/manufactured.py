@@ -4,6 +4,7 @@ takes (Wallstedt & Guilkey 2008, axis-aligned displacement in a periodic unit sq
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -57,13 +58,21 @@ def _velocity(X: Array, t: float) -> tuple[Array, Array]:
     return AMPLITUDE * np.sin(2 * math.pi * X) * swing, gradient
 
 
-class _Driven:
+class Driven:
     """The square with periodic images around it, one layer of particles thick, in plane strain.
 
     After every substep the images take the state of their originals, and all matter is put back into its plane.
+
+    Args:
+        cells: of the grid along a side of the square.
+        per_axis: particles per cell along an axis.
+        settings: precision and further choices of the fidelity.
+
+    Attributes:
+        stage: the square and its images, moved on by `error`.
     """
 
-    def __init__(self, cells: int, per_axis: int, precision: int) -> None:
+    def __init__(self, cells: int, per_axis: int = 3, **settings: Any) -> None:
         h = 1 / cells
         edge = (_GHOSTS + 3) * h  # of the square; the images keep clear of the arena's walls
         low, high = edge - _GHOSTS * h, edge + 1 + _GHOSTS * h
@@ -74,7 +83,7 @@ class _Driven:
             passive_body(MATERIAL, points, h**3 / per_axis**2), (0, 0, 0), (size, size, 3 * h), gravity=WEIGHTLESS
         )
         # CFL 0.3 with the speed of pressure waves
-        self.stage = Stage(scene, h, 0.75 * _PERIOD, precision=precision, courant=0.42)
+        self.stage = Stage(scene, h, 0.75 * _PERIOD, courant=0.42, **settings)
         inside = ((self._X > 0) & (self._X < 1)).all(1)
         self._square, self._image = np.flatnonzero(inside), np.flatnonzero(~inside)
         sites = np.rint(self._X * cells * per_axis - 0.5).astype(int) % (cells * per_axis)
@@ -110,7 +119,7 @@ class _Driven:
 
 
 def _manufactured(precision: int) -> Outcome:
-    runs = [_Driven(cells, 3, precision) for cells in _CELLS]
+    runs = [Driven(cells, precision=precision) for cells in _CELLS]
     errors = [run.error() for run in runs]
     worst = np.array([error.max() for error in errors])
     spacings = 1 / np.array(_CELLS)

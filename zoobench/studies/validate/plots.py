@@ -9,7 +9,8 @@ from zoobench.studies.validate.base import Curve, Figure, Role
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_COLOURS = ("#0b62a4", "#c8501e", "#2b8a3e", "#7a3e9d", "#946b00")
+_COLOURS = ("#0b62a4", "#c8501e", "#2b8a3e", "#7a3e9d", "#946b00", "#0aa5b5", "#d6337c", "#6b6b6b")
+_FEW = 8  # points of a line that are marked, so that one sees which there are
 _SIZE = (7.0, 5.2)  # [inches]
 
 
@@ -59,5 +60,6 @@ def _draw_curve(axes: "Axes", line: Curve, number: int) -> None:
         axes.plot(line.x, line.y, color="black" if line.points else colour, linewidth=1.2, label=line.label, **style)
     else:
         ring = {"linestyle": "none", "marker": "o", "markersize": 4 + 2 * number, "markerfacecolor": "none"}
-        style = ring if line.points else {"linestyle": "-"}
+        solid = {"linestyle": "-", "marker": "." if len(line.x) <= _FEW else ""}
+        style = ring if line.points else solid
         axes.plot(line.x, line.y, color=colour, linewidth=1.6, label=line.label, **style)

@@ -7,6 +7,7 @@ scheme, and matter that is put back where it belongs is matter that is held ther
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,18 +31,27 @@ class Stage:
     Args:
         seconds: the time that `steps` substeps take [s]; their length divides it.
         courant: the step as a fraction of the largest safe one.
+        settings: further choices of the fidelity, by their names there.
 
     Attributes:
         steps: substeps that make up `seconds`.
+        done: substeps moved on so far.
     """
 
     def __init__(
-        self, scene: Scene, grid_spacing: float, seconds: float, *, precision: int = 64, courant: float = 0.5
+        self,
+        scene: Scene,
+        grid_spacing: float,
+        seconds: float,
+        *,
+        precision: int = 64,
+        courant: float = 0.5,
+        **settings: Any,
     ) -> None:
-        fidelity = Fidelity(grid_spacing, courant=courant, precision=64 if precision == 64 else 32)
+        fidelity = Fidelity(grid_spacing, courant=courant, precision=64 if precision == 64 else 32, **settings)
         self.solver = Solver(scene, fidelity, frame_seconds=seconds)
         self.solver.reset()
-        self.steps, self.dt = self.solver.substeps_per_frame, self.solver.dt
+        self.steps, self.dt, self.done = self.solver.substeps_per_frame, self.solver.dt, 0
         self.scene, self.grid_spacing = scene, grid_spacing
 
     @property
@@ -103,6 +113,7 @@ class Stage:
     def advance(self, count: int) -> None:
         """Move on by `count` substeps."""
         self.solver.substeps(count)
+        self.done += count
 
     def settle(self, rate: float, count: int, push: Vector = WEIGHTLESS) -> None:
         """`count` substeps under drag: all velocities decay with `rate` [1/s]; `push` [m/s^2] acts on top of gravity.

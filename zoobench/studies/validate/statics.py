@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,29 +43,49 @@ def column_settlement(material: ElasticMaterial, heights: Array) -> Array:
     return result
 
 
-def _column(cells: int) -> tuple[float, Array, Array]:
-    """Error of the top's settlement, relative, and rest heights [m] and settlements [m] of the particles.
+class Column(NamedTuple):
+    """A column at rest under its weight.
+
+    Attributes:
+        stage: what brought it there.
+        error: of the top's settlement, relative.
+        height: rest heights `[particle_count]` [m].
+        sunk: settlements `[particle_count]` [m].
+    """
+
+    stage: Stage
+    error: float
+    height: Array
+    sunk: Array
+
+
+def column(cells: int, **settings: Any) -> Column:
+    """The column of `column_settlement`, damped to rest.
 
     One cell wide between walls, all of whose nodes are walls': the column cannot widen at all.
+
+    Args:
+        cells: of the grid over its height.
+        settings: precision and further choices of the fidelity.
     """
     h, material = 1 / cells, _column_material()
     points = lattice((0, 0, 0), (h, 1.0, h), h / 2)
     scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h), ground=Ground(0.0))
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
-    stage = Stage(scene, h, 12 / omega)
+    stage = Stage(scene, h, 12 / omega, **settings)
     stage.settle(2 * omega, stage.steps)
     sunk = (points - stage.positions)[:, 1]
     top = points[:, 1] > 1 - h / 2
     exact = float(column_settlement(material, points[top, 1]).mean())
-    return float(sunk[top].mean()) / exact - 1, points[:, 1], sunk
+    return Column(stage, float(sunk[top].mean()) / exact - 1, points[:, 1], sunk)
 
 
 def _gravity_column() -> Outcome:
     cells = (8, 16, 32)
-    found = [_column(n) for n in cells]
-    errors = np.abs([row[0] for row in found])
-    _, height, sunk = found[-1]
+    found = [column(n) for n in cells]
+    errors = np.abs([each.error for each in found])
+    height, sunk = found[-1].height, found[-1].sunk
     fine = np.linspace(0, 1, 101)
     return Outcome(
         (
@@ -147,6 +168,7 @@ def _cantilever() -> Outcome:
 
 
 MUSCLE = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
+_SIDE = 1 / 8  # of the block [m]
 
 
 def muscle_stretch(activation: float) -> tuple[float, float]:
@@ -182,12 +204,31 @@ def muscle_scene(grid_spacing: float, cells: int) -> Scene:
     return Scene(body, (0, 0, 0), ((cells + 8) * h,) * 3, gravity=WEIGHTLESS)
 
 
-def _contract(activation: float) -> tuple[float, float]:
-    """Mean stretches along and across the fibre of the block at rest under an activation that rises slowly."""
-    h = 1 / 32
-    stage = Stage(muscle_scene(h, 4), h, 1.2)
+class Contraction(NamedTuple):
+    """A free block of muscle at rest under activation.
+
+    Attributes:
+        stage: what brought it there.
+        along, across: mean stretches along and across the fibre.
+    """
+
+    stage: Stage
+    along: float
+    across: float
+
+
+def contract(activation: float, cells: int = 4, **settings: Any) -> Contraction:
+    """The block of 1/8 m under an activation that rises slowly.
+
+    Args:
+        activation: in the end [-].
+        cells: of the grid along a side of the block.
+        settings: precision and further choices of the fidelity.
+    """
+    h = _SIDE / cells
+    stage = Stage(muscle_scene(h, cells), h, 1.2, **settings)
     speed = math.sqrt(MUSCLE.youngs_modulus / MUSCLE.density)
-    rate = 2 * math.pi * speed / (8 * h)
+    rate = 2 * math.pi * speed / (2 * _SIDE)
     keep = math.exp(-rate * stage.dt)
     tension = stage.solver.parameters.tension
     for n in range(stage.steps):
@@ -198,12 +239,13 @@ def _contract(activation: float) -> tuple[float, float]:
         stage.C[:] *= keep
     F = stage.F.astype(float)
     across = np.hypot(F[:, :, 1], F[:, :, 2])
-    return float(np.linalg.norm(F[:, :, 0], axis=1).mean()), float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2))
+    along = float(np.linalg.norm(F[:, :, 0], axis=1).mean())
+    return Contraction(stage, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2)))
 
 
 def _muscle(precision: int) -> Outcome:
     levels = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    found = np.array([_contract(level) for level in levels])
+    found = np.array([contract(level)[1:] for level in levels])
     exact = np.array([muscle_stretch(level) for level in levels])
     fine = np.linspace(-1, 1, 81)
     smooth = np.array([muscle_stretch(level) for level in fine])

@@ -5,7 +5,8 @@ exactly, one cell wide, without walls at the sides.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -31,17 +32,59 @@ def _fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
     return float(frequency), float(decay)
 
 
-def _free_bar(cells: int) -> tuple[float, float, float, Array, Array]:
-    """Relative error of the frequency, decay per substep, c dt / h, and the modal amplitude over time.
+@dataclass(frozen=True)
+class Wave:
+    """A small standing wave as it was simulated.
 
-    First longitudinal mode of a bar of length 1 m with free ends: v = v0 cos(pi x / L), omega = pi c / L.
+    Attributes:
+        stage: what moved it on.
+        omega: exact angular frequency [rad/s].
+        frequency: the one found [rad/s].
+        decay: rate of the amplitude's decay found [1/s]; the exact wave has none.
+        t: times `[steps + 1]` [s].
+        amplitude: of the mode over its first value `[steps + 1]`.
+    """
+
+    stage: Stage
+    omega: float
+    frequency: float
+    decay: float
+    t: Array
+    amplitude: Array
+
+    @property
+    def frequency_error(self) -> float:
+        """Relative."""
+        return self.frequency / self.omega - 1
+
+    @property
+    def loss(self) -> float:
+        """Share of the amplitude that is lost in one period."""
+        return 1 - math.exp(-self.decay * 2 * math.pi / self.omega)
+
+
+def _follow(stage: Stage, shape: Array, omega: float) -> Wave:
+    """Move a mode of velocities along x of this shape and exact frequency on to the end."""
+    t, amplitude = _record(stage, shape, 0)
+    frequency, decay = _fit_decay(t, amplitude, omega)
+    return Wave(stage, omega, frequency, decay, t, amplitude / amplitude[0])
+
+
+def free_bar(cells: int, pace: float = 1e-3, **settings: Any) -> Wave:
+    """First longitudinal mode of a bar of length 1 m with free ends: v = v0 cos(pi x / L), omega = pi c / L.
+
+    Args:
+        cells: of the grid along the bar.
+        pace: v0 / c, its strain. Matter is not linear: the harmonics take about a twentieth of the strain as a share
+            of the amplitude per period, on every grid.
+        settings: precision and further choices of the fidelity.
     """
     h, omega, periods = 1 / cells, math.pi * _BAR_SPEED, 3
     lower = (3 * h, h, h)
     points = lattice(lower, (lower[0] + 1.0, 2 * h, 2 * h), h / 2)
     phase = math.pi * (points[:, 0] - lower[0])
     along = np.array([1.0, 0.0, 0.0])
-    speed = 1e-3 * _BAR_SPEED
+    speed = pace * _BAR_SPEED
     gradient = np.zeros((len(points), 3, 3))
     gradient[:, 0, 0] = -speed * math.pi * np.sin(phase)
     body = replace(
@@ -50,10 +93,8 @@ def _free_bar(cells: int) -> tuple[float, float, float, Array, Array]:
         velocity_gradients=gradient,
     )
     scene = Scene(body, (0, 0, 0), (1 + 6 * h, 3 * h, 3 * h), gravity=WEIGHTLESS)
-    stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45)
-    t, amplitude = _record(stage, np.cos(phase), 0)
-    frequency, decay = _fit_decay(t, amplitude, omega)
-    return frequency / omega - 1, decay * stage.dt, _BAR_SPEED * stage.dt / h, t, amplitude / amplitude[0]
+    stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
+    return _follow(stage, np.cos(phase), omega)
 
 
 def _record(stage: Stage, shape: Array, axis: int) -> tuple[Array, Array]:
@@ -74,12 +115,13 @@ def _bar_mode() -> Outcome:
     (4 S' / (k h^2))^2 = 1 - 13 (k h)^2 / 60 of the modulus, which slows the wave by 13 (k h)^2 / 120; symplectic Euler
     speeds it up by (c k dt)^2 / 24.
     """
-    found = [_free_bar(cells) for cells in _CELLS]
-    errors = np.array([row[0] for row in found])
+    found = [free_bar(cells) for cells in _CELLS]
+    errors = np.array([wave.frequency_error for wave in found])
     spacings = 1 / np.array(_CELLS)
-    _, _, courant, t, amplitude = found[-1]
+    coarsest, finest = found[0], found[-1]
+    loss = coarsest.decay * coarsest.stage.dt  # on the finer grids it is no longer the largest loss
+    courant = _BAR_SPEED * finest.stage.dt / spacings[-1]
     phase_law = -((math.pi * spacings[-1]) ** 2) * (13 / 120 - courant**2 / 24)
-    # on the coarsest grid: on the finer ones it is no longer the largest loss
     loss_law = (math.pi * spacings[0]) ** 4 / 80
     return Outcome(
         (
@@ -88,22 +130,26 @@ def _bar_mode() -> Outcome:
             Check("frequency error at 32 cells", abs(errors[-1]), at_most=1.2e-3),
             Check("the same over its law -(k h)² (13/120 - CFL²/24)", errors[-1] / phase_law,
                   at_least=0.8, at_most=1.2),
-            Check("loss per substep at 8 cells over its law (k h)^4 / 80", found[0][1] / loss_law,
+            Check("loss per substep at 8 cells over its law (k h)^4 / 80", loss / loss_law,
                   at_least=0.8, at_most=1.2),
         ),
         Figure(
             "Longitudinal mode of a free bar, 32 cells", "time [s]", "modal velocity over its first value [-]",
-            (curve("MPM", Role.COMPUTED, t[::8], amplitude[::8], points=True),
-             curve("cos(π c t / L)", Role.REFERENCE, t, np.cos(math.pi * _BAR_SPEED * t))),
+            (curve("MPM", Role.COMPUTED, finest.t[::8], finest.amplitude[::8], points=True),
+             curve("cos(π c t / L)", Role.REFERENCE, finest.t, np.cos(math.pi * _BAR_SPEED * finest.t))),
         ),
     )  # fmt: skip
 
 
-def _walled_bar(cells: int) -> tuple[float, Array, Array]:
-    """Relative error of the frequency of the first mode between slip walls, and the modal amplitude over time.
+def walled_bar(cells: int, **settings: Any) -> Wave:
+    """First longitudinal mode of a bar of length 1 m between slip walls.
 
     The walls let go freely, so the bar is pressed between them by more than the wave relieves. About the pressed state
     F0 small waves run with c² = (dP/dF) / rho0 in the rest length L0 = L / F0, P being the nominal stress mu (F - 1/F).
+
+    Args:
+        cells: of the grid from wall to wall.
+        settings: precision and further choices of the fidelity.
     """
     h, stretch, periods = 1 / cells, 0.99, 3
     mu = _BAR.youngs_modulus / 2
@@ -119,20 +165,17 @@ def _walled_bar(cells: int) -> tuple[float, Array, Array]:
         velocities=pace * shape[:, None] * np.array([1.0, 0.0, 0.0]),
         velocity_gradients=gradient,
     )
-    stage = Stage(
-        Scene(body, (0, 0, 0), (1.0, h, h), gravity=WEIGHTLESS), h, periods * 2 * math.pi / omega, courant=0.45
-    )
+    scene = Scene(body, (0, 0, 0), (1.0, h, h), gravity=WEIGHTLESS)
+    stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
     stage.F[:, 0, 0] = stretch
-    t, amplitude = _record(stage, shape, 0)
-    frequency, _ = _fit_decay(t, amplitude, omega)
-    return frequency / omega - 1, omega * t, amplitude / amplitude[0]
+    return _follow(stage, shape, omega)
 
 
 def _wall_mode() -> Outcome:
-    found = [_walled_bar(cells) for cells in _CELLS]
-    errors = np.array([row[0] for row in found])
+    found = [walled_bar(cells) for cells in _CELLS]
+    errors = np.array([wave.frequency_error for wave in found])
     spacings = 1 / np.array(_CELLS)
-    _, phase, amplitude = found[-1]
+    phase, amplitude = found[-1].omega * found[-1].t, found[-1].amplitude
     return Outcome(
         (
             Check("largest frequency error, over h / L", float((np.abs(errors) / spacings).max()), at_most=0.45),
