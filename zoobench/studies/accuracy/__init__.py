@@ -1,0 +1,1 @@
+"""`zoobench accuracy`: what accuracy costs in time."""
