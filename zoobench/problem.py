@@ -68,6 +68,20 @@ class Evaluation:
         return cls(state["score"], metrics, np.array(state["reward"]))
 
 
+@dataclass(frozen=True)
+class Episode:
+    """One episode in full, for a study that looks at more than the score.
+
+    Attributes:
+        slope: gradient `[parameter_count]` of the loss; all NaN without one.
+        motion: how the robot moved, one world.
+    """
+
+    evaluation: Evaluation
+    slope: Array
+    motion: Motion
+
+
 class Problem:
     """A cell of the benchmark as a function of the controller's parameters, with a meter on it.
 
@@ -138,7 +152,7 @@ class Problem:
             BudgetExhaustedError: the budget does not hold all of them; none is simulated then.
             UsageError: parameters of another shape or not finite.
         """
-        return [evaluation for evaluation, _ in self._evaluate(batch, gradient=False)]
+        return [episode.evaluation for episode in self._evaluate(batch, gradient=False)]
 
     def loss_and_grad(self, parameters: Array) -> tuple[Evaluation, Array]:
         """Simulate one episode and its gradient; see `loss_and_grad_batch`."""
@@ -149,18 +163,26 @@ class Problem:
 
         The gradient of an episode that diverged is all NaN. Raises as `evaluate_batch`.
         """
-        return self._evaluate(batch, gradient=True)
+        return [(episode.evaluation, episode.slope) for episode in self._evaluate(batch, gradient=True)]
 
-    def _evaluate(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
+    def prepare(self, *, gradient: bool = False) -> None:
+        """Settle the scene and build the solver of one world: an `observe` after it does nothing but simulate."""
+        self._solver(1, gradient)
+
+    def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
+        """Simulate one episode and keep all of it. Raises as `evaluate_batch`."""
+        return next(iter(self._evaluate([parameters], gradient=gradient)))
+
+    def _evaluate(self, batch: Sequence[Array], *, gradient: bool) -> Iterator[Episode]:
         parameters = self._check(batch)
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
         self.meter.start_clock()
         width = self._width(gradient)
-        parts = (parameters[begin : begin + width] for begin in range(0, len(batch), width))
-        return [result for part in parts for result in self._simulate(part, gradient)]
+        for begin in range(0, len(batch), width):
+            yield from self._simulate(parameters[begin : begin + width], gradient)
 
-    def _simulate(self, parameters: Array, gradient: bool) -> Iterator[tuple[Evaluation, Array]]:
+    def _simulate(self, parameters: Array, gradient: bool) -> Iterator[Episode]:
         """One solver's worth of worlds, `[worlds, parameter_count]`.
 
         Controller and task see one world at a time: the rounding of a batched sum depends on the batch's width, and
@@ -189,8 +211,8 @@ class Problem:
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
-        evaluations = [self._read(motion, broken.get(w)) for w, motion in enumerate(motions)]
-        return zip(evaluations, slopes, strict=True)
+        for world, motion in enumerate(motions):
+            yield Episode(self._read(motion, broken.get(world)), slopes[world], motion)
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
         import torch

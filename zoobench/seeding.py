@@ -15,6 +15,8 @@ SCENE_AXES = ("env", "seed")
 TASK_AXES = ("env", "task", "seed")
 # Neither budget nor fidelity: a longer or finer run starts from the same draws as a shorter or coarser one.
 METHOD_AXES = ("env", "task", "design", "controller", "method", "seed")
+# A study turns one knob at a time, the environment's among them, and looks at the same controllers every time.
+STUDY_AXES = ("design", "controller", "seed")
 
 
 def seed_sequence(spec: RunSpec, purpose: str, axes: Collection[str]) -> np.random.SeedSequence:

@@ -4,13 +4,14 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from zoobench.errors import BudgetExhaustedError, Divergence
 from zoobench.meter import BudgetMeter
-from zoobench.problem import Evaluation
+from zoobench.problem import Episode, Evaluation
 from zoobench.spec import Budget, Ref, RunSpec
-from zoobench.tasks.base import Metric
+from zoobench.tasks.base import Metric, Motion
 
 Array = NDArray[np.float64]
 Rule = Callable[[Array], bool]
@@ -53,6 +54,11 @@ class Quadratic:
 
     def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
         return self._all(batch, gradient=True)
+
+    def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
+        (evaluation, slope), *_ = self._all([parameters], gradient=gradient)
+        still = torch.zeros((2, 1, 1, 3), dtype=torch.float64)
+        return Episode(evaluation, slope, Motion(still, still, torch.ones((1, 1), dtype=torch.float64), 0.008))
 
     def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
         if not self.affords(len(batch), gradient=gradient):

@@ -7,6 +7,7 @@ from typing import Annotated
 from typer import Exit, Option, Typer
 
 from zoobench import __version__
+from zoobench.cli.accuracy import accuracy
 from zoobench.cli.components import list_components, show
 from zoobench.cli.effects import effects
 from zoobench.cli.listings import logs, results, table
@@ -62,6 +63,7 @@ app.command("gradcheck")(gradcheck)
 app.command("effects")(effects)
 app.command("picture")(picture)
 app.command("reach")(reach)
+app.command("accuracy")(accuracy)
 app.command("stability")(stability)
 app.command("validate")(validate)
 

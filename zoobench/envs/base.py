@@ -87,7 +87,7 @@ class Environment:
             SceneError: the body does not fit into the arena.
         """
         size = np.array(self.arena)
-        place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]])
+        place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]]) + fidelity.displacement
         floor = self._floor(body) + self._rise(body.positions + place)
         positions = body.positions + place + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():

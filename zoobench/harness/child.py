@@ -23,10 +23,11 @@ from typing import TYPE_CHECKING, Any
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, ZoobenchError
+from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with
 from zoobench.memory import peak_memory
 from zoobench.registry import Kind
-from zoobench.seeding import METHOD_AXES, generator
+from zoobench.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.spec import RunSpec
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class ChildContext:
     """The `RunContext` of a method that runs in a child process."""
 
     def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
-        self.rng = generator(spec, "method", METHOD_AXES)
+        self.rng = generator(spec, "method", _axes(spec))
         self._wire = wire
         self._checkpoint = checkpoint
         self._stop = stop
@@ -79,6 +80,12 @@ class ChildContext:
     def progress(self, fraction: float, score: float | None) -> None:
         """Say how far the run is, in [0, 1], and the best score so far."""
         self._wire.send("progress", fraction=float(fraction), score=None if score is None else float(score))
+
+
+def _axes(spec: RunSpec) -> tuple[str, ...]:
+    """What the method's random numbers may depend on."""
+    method = registry.get(Kind.METHOD, spec.method.name, spec.method.version)
+    return STUDY_AXES if FOR_STUDIES in method.tags else METHOD_AXES
 
 
 def solve(spec: RunSpec, context: ChildContext) -> list[Final]:

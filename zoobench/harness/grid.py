@@ -13,6 +13,7 @@ from zoobench.spec import Budget, Ref, RunSpec
 
 NEEDS_GRADIENT = "gradient"  # tag of a method
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
+FOR_STUDIES = "study"  # tag of a component that a study uses: patterns pass it over
 
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
 
@@ -59,6 +60,8 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
+    A pattern passes over what is for studies only.
+
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
         UsageError: another shape, or an unknown version.
@@ -69,7 +72,9 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
         known = registry.names(kind)
         heads = [head]
         if "*" in head or "?" in head:
-            heads = [name for name in known if fnmatchcase(name, head)]
+            heads = [
+                name for name in known if fnmatchcase(name, head) and FOR_STUDIES not in registry.get(kind, name).tags
+            ]
             if not heads:
                 raise UnknownNameError(kind.noun, head, known)
         for name in heads:
@@ -90,6 +95,10 @@ def parse_one(text: str, kind: Kind) -> Ref:
         names = ", ".join(ref.name for ref in refs)
         raise UsageError(f"{text!r} means several, {names}, and one {kind.noun} is taken here. Name one of them.")
     return refs[0]
+
+
+def _is_for_studies(kind: Kind, name: str) -> bool:
+    return FOR_STUDIES in registry.get(kind, name).tags
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 SCORE = "score"
 SMOKE = "smoke"
+PROBE = "probe"
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,11 @@ class Result:
     def is_smoke(self) -> bool:
         """Whether this was a test of the machinery, whose numbers mean nothing."""
         return self.run.spec.fidelity.name == SMOKE
+
+    @property
+    def is_probe(self) -> bool:
+        """Whether this run measured the simulator, not a method."""
+        return self.run.spec.method.name == PROBE
 
 
 def choose_runs(reader: "Reader", choice: Choice, *, states: Iterable[RunState] | None = None) -> list[RunRow]:

@@ -88,13 +88,14 @@ class Table:
 
 
 def score_tables(results: Iterable[Result]) -> list[Table]:
-    """The tables of these results, those of smoke runs left out; sorted by name, so that equal data give equal text.
+    """The tables of these results, sorted by name, so that equal data give equal text.
 
-    Runs that were skipped, because a method cannot be used there, count as not asked for.
+    Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
+    asked for.
     """
     settings: dict[tuple[Ref, int, Budget], list[Result]] = {}
     for result in results:
-        if result.is_smoke or result.run.state is RunState.SKIPPED:
+        if result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED:
             continue
         spec = result.run.spec
         settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(result)

@@ -7,6 +7,9 @@ from zoobench.errors import UsageError
 
 PARTICLES_PER_CELL = (1, 4, 8, 27)
 
+SHIFT_ASIDE = 0.618
+"""The golden ratio: places along both directions are even for any even series of shifts."""
+
 
 @dataclass(frozen=True)
 class Fidelity:
@@ -19,6 +22,8 @@ class Fidelity:
         precision: 32 or 64 bits for every real number of the simulation.
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
+        shift: where on the grid the robot starts [cells]: by so much further along x, and by `SHIFT_ASIDE` of it along
+            z. A converged simulation does not depend on it; what it changes is the noise floor.
     """
 
     grid_spacing: float
@@ -26,6 +31,7 @@ class Fidelity:
     particles_per_cell: int = 8
     precision: Literal[32, 64] = 32
     step: float = 0.0
+    shift: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:
@@ -40,3 +46,10 @@ class Fidelity:
             raise UsageError(f"A precision of {self.precision} bits is not offered. Choose 32 or 64.")
         if not 0.0 <= self.step < 1.0:
             raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")
+        if not -1.0 <= self.shift <= 1.0:
+            raise UsageError(f"A shift of {self.shift:g} cells is not between -1 and 1. Give 0 for none.")
+
+    @property
+    def displacement(self) -> tuple[float, float, float]:
+        """How far `shift` moves the robot [m]."""
+        return (self.shift * self.grid_spacing, 0.0, SHIFT_ASIDE * self.shift * self.grid_spacing)

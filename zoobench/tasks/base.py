@@ -52,6 +52,18 @@ class Motion:
         weights = self.masses / self.masses.sum(dim=1, keepdim=True)
         return (self.positions * weights[None, :, :, None]).sum(dim=2)
 
+    def second_moments(self) -> "Tensor":
+        """Of the mass about its centre, by the mass: the gyration tensor `[frames + 1, worlds, 6]` [m^2].
+
+        In the order xx, yy, zz, yz, xz, xy.
+        """
+        import torch
+
+        weights = (self.masses / self.masses.sum(dim=1, keepdim=True))[None]
+        offset = self.positions - self.centre_of_mass()[:, :, None]
+        pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+        return torch.stack([(weights * offset[..., i] * offset[..., j]).sum(dim=2) for i, j in pairs], dim=-1)
+
 
 class Task(Protocol):
     """What to do. All functions are torch, run over all worlds at once and keep gradients.

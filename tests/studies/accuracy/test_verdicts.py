@@ -1,0 +1,45 @@
+"""What one more level buys, and which knobs buy nothing."""
+
+import pytest
+
+from tests.studies.accuracy.study import cost, ladder, sample, scores
+from zoobench.studies.accuracy.analyse import analyse
+from zoobench.studies.accuracy.records import Measurements
+from zoobench.studies.accuracy.verdicts import knobs, pareto, steps
+
+
+def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
+    """First order: from 1/64 to 1/96 two thirds of the error, at twice the rate by construction."""
+    first = next(iter(steps(analyse(ladder()))))
+    assert (first.level, first.next_level) == ("draft", "standard")
+    assert first.gain == pytest.approx(1.5)
+    assert first.cost == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("off", "rate", "verdict"),
+    [
+        (0.0, 200.0, "no difference at no cost"),
+        (0.0, 400.0, "no difference for more"),
+        (0.02, 100.0, "worse for less"),
+        (-0.0104, 400.0, "better for more"),
+    ],
+)
+def test_a_knob_is_judged_by_what_it_changes_and_costs(off: float, rate: float, verdict: str) -> None:
+    """All scores moved by `off`, at another rate, around a level that costs 200 ns."""
+    knob = sample("standard[courant=0.25]", [value + off for value in scores("standard")])
+    measured = ladder(knob=knob)
+    measured = Measurements(measured.samples, (*measured.costs, cost("standard[courant=0.25]", rate)))
+    (row,) = knobs(analyse(measured))
+    assert (row.home, row.knob) == ("standard", "courant=0.25")
+    assert row.verdict == verdict
+
+
+def test_the_front_holds_what_nothing_beats() -> None:
+    """A knob that is slower and worse than a level is not on it."""
+    bad = sample("standard[courant=0.1]", [value + 0.05 for value in scores("standard")])
+    measured = ladder(bad=bad)
+    measured = Measurements(measured.samples, (*measured.costs, cost("standard[courant=0.1]", 900.0)))
+    found = analyse(measured)
+    front = pareto([*found.levels, *found.knobs])
+    assert [row.fidelity for row in front] == ["draft", "standard", "paper", "fine"]

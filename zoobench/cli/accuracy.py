@@ -1,0 +1,145 @@
+"""`zoobench accuracy`: what each fidelity costs, and how far it is from a converged simulation."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Exit, Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption
+from zoobench.cli.output import Format, say
+from zoobench.cli.several import choose, emit_several, listing_of
+from zoobench.errors import UsageError
+
+if TYPE_CHECKING:
+    from zoobench.spec import Ref, RunSpec
+    from zoobench.studies.accuracy.analyse import Analysis
+    from zoobench.studies.accuracy.plan import Plan
+    from zoobench.studies.accuracy.records import Measurements
+
+TABLES = ("references", "levels", "steps", "knobs")
+
+
+def accuracy(
+    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
+    task: Annotated[str, Option("--task", help="Tasks, likewise; gradients are those of the first.")] = (
+        "movement-speed,turning"
+    ),
+    levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
+    draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
+    around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "standard",
+    frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
+    quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
+    plot: Annotated[bool, Option("--plot", help="Run nothing: judge what the database holds already.")] = False,
+    source: Annotated[Path | None, Option("--from", help="Run nothing: judge an exported file.")] = None,
+    export: Annotated[Path | None, Option("--export", help="Write what was measured to this file.")] = None,
+    plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
+    table: Annotated[str, Option("--table", help="references, levels, steps, knobs or all.")] = "all",
+    repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
+    jobs: WorkersOption = 2,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Measure what accuracy costs in time.
+
+    The same controllers are simulated at every level and with each knob turned alone. Scores, paths, shapes and
+    gradients are compared with the limit of the finest levels; then each simulation is timed alone. Interrupted, it
+    goes on where it stopped when the same command is typed again.
+    """
+    from zoobench.harness.grid import parse_selector
+    from zoobench.registry import Kind
+    from zoobench.studies.accuracy.analyse import analyse
+    from zoobench.studies.accuracy.plan import QUICK
+    from zoobench.studies.accuracy.plots import draw
+    from zoobench.studies.accuracy.records import read, write
+
+    wanted = choose(table, TABLES, form)
+    envs, tasks = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)
+    if source is not None:
+        measured = read(source)
+    else:
+        plan = QUICK if quick else _plan(levels, draws, around, frames)
+        measured = _measure(envs, tasks, plan, db, jobs, repeats, only_read=plot)
+    analysis = analyse(measured, [ref.name for ref in envs], [ref.name for ref in tasks])
+    if export is not None:
+        write(measured, export)
+    if plots is not None:
+        for path in draw(analysis, plots, default=around or levels.split(",")[0]):
+            say(f"drawn: {path}")
+    _print(analysis, wanted, form)
+
+
+def _plan(levels: str, draws: str, around: str, frames: int) -> "Plan":
+    from zoobench.cli.machine import parse_counts
+    from zoobench.studies.accuracy.plan import Plan
+
+    names = tuple(name.strip() for name in levels.split(","))
+    counts = tuple(parse_counts(draws))
+    return Plan(levels=names, around=around, draws=counts * len(names) if len(counts) == 1 else counts, frames=frames)
+
+
+def _measure(
+    envs: "list[Ref]", tasks: "list[Ref]", plan: "Plan", db: str, jobs: int, repeats: int, *, only_read: bool
+) -> "Measurements":
+    """Do what of the study is not done yet, and read what the database holds of it."""
+    from zoobench.db.store import Store
+    from zoobench.studies.accuracy.plan import specs
+    from zoobench.studies.accuracy.records import from_reader
+
+    if not only_read:
+        wanted = specs(envs, tasks, plan)
+        _run(wanted, db, jobs)
+        if repeats:
+            _time(wanted, db, repeats)
+    with Store(db, create=False) as store:
+        measured = from_reader(store)
+    if not measured.samples:
+        raise UsageError(f"{db} holds no run of the accuracy study. Leave --plot out to carry it out.")
+    return measured
+
+
+def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
+    from zoobench.cli.progress import display
+    from zoobench.db.store import Store
+    from zoobench.harness.launch import launch
+
+    with Store(db) as store:
+        report = store.enqueue(wanted)
+    todo = sorted(report.open)
+    say(f"{len(report.new)} new, {len(report.existing_done)} done already")
+    try:
+        with display(todo) as shown:
+            rows = launch(db, todo, jobs=jobs, on_update=shown.update) if todo else []
+    except KeyboardInterrupt:
+        say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
+        raise Exit(130) from None
+    for row in rows:
+        if row.reason:
+            say(f"  run {row.id} {row.state}: {row.reason}")
+
+
+def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
+    """Time what is not timed yet."""
+    from zoobench import provenance
+    from zoobench.db.store import Store
+    from zoobench.studies.accuracy.costs import costs
+    from zoobench.studies.accuracy.records import COST_STUDY, from_reader, stored
+
+    with Store(db) as store:
+        known = {(cost.env, cost.fidelity) for cost in from_reader(store).costs}
+        todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
+        rows = (stored(cost) for cost in costs(todo, repeats=repeats, on_case=lambda case: say(f"timing {case}")))
+        for _ in store.save_study(COST_STUDY, rows, provenance=provenance.gather()):
+            pass
+
+
+def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
+    from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
+    from zoobench.studies.accuracy.verdicts import KnobRow, StepRow, knobs, steps
+
+    listings = {
+        "references": listing_of(ReferenceRow, analysis.references),
+        "levels": listing_of(LevelRow, analysis.levels),
+        "steps": listing_of(StepRow, list(steps(analysis))),
+        "knobs": listing_of(KnobRow, list(knobs(analysis))),
+    }
+    emit_several({name: listings[name] for name in wanted}, form)

@@ -1,0 +1,105 @@
+"""The probe: no optimiser, but a measuring instrument that looks at the same few controllers in every simulation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.errors import UsageError
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.problem import Episode, Problem
+from zoobench.registry import Kind, register
+from zoobench.spec import Ref
+
+EVERY = 5
+"""Control frames between two recorded points of a path."""
+
+PATHS = ("path_x", "path_y", "path_z")
+SPREADS = ("spread_xx", "spread_yy", "spread_zz", "spread_yz", "spread_xz", "spread_xy")
+
+
+@register(Kind.METHOD, "probe", tags=("study",))
+@dataclass(frozen=True, kw_only=True)
+class Probe:
+    """Evaluate draws from the prior one by one; the same draws whatever the fidelity, so that runs can be compared.
+
+    The learning curve holds, at step n, `score_current` of the n-th draw, and its `score_TASK` for every further task;
+    it has no value where a draw diverged. Of the first draws, numbered from 0, it also holds the gradient of the loss
+    (`slope_0`, a step for each parameter) and, by control frames, the centre of mass (`path_x_0` and so on [m], from
+    where it started) and the second moments of the body's mass about it (`spread_xx_0` and so on [m^2]).
+
+    * `gradients`: how many draws are looked at so closely.
+    * `also`: names of further tasks to score the same motions by, separated by `+`.
+    """
+
+    gradients: int = 0
+    also: str = ""
+
+    def __post_init__(self) -> None:
+        if self.gradients < 0:
+            raise UsageError(f"{self.gradients} gradients cannot be taken. Give 0 or more.")
+        for name in self._further():
+            registry.get(Kind.TASK, name)
+
+    def run(self, problem: Problem, context: RunContext) -> Solution:
+        """Draw and evaluate until the budget is spent; the solution is the best draw."""
+        champion = Champion()
+        if (stored := context.restore()) is not None:
+            state = unpack(stored)
+            champion = Champion.from_state(state["champion"])
+            problem.meter.restore(state["meter"])
+            context.rng.bit_generator.state = state["rng"]
+        while problem.affords(gradient=self._is_close(problem)) or not problem.meter.episodes:
+            # With nothing affordable at all one draw is tried, so that the problem explains its budget.
+            params = problem.initial(context.rng)
+            close = self._is_close(problem)
+            episode = problem.observe(params, gradient=close)
+            champion.offer(params, episode.evaluation)
+            self._report(problem.meter.iterations, context, champion, episode, close=close)
+            problem.meter.iterations += 1
+            meter, rng = problem.meter.state(), context.rng.bit_generator.state
+            context.progress(problem.meter.fraction(problem.spec.budget), champion.score)
+            context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+            if context.should_stop():
+                break
+        return champion.solution(iterations=problem.meter.iterations)
+
+    def _further(self) -> list[str]:
+        return [name for name in self.also.split("+") if name]
+
+    def _is_close(self, problem: Problem) -> bool:
+        """Whether the next draw is to be looked at closely."""
+        return problem.meter.iterations < self.gradients
+
+    def _report(self, number: int, context: RunContext, champion: Champion, episode: Episode, *, close: bool) -> None:
+        readings = {"diverged": float(champion.diverged)}
+        if champion.score is not None:
+            readings["score"] = champion.score
+        if episode.evaluation.divergence is None:
+            readings["score_current"] = episode.evaluation.score
+            readings |= {f"score_{name}": _score(name, episode) for name in self._further()}
+        context.report(number + 1, **readings)
+        if close and episode.evaluation.divergence is None:
+            for step, value in enumerate(episode.slope.tolist()):
+                if np.isfinite(value):
+                    context.report(step, **{f"slope_{number}": value})
+            path, spread = path_and_spread(episode)
+            for place, values in enumerate(np.hstack([path, spread]).tolist()):
+                readings = {f"{name}_{number}": value for name, value in zip(PATHS + SPREADS, values, strict=True)}
+                context.report(EVERY * place, **readings)
+
+
+def path_and_spread(episode: Episode) -> tuple[Array, Array]:
+    """Where the robot was at every `EVERY`-th frame, and how its mass was spread.
+
+    Returns:
+        centre of mass from its start `[points, 3]` [m], and second moments about it `[points, 6]` [m^2].
+    """
+    motion = episode.motion
+    centre = motion.centre_of_mass()[::EVERY, 0].detach().numpy()
+    path: Array = centre - centre[0]
+    return path, motion.second_moments()[::EVERY, 0].detach().numpy()
+
+
+def _score(task: str, episode: Episode) -> float:
+    return float(registry.create(Kind.TASK, Ref(task)).score(episode.motion).detach())

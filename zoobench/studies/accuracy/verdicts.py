@@ -1,0 +1,125 @@
+"""What to make of the errors and costs: what one more level buys, and which knobs buy nothing."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+from zoobench.studies.accuracy.analyse import Analysis, LevelRow
+
+
+@dataclass(frozen=True)
+class StepRow:
+    """What going from one level to the next one buys.
+
+    Attributes:
+        error, next_error: of the score; None where it is not known.
+        gain: their ratio.
+        cost: wall time per simulated second, next by this.
+        tau, next_tau: rank correlations.
+    """
+
+    env: str
+    task: str
+    level: str
+    next_level: str
+    error: float | None
+    next_error: float | None
+    gain: float | None
+    cost: float | None
+    tau: float | None
+    next_tau: float | None
+
+
+@dataclass(frozen=True)
+class KnobRow:
+    """What turning one knob does at its level.
+
+    Attributes:
+        error, home_error: of the score, with the knob turned and at the level as it is.
+        cost: wall time per simulated second by that of the level as it is.
+        verdict: `better` or `worse` by more than the noise floor, else `no difference`; and what that costs.
+    """
+
+    env: str
+    task: str
+    home: str
+    knob: str
+    error: float | None
+    home_error: float | None
+    floor: float | None
+    angle: float | None
+    cost: float | None
+    verdict: str
+
+
+def steps(analysis: Analysis) -> Iterator[StepRow]:
+    """Every pair of neighbouring levels."""
+    for one, two in pairwise(analysis.levels):
+        if (one.env, one.task) != (two.env, two.task):
+            continue
+        yield StepRow(
+            env=one.env,
+            task=one.task,
+            level=one.fidelity,
+            next_level=two.fidelity,
+            error=one.error,
+            next_error=two.error,
+            gain=_ratio(one.error, two.error),
+            cost=_ratio(two.seconds, one.seconds),
+            tau=one.tau,
+            next_tau=two.tau,
+        )
+
+
+def knobs(analysis: Analysis) -> Iterator[KnobRow]:
+    """Every sweep, compared with the level around which it was made."""
+    homes = {(row.env, row.task, row.fidelity): row for row in analysis.levels}
+    for row in analysis.knobs:
+        env, fidelity = row.env.partition("[")[0], row.fidelity.partition("[")[0]
+        home = homes.get((env, row.task, fidelity))
+        if home is None:
+            continue
+        changed = row.fidelity if row.fidelity != fidelity else row.env
+        cost = _ratio(row.seconds, home.seconds)
+        yield KnobRow(
+            env=env,
+            task=row.task,
+            home=fidelity,
+            knob=changed.partition("[")[2].rstrip("]"),
+            error=row.error,
+            home_error=home.error,
+            floor=row.floor,
+            angle=row.angle,
+            cost=cost,
+            verdict=_verdict(row, home, cost),
+        )
+
+
+def pareto(rows: Iterable[LevelRow]) -> list[LevelRow]:
+    """Those that nothing else beats in both error and time, by growing time."""
+    measured = [row for row in rows if row.error is not None and row.seconds is not None]
+    front: list[LevelRow] = []
+    for row in sorted(measured, key=lambda row: (row.seconds or 0.0, row.error or 0.0)):
+        if not front or (row.error or 0.0) < (front[-1].error or 0.0):
+            front.append(row)
+    return front
+
+
+_NOTICEABLE = 0.1
+"""A change of the cost by less is none."""
+
+
+def _verdict(row: LevelRow, home: LevelRow, cost: float | None) -> str:
+    if row.error is None or home.error is None:
+        return "not known"
+    least = row.floor or 0.0
+    change = row.error - home.error
+    effect = "no difference" if abs(change) <= least else "worse" if change > 0 else "better"
+    if cost is None:
+        return effect
+    price = "at no cost" if abs(cost - 1.0) <= _NOTICEABLE else "for more" if cost > 1.0 else "for less"
+    return f"{effect} {price}"
+
+
+def _ratio(upper: float | None, lower: float | None) -> float | None:
+    return None if upper is None or not lower else upper / lower
