@@ -1,0 +1,89 @@
+"""The cheapest fidelity that is accurate enough, by what the accuracy study measured in that environment."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from zoobench import registry
+from zoobench.errors import UsageError
+from zoobench.registry import Kind
+from zoobench.spec import Ref
+from zoobench.studies.accuracy.analyse import Analysis, LevelRow, analyse
+from zoobench.studies.accuracy.records import Measurements, label, read
+
+MEASURED = "measured.json"
+"""What `zoobench accuracy --export` wrote when the fidelities were last measured; beside this file."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A fidelity, and why it is the one."""
+
+    fidelity: Ref
+    reason: str
+
+
+def choose(env: Ref, task: str, tolerance: float) -> Choice:
+    """The cheapest level whose score error in this environment and task, with the reference's own uncertainty, is
+    within `tolerance` (a share of the scores' root mean square).
+
+    Raises:
+        UsageError: no level is, or this environment and task were not measured as they are now; with the figures.
+    """
+    if not 0.0 < tolerance < math.inf:
+        raise UsageError(f"A tolerance of {tolerance:g} cannot be met. Give a share of the score, as in 0.2.")
+    rows = _rows(env, task)
+    good = [row for row in rows if _bound(row) <= tolerance]
+    if not good:
+        best = min(rows, key=_bound)
+        raise UsageError(
+            f"No fidelity is known to be within {tolerance:g} in {env.name} x {task}: the best is {_describe(best)}. "
+            "Give a larger tolerance, or choose with --fidelity."
+        )
+    cheapest = max(good, key=lambda row: row.spacing)
+    others = ", ".join(_describe(row) for row in rows if row is not cheapest)
+    return Choice(Ref(cheapest.fidelity), f"{env.name} x {task}: {_describe(cheapest)}; {others}")
+
+
+@cache
+def shipped() -> Measurements:
+    """The measurements that come with the package.
+
+    Raises:
+        UsageError: there are none.
+    """
+    return read(Path(str(files("zoobench.studies.accuracy").joinpath(MEASURED))))
+
+
+@cache
+def _analysis() -> Analysis:
+    return analyse(shipped())
+
+
+def _rows(env: Ref, task: str) -> list[LevelRow]:
+    """The levels with an error, from coarse to fine; only what was measured with today's components counts."""
+    now = registry.resolve(Kind.ENV, env)
+    measured = {str(sample.env) for sample in shipped().samples}
+    if str(now) not in measured:
+        raise UsageError(
+            f"The accuracy of {label(Kind.ENV, now)} in its present version was not measured. "
+            f"Run `zoobench accuracy --env {env.name}` to see it, and choose with --fidelity."
+        )
+    rows = [row for row in _analysis().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
+    known = [row for row in rows if row.error is not None]
+    if not known:
+        raise UsageError(f"The accuracy of {env.name} x {task} was not measured. Choose with --fidelity.")
+    return known
+
+
+def _bound(row: LevelRow) -> float:
+    """How wrong a score may be: its distance to the reference, and the reference's own."""
+    return math.inf if row.error is None or row.unknown is None else math.hypot(row.error, row.unknown)
+
+
+def _describe(row: LevelRow) -> str:
+    unknown = "unknown" if row.unknown is None else f"{row.unknown:.2g}"
+    seconds = "" if row.seconds is None else f", {row.seconds:.2g} s per simulated second"
+    return f"{row.fidelity} with an error of {row.error:.2g} (reference known to {unknown}{seconds})"
