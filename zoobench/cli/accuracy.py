@@ -69,11 +69,10 @@ def accuracy(
 
 
 def _plan(levels: str, draws: str, around: str, frames: int) -> "Plan":
-    from zoobench.cli.machine import parse_counts
+    from zoobench.cli.words import parse_counts, parse_names
     from zoobench.studies.accuracy.plan import Plan
 
-    names = tuple(name.strip() for name in levels.split(","))
-    counts = tuple(parse_counts(draws))
+    names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
     return Plan(levels=names, around=around, draws=counts * len(names) if len(counts) == 1 else counts, frames=frames)
 
 

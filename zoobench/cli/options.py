@@ -28,6 +28,10 @@ BudgetOption = Annotated[
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
 FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'quick[precision=64]'.")]
+ToleranceOption = Annotated[
+    float | None,
+    Option("--tolerance", help="Instead: the cheapest fidelity known to have its scores right to this share, as 0.2."),
+]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
 OneDesignOption = Annotated[str, Option("--design", help="The body.")]

@@ -18,6 +18,7 @@ from zoobench.cli.options import (
     SeedsOption,
     SmokeOption,
     TaskOption,
+    ToleranceOption,
     WorkersOption,
 )
 from zoobench.cli.output import Format, emit, say
@@ -39,6 +40,7 @@ def plan(
     budget: BudgetOption = "",
     frames: FramesOption = None,
     fidelity: FidelityOption = "",
+    tolerance: ToleranceOption = None,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
@@ -47,12 +49,12 @@ def plan(
 
     Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
     """
-    from zoobench.harness.grid import Skip, expand
+    from zoobench.harness.grid import Skip
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity).grid()
-    cells = expand(chosen)
+    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
+    cells = chosen.cells()
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]

@@ -24,6 +24,7 @@ from zoobench.cli.options import (
     SeedsOption,
     SmokeOption,
     TaskOption,
+    ToleranceOption,
     WorkersOption,
 )
 from zoobench.cli.output import say
@@ -59,6 +60,7 @@ def run(
     budget: BudgetOption = "",
     frames: FramesOption = None,
     fidelity: FidelityOption = "",
+    tolerance: ToleranceOption = None,
     jobs: WorkersOption = 2,
     timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
@@ -74,12 +76,12 @@ def run(
     """
     from zoobench.cli.progress import display
     from zoobench.db.store import Store
-    from zoobench.harness.grid import Skip, expand
+    from zoobench.harness.grid import Skip
     from zoobench.harness.launch import launch
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity).grid()
+    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
     limit = parse_duration(timeout) if timeout else None
-    cells = expand(chosen)
+    cells = chosen.cells()
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(
@@ -95,7 +97,7 @@ def run(
     except KeyboardInterrupt:
         say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
         raise Exit(130) from None
-    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=chosen.fidelity.name == "smoke")
+    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=chosen.is_smoke)
 
 
 def parse_duration(text: str) -> float:

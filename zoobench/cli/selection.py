@@ -1,14 +1,17 @@
 """From the words after `run` and `plan` to a grid."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
+from zoobench.cli.output import say
 from zoobench.errors import UsageError
 
 MOST_SEEDS = 10_000
 
 if TYPE_CHECKING:
-    from zoobench.harness.grid import GridSpec
+    from zoobench.harness.grid import GridSpec, Skip
+    from zoobench.spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,34 @@ class Selection:
     budget: str = ""
     frames: int | None = None
     fidelity: str = ""
+    tolerance: float | None = None
+
+    def cells(self) -> "list[RunSpec | Skip]":
+        """All runs that were asked for; with a tolerance, each environment and task at a fidelity of its own.
+
+        Raises:
+            UsageError: as `grid`, or no fidelity is known to be within the tolerance.
+        """
+        from zoobench.harness.grid import expand
+
+        grid = self.grid()
+        if self.tolerance is None:
+            return expand(grid)
+        if self.fidelity or self.smoke:
+            raise UsageError("--tolerance chooses the fidelity, and one was given too. Leave one of them out.")
+        from zoobench.studies.accuracy.tolerance import choose
+
+        found = []
+        for env, task in product(grid.envs, grid.tasks):
+            choice = choose(env, task.name, self.tolerance)
+            say(choice.reason)
+            found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
+        return found
+
+    @property
+    def is_smoke(self) -> bool:
+        """Whether these are tests of the machinery, whose numbers mean nothing."""
+        return self.grid().fidelity.name == "smoke"
 
     def grid(self) -> "GridSpec":
         """The grid that was asked for.
