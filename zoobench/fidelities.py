@@ -7,7 +7,7 @@ converged simulation, and what it costs.
 from typing import Literal
 
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
 
 
 def _name(name: str, spacing: float, summary: str) -> None:
@@ -20,9 +20,11 @@ def _name(name: str, spacing: float, summary: str) -> None:
         particles_per_cell: int = 8,
         precision: Literal[32, 64] = 32,
         step: float = 0.0,
+        transfer: Transfer = "apic",
+        kernel: Kernel = "quadratic",
         shift: float = 0.0,
     ) -> Fidelity:
-        return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, shift)
+        return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, transfer, kernel, shift)
 
     fidelity.__doc__ = summary
     register(Kind.FIDELITY, name)(fidelity)

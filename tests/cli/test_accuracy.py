@@ -25,6 +25,18 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     assert "timing" not in repeated.err
 
 
+def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Orders are met, and what was stored gives the same verdicts again."""
+    from zoobench.studies.accuracy import analytic
+
+    monkeypatch.setattr(analytic, "CASES", [case for case in analytic.CASES if case.name == "bar-mode"])
+    first = zoobench("accuracy", "--exact", "--quick", "--format", "json", "--plots", ".")
+    assert first.code == 0, first.err
+    orders = json.loads(first.out)["orders"]
+    assert {row["verdict"] for row in orders} == {"met"}
+    assert json.loads(zoobench("accuracy", "--exact", "--plot", "--format", "json").out)["orders"] == orders
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
+from zoobench.cli import accuracy_exact
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.several import choose, emit_several, listing_of
@@ -29,6 +30,9 @@ def accuracy(
     around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "standard",
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
     quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
+    exact: Annotated[
+        bool, Option("--exact", help="Instead, errors against exact answers, on ladders of grids.")
+    ] = False,
     plot: Annotated[bool, Option("--plot", help="Run nothing: judge what the database holds already.")] = False,
     source: Annotated[Path | None, Option("--from", help="Run nothing: judge an exported file.")] = None,
     export: Annotated[Path | None, Option("--export", help="Write what was measured to this file.")] = None,
@@ -52,6 +56,9 @@ def accuracy(
     from zoobench.studies.accuracy.plots import draw
     from zoobench.studies.accuracy.records import read, write
 
+    if exact:
+        accuracy_exact.exact(db, form, plots, quick=quick, only_read=plot)
+        return
     wanted = choose(table, TABLES, form)
     envs, tasks = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)
     if source is not None:

@@ -7,6 +7,9 @@ from zoobench.errors import UsageError
 
 PARTICLES_PER_CELL = (1, 4, 8, 27)
 
+Transfer = Literal["apic"]
+Kernel = Literal["quadratic"]
+
 SHIFT_ASIDE = 0.618
 """The golden ratio: places along both directions are even for any even series of shifts."""
 
@@ -22,6 +25,9 @@ class Fidelity:
         precision: 32 or 64 bits for every real number of the simulation.
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
+        transfer: what of their motion particles give to the grid and take from it: `apic` an affine velocity field
+            (Jiang et al. 2015).
+        kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes in each direction.
         shift: where on the grid the robot starts [cells]: by so much further along x, and by `SHIFT_ASIDE` of it along
             z. A converged simulation does not depend on it; what it changes is the noise floor.
     """
@@ -31,6 +37,8 @@ class Fidelity:
     particles_per_cell: int = 8
     precision: Literal[32, 64] = 32
     step: float = 0.0
+    transfer: Transfer = "apic"
+    kernel: Kernel = "quadratic"
     shift: float = 0.0
 
     def __post_init__(self) -> None:

@@ -1,0 +1,68 @@
+"""`zoobench accuracy --exact`: error and time against exact answers."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from typer import Exit
+
+from zoobench.cli.output import Format, say
+from zoobench.cli.several import emit_several, listing_of
+from zoobench.errors import UsageError
+
+if TYPE_CHECKING:
+    from zoobench.studies.accuracy.analytic import AnalyticRow
+
+STUDY = "accuracy-exact"
+
+
+def exact(db: str, form: Format, plots: Path | None, *, quick: bool, only_read: bool) -> None:
+    """Climb the ladders of the cases with exact answers, or read what the database holds of them, and judge the orders.
+
+    Raises:
+        Exit: code 1 if an order is missed.
+    """
+    from zoobench.studies.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
+    from zoobench.studies.validate.plots import draw
+
+    rows = _stored(db) if only_read else list(_carry_out(db, levels=2 if quick else None))
+    summaries = summarise(rows)
+    if plots is not None:
+        draw(figure(rows), plots / "accuracy-exact.png")
+        say(f"drawn: {plots / 'accuracy-exact.png'}")
+    emit_several({"rows": listing_of(AnalyticRow, rows), "orders": listing_of(AnalyticSummary, summaries)}, form)
+    if any(summary.verdict == "missed" for summary in summaries):
+        raise Exit(1)
+
+
+def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
+    from dataclasses import asdict
+
+    from zoobench import provenance
+    from zoobench.db.rows import StudyRow
+    from zoobench.db.store import Store
+    from zoobench.studies.accuracy.analytic import analytic
+
+    done: list[AnalyticRow] = []
+
+    def rows() -> Iterator[StudyRow]:
+        for row in analytic(levels=levels):
+            say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.pace:.2g} s per second")
+            done.append(row)
+            yield StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
+
+    with Store(db) as store:
+        for _ in store.save_study(STUDY, rows(), provenance=provenance.gather()):
+            yield done[-1]
+
+
+def _stored(db: str) -> "list[AnalyticRow]":
+    from zoobench.db.store import Store
+    from zoobench.studies.accuracy.analytic import AnalyticRow
+
+    with Store(db, create=False) as store:
+        study = store.study(STUDY)
+    if study is None:
+        raise UsageError(f"{db} holds no errors against exact answers. Leave --plot out to measure them.")
+    documents = [{**row.document, "settings": tuple(map(tuple, row.document["settings"]))} for row in study.rows]
+    return [AnalyticRow(**document) for document in documents]
