@@ -1,0 +1,46 @@
+"""The cheapest fidelity that is accurate enough."""
+
+import pytest
+
+from tests.studies.accuracy.study import TASK, ladder
+from zoobench.errors import UsageError
+from zoobench.spec import Ref
+from zoobench.studies.accuracy import tolerance
+from zoobench.studies.accuracy.analyse import analyse
+
+
+@pytest.fixture(autouse=True)
+def _measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Made-up measurements of ground in the place of those that come with the package."""
+    monkeypatch.setattr(tolerance, "shipped", ladder)
+    monkeypatch.setattr(tolerance, "_analysis", lambda: analyse(ladder()))
+
+
+def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:
+    """The law's errors at 1/64 to 1/192 are 0.72, 0.48, 0.36 and 0.24, each uncertain by 1.25 x 0.24."""
+    assert tolerance.choose(Ref("ground"), TASK, 1.0).fidelity == Ref("draft")
+    chosen = tolerance.choose(Ref("ground"), TASK, 0.5)
+    assert chosen.fidelity == Ref("paper")
+    assert "error of 0.36" in chosen.reason
+    assert "s per simulated second" in chosen.reason
+
+
+def test_what_no_level_reaches_is_refused_with_the_best_figure() -> None:
+    """The figure tells what could be asked for instead."""
+    with pytest.raises(UsageError, match=r"fine with an error of 0\.24"):
+        tolerance.choose(Ref("ground"), TASK, 0.1)
+
+
+@pytest.mark.parametrize("env", ["ice", "ground[friction=0.1]"])
+def test_what_was_not_measured_as_it_is_now_is_refused(env: str) -> None:
+    """Another environment, or another ground."""
+    with pytest.raises(UsageError, match="was not measured"):
+        tolerance.choose(Ref.parse(env), TASK, 0.5)
+
+
+def test_another_task_and_nonsense_are_refused() -> None:
+    """With what to do instead."""
+    with pytest.raises(UsageError, match="was not measured"):
+        tolerance.choose(Ref("ground"), "turning", 0.5)
+    with pytest.raises(UsageError, match="cannot be met"):
+        tolerance.choose(Ref("ground"), TASK, -1.0)
