@@ -19,7 +19,7 @@ _BAR_SPEED = math.sqrt(_BAR.youngs_modulus / _BAR.density)
 _CELLS = (8, 16, 32)
 
 
-def _fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
+def fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
     """Angular frequency and decay rate [1/s] of a e^(-g t) cos(w t + p), fitted from w = `omega` on."""
     from scipy.optimize import curve_fit
 
@@ -52,7 +52,7 @@ def _free_bar(cells: int) -> tuple[float, float, float, Array, Array]:
     scene = Scene(body, (0, 0, 0), (1 + 6 * h, 3 * h, 3 * h), gravity=WEIGHTLESS)
     stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45)
     t, amplitude = _record(stage, np.cos(phase), 0)
-    frequency, decay = _fit_decay(t, amplitude, omega)
+    frequency, decay = fit_decay(t, amplitude, omega)
     return frequency / omega - 1, decay * stage.dt, _BAR_SPEED * stage.dt / h, t, amplitude / amplitude[0]
 
 
@@ -124,7 +124,7 @@ def _walled_bar(cells: int) -> tuple[float, Array, Array]:
     )
     stage.F[:, 0, 0] = stretch
     t, amplitude = _record(stage, shape, 0)
-    frequency, _ = _fit_decay(t, amplitude, omega)
+    frequency, _ = fit_decay(t, amplitude, omega)
     return frequency / omega - 1, omega * t, amplitude / amplitude[0]
 
 
