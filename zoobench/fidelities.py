@@ -3,7 +3,7 @@
 from typing import Literal
 
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
 
 
 @register(Kind.FIDELITY, "smoke")
@@ -14,9 +14,11 @@ def smoke(
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
     step: float = 0.0,
+    transfer: Transfer = "apic",
+    kernel: Kernel = "quadratic",
 ) -> Fidelity:
     """Two cells across a robot: every moving part moves, no number means anything."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, transfer, kernel)
 
 
 @register(Kind.FIDELITY, "quick")
@@ -27,9 +29,11 @@ def quick(
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
     step: float = 0.0,
+    transfer: Transfer = "apic",
+    kernel: Kernel = "quadratic",
 ) -> Fidelity:
     """Three cells across a robot: a first answer within minutes on a laptop."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, transfer, kernel)
 
 
 @register(Kind.FIDELITY, "paper")
@@ -40,6 +44,8 @@ def paper(
     particles_per_cell: int = 8,
     precision: Literal[32, 64] = 32,
     step: float = 0.0,
+    transfer: Transfer = "apic",
+    kernel: Kernel = "quadratic",
 ) -> Fidelity:
     """The grid of the published benchmark: six cells across a robot."""
-    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step)
+    return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, transfer, kernel)
