@@ -97,13 +97,14 @@ def water_ratio_all(
 
 @ti.kernel
 def crowding_all(
-    grid: Nodes, grid_back: Nodes, x: Vectors, pull: Scalars, crowd: Scalars, x_back: Vectors, h: float, density: float
-):
+    grid: Nodes, grid_back: Nodes, x: Vectors, pull: Scalars, crowd: Scalars, x_back: Vectors, h: float, density: float,
+    width: ti.template(),
+):  # fmt: skip
     """Density around places over that at rest, and the adjoints for the pull."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        crowd[p] = crowding(grid, 0, x[p], 1.0 / h, density)
-        x_back[p] = crowding_adjoint(grid, grid_back, 0, x[p], crowd[p], pull[p], 1.0 / h, density)
+        crowd[p] = crowding(grid, 0, x[p], 1.0 / h, density, width)
+        x_back[p] = crowding_adjoint(grid, grid_back, 0, x[p], crowd[p], pull[p], 1.0 / h, density, width)
 
 
 @ti.kernel

@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.lattice import fill_box, particle_volume
 from zoobench.sim.matter import (
     ClayMaterial,
@@ -48,9 +49,12 @@ MEDIA: dict[str, Medium] = {
 MUSCLES = 3
 
 
-def fidelity(precision: int = 64, courant: float = 0.5) -> Fidelity:
+def fidelity(
+    precision: int = 64, courant: float = 0.5, transfer: Transfer = "apic", kernel: Kernel = "quadratic"
+) -> Fidelity:
     """The grid of all small scenes."""
-    return Fidelity(SPACING, courant=courant, precision=64 if precision == 64 else 32)
+    bits: Literal[32, 64] = 64 if precision == 64 else 32
+    return Fidelity(SPACING, courant=courant, precision=bits, transfer=transfer, kernel=kernel)
 
 
 def steady(

@@ -7,6 +7,7 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
+from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.rollout import Gradient
 from zoobench.sim.scene import Scene
 from zoobench.sim.solver import BodyState, Solver
@@ -18,10 +19,12 @@ GROUPS = ("actuation", *BODY_GROUPS)
 class Probe:
     """A random linear functional of the path as a function of all parameters, with its gradient."""
 
-    def __init__(self, scene: Scene, frames: int, frame_seconds: float = 0.008) -> None:
+    def __init__(
+        self, scene: Scene, frames: int, frame_seconds: float = 0.008, fidelity: Fidelity | None = None
+    ) -> None:
         self.solver = Solver(
             scene,
-            scenes.fidelity(),
+            fidelity or scenes.fidelity(),
             gradients=True,
             stiffness_max=1.0,
             density_ratio_min=0.5,

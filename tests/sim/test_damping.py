@@ -51,7 +51,9 @@ def test_viscosity_shortens_the_step() -> None:
     here, there = thick.current_limit()[0], thin.current_limit()[0]
     stiffness = 4.0 * (scenes.SPACING / (2.0 * there.dt_iso)) ** 2
     # the stiffest particle need not be the lightest one: the bound takes the worst of both
-    assert here.dt_iso == pytest.approx(isolated_particle_limit(scenes.SPACING, stiffness, 20.0 / lightest), rel=1e-9)
+    assert here.dt_iso == pytest.approx(
+        isolated_particle_limit(scenes.fidelity(), stiffness, 20.0 / lightest), rel=1e-9
+    )
 
 
 def test_robot_that_is_torn_is_noticed_once() -> None:

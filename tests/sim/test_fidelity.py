@@ -18,11 +18,13 @@ from zoobench.sim.fidelity import Fidelity
         ({"courant": float("nan")}, "Courant fraction"),
         ({"particles_per_cell": 2}, r"Choose one of \(1, 4, 8, 27\)"),
         ({"precision": 16}, "Choose 32 or 64"),
+        ({"transfer": "flip"}, "The transfer 'flip' is not offered. Choose one of apic, pic, aflip"),
+        ({"kernel": "linear"}, "The kernel 'linear' is not offered. Choose one of quadratic, cubic"),
     ],
 )
-def test_unusable_setting_is_refused(changes: dict[str, float], complaint: str) -> None:
+def test_unusable_setting_is_refused(changes: dict[str, float | str], complaint: str) -> None:
     """With the value given and what to do instead."""
-    settings: dict[str, float] = {"grid_spacing": 1 / 32} | changes
+    settings: dict[str, float | str] = {"grid_spacing": 1 / 32} | changes
     with pytest.raises(UsageError, match=complaint):
         Fidelity(**settings)  # type: ignore[arg-type]
 

@@ -44,7 +44,7 @@ def test_step_is_that_of_the_formula() -> None:
         elastic_kappa(mu, lam, k, 0.0, 1.0) / (d * scenes.SOFT.density)
         for k, d in zip(robot.stiffness, robot.density_ratio, strict=True)
     )
-    assert rollout.counts[0, 0] == np.ceil(0.008 / (0.3 * isolated_particle_limit(scenes.SPACING, ratio)))
+    assert rollout.counts[0, 0] == np.ceil(0.008 / (0.3 * isolated_particle_limit(scenes.fidelity(), ratio)))
 
 
 def test_hardened_snow_shortens_the_step() -> None:

@@ -1,12 +1,14 @@
 """The step: its formula, the whole number of substeps and what is refused."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from tests.sim import scenes
 from zoobench.errors import StepSizeError
+from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
 from zoobench.sim.materials_numpy import principal_stress
 from zoobench.sim.matter import SMALLEST_PLASTIC, SnowMaterial, WaterMaterial, lame_parameters
 from zoobench.sim.scene import ElasticBody, Scene
@@ -22,11 +24,11 @@ from zoobench.sim.stepping import (
 
 def test_limit_is_that_of_the_isolated_particle() -> None:
     """dt_iso = h sqrt(rho / kappa), with kappa = 2 (k mu + s) stretch^2 + 3 k lambda, and 2 mu + 3 lambda of sand."""
-    assert isolated_particle_limit(0.1, 0.25) == pytest.approx(0.2)
-    assert isolated_particle_limit(0.1, 0.0) == np.inf
+    assert isolated_particle_limit(Fidelity(0.1), 0.25) == pytest.approx(0.2)
+    assert isolated_particle_limit(Fidelity(0.1), 0.0) == np.inf
     assert elastic_kappa(3.0, 5.0, 2.0, 7.0, 1.5) == pytest.approx(2 * (6 + 7) * 2.25 + 30)
     scene = scenes.medium_scene()
-    limits = step_limits(scene, scenes.SPACING, 1.0, 1.0)
+    limits = step_limits(scene, scenes.fidelity(), 1.0, 1.0)
     mu, lam = lame_parameters(1e4, 0.2)
     kappa = 2 * (mu + 3000) * LARGEST_STRETCH**2 + 3 * lam
     lightest = 1000 * scene.robot.density_ratio.min()
@@ -47,7 +49,7 @@ def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
     plus, minus = (principal_stress(material, np.full(3, at + s * e), plastic)[0] for s in (1, -1))
     assert material.kappa == pytest.approx((plus - minus) / (2 * e), rel=1e-5)
     scene = scenes.medium_scene(name)
-    dt = step_limits(scene, scenes.SPACING, 1.0, 1.0)[name]
+    dt = step_limits(scene, scenes.fidelity(), 1.0, 1.0)[name]
     viscosity = getattr(material, "viscosity", 0.0)
     scale = 4.0 / (material.density * scenes.SPACING**2)
     # the root of the damped oscillator's limit: omega^2 dt^2 + 2 x = 4 with x = scale 2 eta dt
@@ -57,11 +59,11 @@ def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
 def test_bounds_of_the_design_count_not_only_its_present_state() -> None:
     """A design that may become stiffer or lighter gets the step of its extreme, one that is so already as well."""
     scene = scenes.flight_scene()
-    here = step_limits(scene, scenes.SPACING, 0.1, 9.0)["robot"]
-    assert step_limits(scene, scenes.SPACING, 4.0, 9.0)["robot"] < here
-    assert step_limits(scene, scenes.SPACING, 0.1, 0.01)["robot"] < here
+    here = step_limits(scene, scenes.fidelity(), 0.1, 9.0)["robot"]
+    assert step_limits(scene, scenes.fidelity(), 4.0, 9.0)["robot"] < here
+    assert step_limits(scene, scenes.fidelity(), 0.1, 0.01)["robot"] < here
     stiffer = replace(scene.robot, stiffness=scene.robot.stiffness * 2)
-    assert step_limits(replace(scene, robot=stiffer), scenes.SPACING, 0.1, 9.0)["robot"] < here
+    assert step_limits(replace(scene, robot=stiffer), scenes.fidelity(), 0.1, 9.0)["robot"] < here
 
 
 @pytest.mark.parametrize("courant", [0.1, 0.37, 0.5, 0.9])
@@ -78,7 +80,7 @@ def test_frame_is_a_whole_number_of_substeps(courant: float) -> None:
 def test_exact_divisor_is_taken_as_it_is() -> None:
     """A frame of exactly three steps gets three, not four by round-off."""
     scene = scenes.flight_scene()
-    dt_iso = step_limits(scene, scenes.SPACING, 1.0, 1.0)["robot"]
+    dt_iso = step_limits(scene, scenes.fidelity(), 1.0, 1.0)["robot"]
     assert choose_step(scene, scenes.fidelity(courant=0.3), 3 * 0.3 * dt_iso).substeps_per_frame == 3
 
 
@@ -95,12 +97,16 @@ def test_unsafe_fixed_step_is_refused() -> None:
     assert solver.dt == pytest.approx(0.002)
 
 
-def _spinning_particle(courant: float) -> tuple[Solver, float]:
+def _spinning_particle(
+    courant: float, transfer: Transfer = "apic", kernel: Kernel = "quadratic", viscosity: float = 0.0
+) -> tuple[Solver, float]:
     """A single particle set off by a velocity gradient, and the norm of that."""
     rate = np.array([[6.0, 2.0, 0.0], [2.0, -5.0, 1.0], [0.0, 1.0, 3.0]])
-    body = ElasticBody.passive(scenes.STIFF, np.array([[0.376, 0.371, 0.383]]), np.array([scenes.SPACING**3 / 8]))
+    material = replace(scenes.STIFF, viscosity=viscosity)
+    body = ElasticBody.passive(material, np.array([[0.376, 0.371, 0.383]]), np.array([scenes.SPACING**3 / 8]))
     scene = Scene(replace(body, velocity_gradients=rate[None]), (0.0, 0.0, 0.0), scenes.ARENA, gravity=(0.0, 0.0, 0.0))
-    return Solver(scene, scenes.fidelity(courant=courant)), float(np.linalg.norm(rate))
+    fidelity = scenes.fidelity(courant=courant, transfer=transfer, kernel=kernel)
+    return Solver(scene, fidelity), float(np.linalg.norm(rate))
 
 
 def test_isolated_particle_stays_bounded_near_the_limit() -> None:
@@ -123,3 +129,35 @@ def test_isolated_particle_beyond_the_limit_grows() -> None:
     solver.substeps(500, 1.05 * solver.current_limit()[0].dt_iso)
     F = solver.matter.F[0, 0, 0]
     assert not float((F - solver.tensor(np.eye(3))).norm()) < 1.0
+
+
+def test_limit_by_kernel_and_transfer() -> None:
+    """2 / sqrt(3) of the quadratic spline's with the cubic one, 1 / sqrt(2) of it with PIC, as it is with AFLIP."""
+    limits = {
+        (transfer, kernel): isolated_particle_limit(scenes.fidelity(transfer=transfer, kernel=kernel), 0.25)
+        for transfer in get_args(Transfer)
+        for kernel in get_args(Kernel)
+    }
+    usual = limits["apic", "quadratic"]
+    for (transfer, kernel), limit in limits.items():
+        wide = 2.0 / np.sqrt(3.0) if kernel == "cubic" else 1.0
+        assert limit == pytest.approx(usual * wide * (np.sqrt(0.5) if transfer == "pic" else 1.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 40.0])
+@pytest.mark.parametrize("kernel", get_args(Kernel))
+@pytest.mark.parametrize("transfer", get_args(Transfer))
+def test_limit_is_sharp(transfer: Transfer, kernel: Kernel, viscosity: float) -> None:
+    """A particle stretched by a little stays bounded two per cent below its limit and grows two per cent above it."""
+    solver, _ = _spinning_particle(0.5, transfer, kernel, viscosity)
+    stretch = 1e-6 * np.array([[6.0, 2.0, 0.0], [2.0, -5.0, 1.0], [0.0, 1.0, 3.0]])
+    growth = []
+    for share in (0.98, 1.02):
+        solver.reset()
+        solver.matter.C.zero_()
+        solver.matter.F[0, 0, 0] += solver.tensor(stretch)
+        solver.substeps(400, share * solver.current_limit()[0].dt_iso)
+        found = solver.matter.F[0, 0, 0].numpy() - np.eye(3)
+        growth.append(float(np.linalg.norm(found) / np.linalg.norm(stretch)))
+    assert growth[0] <= 6.0  # symplectic Euler swings by 1 / sqrt(1 - 0.98^2) as far
+    assert not growth[1] < 1e2

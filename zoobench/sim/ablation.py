@@ -11,13 +11,15 @@ import taichi as ti
 import torch
 
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.flip import FLIP_SHARE, divide_node, gather_velocity
 from zoobench.sim.kernels import clear_window
 from zoobench.sim.linalg import eigen_symmetric, identity, matmul, unpack
 from zoobench.sim.matter import DECOMPOSED
 from zoobench.sim.media import deform_medium
 from zoobench.sim.particles import particle_stress, update_node
+from zoobench.sim.splines import base_node
 from zoobench.sim.state import empty_matter
-from zoobench.sim.transfer import base_node, gather, scatter
+from zoobench.sim.transfer import AFLIP, gather, scatter
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -48,8 +50,9 @@ def particle_part(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     b: ti.template(), history: ti.template(), tau: ti.template(), window: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), w, p, inverse_spacing, dt, mu, lam, eta, constants,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), part: ti.template(),
+    grid: ti.template(), before: ti.template(), w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), width: ti.template(), transfer: ti.template(),
+    part: ti.template(),
 ):  # fmt: skip
     """One particle's share of one part."""
     if ti.static(part == STRESS):
@@ -58,10 +61,14 @@ def particle_part(
         )
     if ti.static(part == SCATTER):
         m = mass[w, p]
-        scatter(grid, 0, x[0, w, p], m * v[0, w, p], m * C[0, w, p], m, inverse_spacing)
+        scatter(grid, 0, x[0, w, p], m * v[0, w, p], m * C[0, w, p], m, inverse_spacing, width, transfer)
+        if ti.static(transfer == AFLIP):
+            scatter(before, 0, x[0, w, p], m * v[0, w, p], m * C[0, w, p], m, inverse_spacing, width, transfer)
     if ti.static(part == GATHER):
-        velocity, affine = gather(grid, 0, x[0, w, p], inverse_spacing)
+        velocity, affine = gather(grid, 0, x[0, w, p], inverse_spacing, width, transfer)
         x[1, w, p] = x[0, w, p] + dt * velocity
+        if ti.static(transfer == AFLIP):
+            velocity += FLIP_SHARE * (v[0, w, p] - gather_velocity(before, 0, x[0, w, p], inverse_spacing, width))
         v[1, w, p] = velocity
         C[1, w, p] = affine
     if ti.static(part == DEFORM):
@@ -77,21 +84,22 @@ def particle_part(
             v[1, w, p] = squares
             C[1, w, p] = frame
     if ti.static(part == WINDOW):
-        base = base_node(x[0, w, p], inverse_spacing, grid)
+        base = base_node(x[0, w, p], inverse_spacing, grid, width)
         for d in ti.static(range(3)):
             window[1, w, d] = ti.min(window[1, w, d], base[d])
-            window[1, w, 3 + d] = ti.max(window[1, w, 3 + d], base[d] + 3)
+            window[1, w, 3 + d] = ti.max(window[1, w, 3 + d], base[d] + width)
 
 
 @ti.kernel
 def repeat_part(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    terrain: Nodes, grid: Nodes, other: Nodes,
+    terrain: Nodes, grid: Nodes, other: Nodes, before: Nodes, other_before: Nodes,
     count: int, dt: float, h: float,
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(), part: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
+    width: ti.template(), transfer: ti.template(), part: ti.template(),
 ):  # fmt: skip
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
@@ -101,16 +109,21 @@ def repeat_part(
         for _ in range(count):
             if ti.static(part == CLEAR):
                 clear_window(other, window, 0, w)
+                if ti.static(transfer == AFLIP):
+                    clear_window(other_before, window, 0, w)
             elif ti.static(part == NODES):
                 for i in range(window[0, w, 0], window[0, w, 3]):
                     for j in range(window[0, w, 1], window[0, w, 4]):
                         for k in range(window[0, w, 2], window[0, w, 5]):
                             update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground)
+                            if ti.static(transfer == AFLIP):
+                                divide_node(before, other_before, 0, i, j, k)
             else:
                 for p in range(x.shape[2]):
                     particle_part(
                         x, v, C, F, b, history, tau, window, mass, volume, stiffness, tension, fibre, grid,
-                        w, p, 1.0 / h, dt, mu, lam, eta, constants, muscle, damping, law, part,
+                        before, w, p, 1.0 / h, dt, mu, lam, eta, constants,
+                        muscle, damping, law, width, transfer, part,
                     )  # fmt: skip
 
 
@@ -123,8 +136,14 @@ class Ablation:
         self._matter = empty_matter(solver.scene, 2, worlds, like.dtype, str(like.device))
         self._matter.load_slot(0, solver.matter)
         shape = (1, *solver.launcher.shape, 4)
-        self._momenta = torch.zeros(shape, dtype=like.dtype, device=like.device)
-        self._velocities = torch.zeros(shape, dtype=like.dtype, device=like.device)
+        flips = solver.fidelity.transfer == "aflip"
+
+        def slabs() -> tuple[torch.Tensor, torch.Tensor]:
+            """The nodes' own motion, and that before forces."""
+            grid = torch.zeros(shape, dtype=like.dtype, device=like.device)
+            return grid, torch.zeros_like(grid if flips else grid[:0])
+
+        self._momenta, self._velocities = slabs(), slabs()
         for part in (Part.SCATTER, Part.NODES):
             self.repeat(part, 1, solver.dt)
 
@@ -140,6 +159,7 @@ class Ablation:
         # nodes turn momenta into velocities, which are what particles gather
         source = self._velocities if part is Part.GATHER else self._momenta
         repeat_part(
-            *self._matter.tensors(), *self._solver.parameters.tensors(), launcher.terrain, source, self._velocities,
+            *self._matter.tensors(), *self._solver.parameters.tensors(), launcher.terrain,
+            source[0], self._velocities[0], source[1], self._velocities[1],
             count, dt, *launcher.constants, *launcher.flags, int(part),
         )  # fmt: skip

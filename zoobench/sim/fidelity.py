@@ -1,17 +1,32 @@
 """How finely a scene is simulated: the knobs that trade accuracy for time."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple, get_args
 
 from zoobench.errors import UsageError
 
 PARTICLES_PER_CELL = (1, 4, 8, 27)
 
-Transfer = Literal["apic"]
-Kernel = Literal["quadratic"]
-
 SHIFT_ASIDE = 0.618
 """The golden ratio: places along both directions are even for any even series of shifts."""
+
+Transfer = Literal["apic", "pic", "aflip"]
+Kernel = Literal["quadratic", "cubic"]
+
+
+class Spline(NamedTuple):
+    """What of a B-spline the rest of the simulator has to know.
+
+    Attributes:
+        width: nodes of a particle's stencil in each direction.
+        inverse_moment: h^2 over the spline's second moment, sum w_i (x_i - x_p)^2 (Jiang et al. 2016, sec. 5.3).
+    """
+
+    width: int
+    inverse_moment: float
+
+
+SPLINES: dict[Kernel, Spline] = {"quadratic": Spline(3, 4.0), "cubic": Spline(4, 3.0)}
 
 
 @dataclass(frozen=True)
@@ -26,8 +41,9 @@ class Fidelity:
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
         transfer: what of their motion particles give to the grid and take from it: `apic` an affine velocity field
-            (Jiang et al. 2015).
-        kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes in each direction.
+            (Jiang et al. 2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and all but a
+            hundredth of what the grid did not resolve (Fei et al. 2021), which damps least.
+        kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes or `cubic` over 4 in each direction.
         shift: where on the grid the robot starts [cells]: by so much further along x, and by `SHIFT_ASIDE` of it along
             z. A converged simulation does not depend on it; what it changes is the noise floor.
     """
@@ -54,8 +70,21 @@ class Fidelity:
             raise UsageError(f"A precision of {self.precision} bits is not offered. Choose 32 or 64.")
         if not 0.0 <= self.step < 1.0:
             raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")
+        for name, offered in (("transfer", get_args(Transfer)), ("kernel", get_args(Kernel))):
+            if (given := getattr(self, name)) not in offered:
+                raise UsageError(f"The {name} {given!r} is not offered. Choose one of {', '.join(offered)}.")
         if not -1.0 <= self.shift <= 1.0:
             raise UsageError(f"A shift of {self.shift:g} cells is not between -1 and 1. Give 0 for none.")
+
+    @property
+    def spline(self) -> Spline:
+        """The kernel's stencil and moment."""
+        return SPLINES[self.kernel]
+
+    @property
+    def moment(self) -> float:
+        """Second moment of the kernel [m^2]: the inertia per mass of a particle's affine motion along each axis."""
+        return self.grid_spacing**2 / self.spline.inverse_moment
 
     @property
     def displacement(self) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ All arrays are torch tensors, shared without copying:
     plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world goes its own pace
     terrain    [nx, nz, 4] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
+    before     the same of the motion before forces, for AFLIP; empty with other transfers
 
 The worlds are taken in turn through one slab. A launch does a whole run of substeps, because it costs as much as the
 work of a thousand particles. The adds are plain ones in a fixed order, and so are bit-reproducible and six times faster
@@ -17,6 +18,7 @@ than atomic ones.
 import taichi as ti
 
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.flip import divide_node, divide_node_adjoint
 from zoobench.sim.particles import (
     from_grid,
     from_grid_adjoint,
@@ -25,6 +27,7 @@ from zoobench.sim.particles import (
     update_node,
     update_node_adjoint,
 )
+from zoobench.sim.transfer import AFLIP
 
 
 @ti.func
@@ -40,11 +43,12 @@ def clear_window(grid: ti.template(), window: ti.template(), s, w):
 def advance(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
     stride: int, h: float,
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
+    width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
     ti.loop_config(serialize=True)
@@ -57,35 +61,40 @@ def advance(
             s = plan[w, 0] + n * stride
             t = s + stride
             clear_window(grid, window, s, w)
+            if ti.static(transfer == AFLIP):
+                clear_window(before, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
+                    grid, before, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+                    muscle, damping, law, width, transfer,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
                         update_node(grid, grid, 0, i, j, k, push, mu_ground, terrain, ground)
+                        if ti.static(transfer == AFLIP):
+                            divide_node(before, before, 0, i, j, k)
             low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
                 base = from_grid(
-                    x, v, C, F, b, history, tau, grid, 0, s, t, w, p, inverse_spacing, dt,
-                    constants, law,
+                    x, v, C, F, b, history, tau, grid, before, 0, s, t, w, p, inverse_spacing, dt,
+                    constants, law, width, transfer,
                 )  # fmt: skip
                 low = ti.min(low, base)
                 high = ti.max(high, base)
             for d in ti.static(range(3)):
                 window[t, w, d] = low[d]
-                window[t, w, 3 + d] = high[d] + 3
+                window[t, w, 3 + d] = high[d] + width
 
 
 @ti.kernel
 def reverse(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
-    grid_velocity: Nodes, grid_adjoint: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
+    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
@@ -93,6 +102,7 @@ def reverse(
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
+    width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substeps, from the slot past the last back to the first, the grid recomputed at each.
 
@@ -110,29 +120,38 @@ def reverse(
             clear_window(grid, window, s, w)
             clear_window(grid_velocity, window, s, w)
             clear_window(grid_adjoint, window, s, w)
+            if ti.static(transfer == AFLIP):
+                clear_window(before, window, s, w)
+                clear_window(before_adjoint, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
+                    grid, before, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+                    muscle, damping, law, width, transfer,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
                         update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, terrain, ground)
+                        if ti.static(transfer == AFLIP):
+                            divide_node(before, before, 0, i, j, k)
             for p in range(x.shape[2]):
                 from_grid_adjoint(
-                    x, v, C, F, b, history, grid_velocity, grid_adjoint,
+                    x, v, C, F, b, history, grid_velocity, before, grid_adjoint, before_adjoint,
                     x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
-                    0, s, t, w, p, inverse_spacing, dt, constants, law,
+                    0, s, t, w, p, inverse_spacing, dt, constants, law, width, transfer,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
                         update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, terrain, ground)
+                        if ti.static(transfer == AFLIP):
+                            divide_node_adjoint(before, before_adjoint, 0, i, j, k)
             for p in range(x.shape[2]):
                 to_grid_adjoint(
-                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
+                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint, before_adjoint,
                     x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                     mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                    0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants, muscle, damping, law,
+                    0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+                    muscle, damping, law, width, transfer,
                 )  # fmt: skip

@@ -6,6 +6,7 @@ Arrays are those of `kernels`. The adds are atomic, so that the last bits change
 import taichi as ti
 
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.flip import divide_node, divide_node_adjoint
 from zoobench.sim.particles import (
     from_grid,
     from_grid_adjoint,
@@ -14,6 +15,7 @@ from zoobench.sim.particles import (
     update_node,
     update_node_adjoint,
 )
+from zoobench.sim.transfer import AFLIP
 
 
 @ti.func
@@ -29,26 +31,33 @@ def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
 def advance_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
     n: int, stride: int, h: float,
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
+    width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
             grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            if ti.static(transfer == AFLIP):
+                before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n * stride
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
+                grid, before, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
+                muscle, damping, law, width, transfer,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-            update_node(grid, grid, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground)
+            push = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node(grid, grid, w, i, j, k, push, mu_ground, terrain, ground)
+            if ti.static(transfer == AFLIP):
+                divide_node(before, before, w, i, j, k)
     for w, d in ti.ndrange(x.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride
@@ -59,20 +68,20 @@ def advance_parallel(
             s = plan[w, 0] + n * stride
             t = s + stride
             base = from_grid(
-                x, v, C, F, b, history, tau, grid, w, s, t, w, p, 1.0 / h, dts[w],
-                ti.Vector([m0, m1, m2, m3, m4]), law,
+                x, v, C, F, b, history, tau, grid, before, w, s, t, w, p, 1.0 / h, dts[w],
+                ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
             )  # fmt: skip
             for d in ti.static(range(3)):
                 ti.atomic_min(window[t, w, d], base[d])
-                ti.atomic_max(window[t, w, 3 + d], base[d] + 3)
+                ti.atomic_max(window[t, w, 3 + d], base[d] + width)
 
 
 @ti.kernel
 def reverse_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes,
-    grid_velocity: Nodes, grid_adjoint: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
+    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
@@ -80,6 +89,7 @@ def reverse_parallel(
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
+    width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """The adjoint of the n-th planned substep of all worlds at once."""
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -87,37 +97,44 @@ def reverse_parallel(
             grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
             grid_velocity[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
             grid_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            if ti.static(transfer == AFLIP):
+                before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+                before_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
+                grid, before, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
+                muscle, damping, law, width, transfer,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            update_node(
-                grid, grid_velocity, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground
-            )
+            push = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node(grid, grid_velocity, w, i, j, k, push, mu_ground, terrain, ground)
+            if ti.static(transfer == AFLIP):
+                divide_node(before, before, w, i, j, k)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             from_grid_adjoint(
-                x, v, C, F, b, history, grid_velocity, grid_adjoint,
+                x, v, C, F, b, history, grid_velocity, before, grid_adjoint, before_adjoint,
                 x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
-                w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law,
+                w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            update_node_adjoint(
-                grid, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), mu_ground, terrain, ground
-            )
+            push = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node_adjoint(grid, grid_adjoint, w, i, j, k, push, mu_ground, terrain, ground)
+            if ti.static(transfer == AFLIP):
+                divide_node_adjoint(before, before_adjoint, w, i, j, k)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             to_grid_adjoint(
-                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint,
+                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint, before_adjoint,
                 x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                 mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]), muscle, damping, law,
+                w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
+                muscle, damping, law, width, transfer,
             )  # fmt: skip

@@ -10,12 +10,15 @@ from torch import Tensor
 from zoobench.errors import SceneError
 from zoobench.sim import kernels, kernels_parallel, runtime, survey
 from zoobench.sim.boundary import NONE, PLANE, TERRAIN, WALL_NODES
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.fidelity import Fidelity, Transfer
 from zoobench.sim.matter import DECOMPOSED, lame_parameters
 from zoobench.sim.scene import Effect, Scene
 from zoobench.sim.state import Matter, Parameters, Plan
+from zoobench.sim.transfer import AFLIP, APIC, PIC
 
 LARGEST_GRID = 2**28
+
+_TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
 
 class Launcher:
@@ -51,14 +54,23 @@ class Launcher:
         self._work = [str(effect) for effect in sorted(scene.effects)]
         if law in DECOMPOSED:
             self._work.append("decomposition")
-        self.flags = (Effect.MUSCLE in scene.effects, Effect.DAMPING in scene.effects, law, self._ground_kind())
+        transfer = _TRANSFERS[fidelity.transfer]
+        self.flags = (
+            Effect.MUSCLE in scene.effects,
+            Effect.DAMPING in scene.effects,
+            law,
+            self._ground_kind(),
+            fidelity.spline.width,
+            transfer,
+        )
         self.terrain = self._sample_terrain()
         self._grid = self._new_grid()
+        self._before = self._new_grid(transfer == AFLIP)
         self._reverse_grids: tuple[Tensor, ...] = ()
 
     def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid)
+        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid, self._before)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
@@ -76,10 +88,11 @@ class Launcher:
     ) -> None:
         """The adjoint of the planned substeps, last to first; the adjoints are updated in place."""
         if not self._reverse_grids:
-            self._reverse_grids = (self._new_grid(), self._new_grid())
+            flips = self._before.numel() > 0
+            self._reverse_grids = (self._new_grid(), self._new_grid(), self._new_grid(flips))
         arrays = (
-            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain,
-            self._grid, *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
+            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid, self._before,
+            *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
         )  # fmt: skip
         self._note("reverse", plan)
         if self._parallel:
@@ -129,12 +142,12 @@ class Launcher:
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
         return torch.as_tensor(np.ascontiguousarray(columns), dtype=self._real, device=self._device)
 
-    def _new_grid(self) -> Tensor:
-        """A zeroed grid `[slabs, nx, ny, nz, 4]`; only the window in use is ever touched.
+    def _new_grid(self, needed: bool = True) -> Tensor:
+        """A zeroed grid `[slabs, nx, ny, nz, 4]`, empty if it is not needed; only the window in use is ever touched.
 
         NumPy's zeros take no memory before they are touched, torch's do: a wide arena costs what the robot visits.
         """
-        shape = (self._worlds if self._parallel else 1, *self.shape, 4)
+        shape = (self._worlds if self._parallel else 1, *self.shape, 4) if needed else (0, 0, 0, 0, 4)
         if self._device == "cpu":
             return torch.from_numpy(np.zeros(shape, runtime.host_real(self._real)))
         return torch.zeros(shape, dtype=self._real, device=self._device)

@@ -1,17 +1,19 @@
 """What happens to one particle or one node in a substep, forward and in reverse; the drivers loop over these.
 
 Arrays are those of `kernels`. `s` is the slot read, `t` the slot written, `w` the world, `g` its slab of the grid.
-Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscle`, `damping`, `law` and `ground` switch
-off is not compiled.
+Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscle`, `damping`, `law`, `ground` and
+`transfer` switch off is not compiled. `before` is the slab of AFLIP, empty with other transfers.
 """
 
 import taichi as ti
 
 from zoobench.sim.boundary import contact, contact_adjoint
+from zoobench.sim.flip import FLIP_SHARE, gather_velocity, gather_velocity_adjoint
 from zoobench.sim.linalg import identity, matmul
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
 from zoobench.sim.media import WATER, deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
-from zoobench.sim.transfer import base_node, gather, gather_adjoint, scatter, scatter_adjoint
+from zoobench.sim.splines import INVERSE_MOMENT, base_node
+from zoobench.sim.transfer import AFLIP, PIC, gather, gather_adjoint, scatter, scatter_adjoint
 from zoobench.sim.water import crowding, crowding_adjoint
 
 
@@ -39,16 +41,21 @@ def to_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(),
+    grid: ti.template(), before: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """Scatter one particle's mass, momentum and stress."""
     stress = particle_stress(
         C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
     )
-    stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing * volume[w, p]
+    stress_factor = -ti.static(INVERSE_MOMENT[width]) * dt * inverse_spacing * inverse_spacing * volume[w, p]
     m = mass[w, p]
-    scatter(grid, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p] + stress_factor * stress, m, inverse_spacing)
+    affine = stress_factor * stress
+    if ti.static(transfer != PIC):
+        affine += m * C[s, w, p]
+    scatter(grid, g, x[s, w, p], m * v[s, w, p], affine, m, inverse_spacing, width, transfer)
+    if ti.static(transfer == AFLIP):
+        scatter(before, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p], m, inverse_spacing, width, transfer)
 
 
 @ti.func
@@ -77,39 +84,47 @@ def update_node(
 def from_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     b: ti.template(), history: ti.template(), tau: ti.template(),
-    grid: ti.template(), g, s, t, w, p, inverse_spacing, dt, constants, law: ti.template(),
+    grid: ti.template(), before: ti.template(), g, s, t, w, p, inverse_spacing, dt, constants,
+    law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """Gather, move and deform one particle; returns the first node of its new stencil.
 
     F is updated at the end of the substep with the new C: the other order puts F one step ahead of x.
     """
-    velocity, affine = gather(grid, g, x[s, w, p], inverse_spacing)
+    velocity, affine = gather(grid, g, x[s, w, p], inverse_spacing, width, transfer)
     crowd = 0.0 * dt
     if ti.static(law == WATER):
         if p >= F.shape[2]:
             # slots s and t may be the same: before anything is written
-            crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3])
+            crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3], width)
+    kept = velocity
+    if ti.static(transfer == AFLIP):
+        kept += FLIP_SHARE * (v[s, w, p] - gather_velocity(before, g, x[s, w, p], inverse_spacing, width))
     place = x[s, w, p] + dt * velocity
     step = identity() + dt * affine
     x[t, w, p] = place
-    v[t, w, p] = velocity
+    v[t, w, p] = kept
     C[t, w, p] = affine
     if p < F.shape[2]:
         F[t, w, p] = matmul(step, F[s, w, p])
     elif ti.static(law):
         deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, crowd, inverse_spacing, dt, constants, law)
-    return base_node(place, inverse_spacing, grid)
+    return base_node(place, inverse_spacing, grid, width)
 
 
 @ti.func
 def from_grid_adjoint(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), b: ti.template(), history: ti.template(),
-    grid_velocity: ti.template(), grid_adjoint: ti.template(),
+    grid_velocity: ti.template(), before: ti.template(), grid_adjoint: ti.template(), before_adjoint: ti.template(),
     x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
     b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
-    g, s, t, w, p, inverse_spacing, dt, constants, law: ti.template(),
+    g, s, t, w, p, inverse_spacing, dt, constants,
+    law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint; consumes the v, C and tau adjoints."""
+    """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint; consumes the C and tau adjoints.
+
+    That of v too but with AFLIP, where `to_grid_adjoint` takes the share that the particle kept.
+    """
     step = identity() + dt * C[t, w, p]
     affine_pull = C_adj[0, w, p]
     place_pull = 0.0 * v_adj[0, w, p]
@@ -121,7 +136,7 @@ def from_grid_adjoint(
         q = p - F.shape[2]
         crowd = 0.0 * dt
         if ti.static(law == WATER):
-            crowd = crowding(grid_velocity, g, x[s, w, p], inverse_spacing, constants[3])
+            crowd = crowding(grid_velocity, g, x[s, w, p], inverse_spacing, constants[3], width)
         step_pull, crowd_pull = deform_medium_adjoint(
             b, history, b_adj, history_adj, tau_adj, s, w, q, step, crowd, inverse_spacing, dt, constants, law
         )
@@ -129,9 +144,15 @@ def from_grid_adjoint(
         if ti.static(law == WATER):
             if crowd_pull != 0.0:
                 place_pull = crowding_adjoint(
-                    grid_velocity, grid_adjoint, g, x[s, w, p], crowd, crowd_pull, inverse_spacing, constants[3]
+                    grid_velocity, grid_adjoint, g, x[s, w, p], crowd, crowd_pull, inverse_spacing, constants[3], width
                 )
     x_pull = x_adj[0, w, p]
+    velocity = v[t, w, p]
+    if ti.static(transfer == AFLIP):
+        velocity = gather_velocity(grid_velocity, g, x[s, w, p], inverse_spacing, width)
+        place_pull += gather_velocity_adjoint(
+            before, before_adjoint, g, x[s, w, p], -FLIP_SHARE * v_adj[0, w, p], inverse_spacing, width
+        )
     x_adj[0, w, p] = (
         x_pull
         + place_pull
@@ -140,10 +161,12 @@ def from_grid_adjoint(
             grid_adjoint,
             g,
             x[s, w, p],
-            v[t, w, p],
+            velocity,
             v_adj[0, w, p] + dt * x_pull,
             affine_pull,
             inverse_spacing,
+            width,
+            transfer,
         )
     )
 
@@ -174,27 +197,41 @@ def to_grid_adjoint(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid_adjoint: ti.template(),
+    grid_adjoint: ti.template(), before_adjoint: ti.template(),
     x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
     history_adj: ti.template(), tau_adj: ti.template(),
     mass_adj: ti.template(), volume_adj: ti.template(), stiffness_adj: ti.template(),
     tension_adj: ti.template(), fibre_adj: ti.template(),
     g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(),
+    muscle: ti.template(), damping: ti.template(), law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the robot's parameters."""
     stress = particle_stress(
         C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
     )
-    stress_factor = -4.0 * dt * inverse_spacing * inverse_spacing
+    stress_factor = -ti.static(INVERSE_MOMENT[width]) * dt * inverse_spacing * inverse_spacing
     m = mass[w, p]
-    affine = m * C[s, w, p] + (stress_factor * volume[w, p]) * stress
+    affine = (stress_factor * volume[w, p]) * stress
+    if ti.static(transfer != PIC):
+        affine += m * C[s, w, p]
     x_pull, momentum_pull, affine_pull, mass_pull = scatter_adjoint(
-        grid_adjoint, g, x[s, w, p], m * v[s, w, p], affine, m, inverse_spacing
+        grid_adjoint, g, x[s, w, p], m * v[s, w, p], affine, m, inverse_spacing, width, transfer
     )
+    v_pull, rate_pull = m * momentum_pull, affine_pull
+    if ti.static(transfer == PIC):
+        rate_pull = 0.0 * affine_pull
+    if ti.static(transfer == AFLIP):
+        more_x, more_momentum, more_rate, more_mass = scatter_adjoint(
+            before_adjoint, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p], m, inverse_spacing, width, transfer
+        )
+        x_pull += more_x
+        momentum_pull += more_momentum
+        mass_pull += more_mass
+        rate_pull += more_rate
+        v_pull = m * momentum_pull + FLIP_SHARE * v_adj[0, w, p]
     x_adj[0, w, p] += x_pull
-    v_adj[0, w, p] = m * momentum_pull
-    C_adj[0, w, p] = m * affine_pull
+    v_adj[0, w, p] = v_pull
+    C_adj[0, w, p] = m * rate_pull
     even = (0.5 * stress_factor) * (affine_pull + affine_pull.transpose())
     pull = volume[w, p] * even
     if p < F.shape[2]:
@@ -208,7 +245,7 @@ def to_grid_adjoint(
         if ti.static(damping):
             C_adj[0, w, p] += viscous(pull, eta)
         F_adj[0, w, p] = F_pull
-        mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (affine_pull * C[s, w, p]).sum()
+        mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (rate_pull * C[s, w, p]).sum()
         volume_adj[w, p] += (even * stress).sum()
         stiffness_adj[w, p] += (pull * neo_hookean(deform, mu, lam)).sum()
     elif ti.static(law):

@@ -232,9 +232,10 @@ class Solver:
 
     def refresh_window(self) -> None:
         """Find the grid nodes that the particles touch, after their positions were set from outside."""
-        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - 0.5).int()
+        width = self.fidelity.spline.width
+        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
         self.matter.window[0, :, :3] = base.amin(1)
-        self.matter.window[0, :, 3:] = base.amax(1) + 3
+        self.matter.window[0, :, 3:] = base.amax(1) + width
 
     def set_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""

@@ -3,6 +3,10 @@
 One bound covers the explicit solver: the isolated particle, dt_iso = h sqrt(rho0 / kappa), where kappa is the stiffness
 of the particle's own stress (Sun, Shinar and Schroeder 2020; Bai and Schroeder 2022). Bulk matter tolerates more. A
 viscosity eta tightens it: with w = 4 kappa / (rho0 h^2) and d = 8 eta / (rho0 h^2), w dt^2 + 2 d dt <= 4.
+
+Cubic splines have 3 for the first 4 and 6 for the 8, and so allow 2 / sqrt(3) of the step. With PIC the particle's
+affine motion is lost between substeps: it does not swing but decays, C' = -dt (w e + d C) and e' = e + dt C', whose
+roots stay inside the unit circle as long as w dt^2 + 2 d dt <= 2.
 """
 
 import math
@@ -79,15 +83,16 @@ class StepLimit:
         return self.dt / self.dt_iso
 
 
-def isolated_particle_limit(grid_spacing: float, stiffness: float, viscosity: float = 0.0) -> float:
-    """Largest stable step [s] for quadratic splines, of `stiffness` kappa / rho0 and `viscosity` eta / rho0 [m^2/s].
+def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: float = 0.0) -> float:
+    """Largest stable step [s], of `stiffness` kappa / rho0 [m^2/s^2] and `viscosity` eta / rho0 [m^2/s].
 
     Infinite without either.
     """
-    scale = 4.0 / grid_spacing**2
+    scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
+    bound = 2.0 if fidelity.transfer == "pic" else 4.0
     damping = 2.0 * viscosity * scale
-    rate = damping + math.sqrt(damping**2 + 4.0 * scale * stiffness)
-    return 4.0 / rate if rate > 0.0 else math.inf
+    rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
+    return bound / rate if rate > 0.0 else math.inf
 
 
 def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
@@ -95,17 +100,17 @@ def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stre
     return 2.0 * (stiffness * mu + strength) * stretch**2 + 3.0 * stiffness * lam
 
 
-def step_limits(scene: Scene, grid_spacing: float, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
+def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
     """dt_iso [s] of each kind of matter in the scene at its stiffest and lightest."""
     material = scene.robot.material
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     stiffness = max(stiffness_max, float(scene.robot.stiffness.max()))
     density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
     kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
-    limits = {"robot": isolated_particle_limit(grid_spacing, kappa / density, material.viscosity / density)}
+    limits = {"robot": isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)}
     if scene.medium is not None:
         medium = scene.medium.material
-        limits[medium.law.name.lower()] = _medium_limit(medium, grid_spacing, medium.kappa / medium.density)
+        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
     return limits
 
 
@@ -124,7 +129,7 @@ def choose_step(
     Raises:
         StepSizeError: the fixed step is above 0.9 dt_iso, where muscles and impacts are known to blow up.
     """
-    limits = step_limits(scene, fidelity.grid_spacing, stiffness_max, density_ratio_min)
+    limits = step_limits(scene, fidelity, stiffness_max, density_ratio_min)
     matter = min(limits, key=lambda name: limits[name])
     dt_iso = limits[matter]
     count = whole_substeps(frame_seconds, fidelity.step or fidelity.courant * dt_iso)
@@ -145,10 +150,10 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
     dt_iso is then the step at which `courant` times it keeps that bound.
     """
     h, courant = fidelity.grid_spacing, fidelity.courant
-    limits = {"robot": isolated_particle_limit(h, condition.robot_stiffness, condition.robot_viscosity)}
+    limits = {"robot": isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
     if scene.medium is not None:
         medium = scene.medium.material
-        limits[medium.law.name.lower()] = _medium_limit(medium, h, condition.medium_stiffness)
+        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, condition.medium_stiffness)
     room = SPEED_ROOM * LARGEST_COURANT / courant
     if condition.speed > 0.0:
         limits["speed"] = room * h / condition.speed
@@ -164,6 +169,6 @@ def whole_substeps(frame_seconds: float, dt: float) -> int:
     return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
 
 
-def _medium_limit(medium: Medium, grid_spacing: float, stiffness: float) -> float:
+def _medium_limit(medium: Medium, fidelity: Fidelity, stiffness: float) -> float:
     viscosity = medium.viscosity if isinstance(medium, MudMaterial | WaterMaterial) else 0.0
-    return isolated_particle_limit(grid_spacing, stiffness, viscosity / medium.density)
+    return isolated_particle_limit(fidelity, stiffness, viscosity / medium.density)

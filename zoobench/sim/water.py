@@ -13,7 +13,7 @@ import taichi as ti
 
 from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.matter import CROWDED, LARGEST_RATIO, SMALLEST_RATIO
-from zoobench.sim.transfer import base_node, weight_slopes, weights
+from zoobench.sim.splines import QUADRATIC, base_node, weight_slopes, weights
 
 CROSSINGS = 60.0
 """Time in which a surplus of 1 changes log J by about 1, in those that sound takes through a cell [-]."""
@@ -70,48 +70,53 @@ def water_ratio_adjoint(J, growth, crowd, share, pull):
 
 
 @ti.func
-def room_at(a):
+def room_at(a, width: ti.template()):
     """Share of a node's spline that lies inside a wall, for a node `a` spacings inside it."""
+    most, least = ti.static((47.0 / 48.0, 1.0 / 48.0) if width == QUADRATIC else (23.0 / 24.0, 1.0 / 24.0))
     share = 1.0
     if a < 2:
-        share = 47.0 / 48.0
+        share = most
     if a < 1:
         share = 0.5
     if a < 0:
-        share = 1.0 / 48.0
+        share = least
     if a < -1:
         share = 0.0
     return share
 
 
 @ti.func
-def node_room(base, grid: ti.template()):
+def node_room(base, grid: ti.template(), width: ti.template()):
     """room[i, d]: share of stencil node i's spline that lies between the walls in direction d."""
-    room = ti.Matrix.zero(float, 3, 3)
-    for i in ti.static(range(3)):
+    room = ti.Matrix.zero(float, width, 3)
+    for i in ti.static(range(width)):
         for d in ti.static(range(3)):
             a = base[d] + i
-            room[i, d] = room_at(a - WALL_NODES) + room_at(grid.shape[d + 1] - 1 - WALL_NODES - a) - 1.0
+            beyond = room_at(grid.shape[d + 1] - 1 - WALL_NODES - a, width)
+            room[i, d] = room_at(a - WALL_NODES, width) + beyond - 1.0
     return room
 
 
 @ti.func
 def column_sums(a, b):
     """sum_i a[i, d] b[i, d]."""
-    return ti.Vector([a[0, d] * b[0, d] + a[1, d] * b[1, d] + a[2, d] * b[2, d] for d in ti.static(range(3))])
+    total = ti.Vector([a[0, d] * b[0, d] for d in ti.static(range(3))])
+    for i in ti.static(range(1, a.n)):
+        total += ti.Vector([a[i, d] * b[i, d] for d in ti.static(range(3))])
+    return total
 
 
 @ti.func
-def crowding(grid: ti.template(), g, position, inverse_spacing, density):
+def crowding(grid: ti.template(), g, position, inverse_spacing, density, width: ti.template()):
     """Density of all matter at a place over `density`: sum w m_i / (rho h^3), by the share of it between the walls."""
-    base = base_node(position, inverse_spacing, grid)
-    w = weights(position * inverse_spacing - base)
-    room = column_sums(w, node_room(base, grid))
+    base = base_node(position, inverse_spacing, grid, width)
+    w = weights(position * inverse_spacing - base, width)
+    room = column_sums(w, node_room(base, grid, width))
     total = 0.0 * inverse_spacing
-    for i in ti.static(range(3)):
-        for j in ti.static(range(3)):
+    for i in ti.static(range(width)):
+        for j in ti.static(range(width)):
             line = 0.0 * inverse_spacing
-            for k in ti.static(range(3)):
+            for k in ti.static(range(width)):
                 line += w[k, 2] * grid[g, base[0] + i, base[1] + j, base[2] + k][3]
             total += w[i, 0] * w[j, 1] * line
     return total * inverse_spacing**3 / (density * ti.max(room[0] * room[1] * room[2], LEAST_ROOM))
@@ -119,20 +124,21 @@ def crowding(grid: ti.template(), g, position, inverse_spacing, density):
 
 @ti.func
 def crowding_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), g, position, crowd, pull, inverse_spacing, density
+    grid: ti.template(), grid_adjoint: ti.template(), g, position, crowd, pull, inverse_spacing, density,
+    width: ti.template(),
 ):  # fmt: skip
     """Adjoint of `crowding`, which was `crowd`: adds to the nodes' mass adjoint, returns the position's adjoint."""
-    base = base_node(position, inverse_spacing, grid)
+    base = base_node(position, inverse_spacing, grid, width)
     offset = position * inverse_spacing - base
-    w, slopes = weights(offset), weight_slopes(offset)
-    rooms = node_room(base, grid)
+    w, slopes = weights(offset, width), weight_slopes(offset, width)
+    rooms = node_room(base, grid, width)
     room = column_sums(w, rooms)
     whole = room[0] * room[1] * room[2]
     scaled = pull * inverse_spacing**3 / (density * ti.max(whole, LEAST_ROOM))
     total = 0.0 * offset
-    for i in ti.static(range(3)):
-        for j in ti.static(range(3)):
-            for k in ti.static(range(3)):
+    for i in ti.static(range(width)):
+        for j in ti.static(range(width)):
+            for k in ti.static(range(width)):
                 mass = scaled * grid[g, base[0] + i, base[1] + j, base[2] + k][3]
                 share = scaled * w[i, 0] * w[j, 1] * w[k, 2]
                 grid_adjoint[g, base[0] + i, base[1] + j, base[2] + k] += ti.Vector([0.0, 0.0, 0.0, share])

@@ -125,7 +125,7 @@ def _is_stable(solver: "Solver", state: "Matter", dt: float) -> bool:
 
 def _motion(solver: "Solver") -> float:
     """Kinetic energy of the particles and of their affine motion, per mass [m^2/s^2]."""
-    spread = 0.25 * solver.fidelity.grid_spacing**2
+    spread = solver.fidelity.moment
     return float(np.square(to_array(solver.matter.v[0])).sum() + spread * np.square(to_array(solver.matter.C[0])).sum())
 
 

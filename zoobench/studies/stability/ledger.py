@@ -25,7 +25,7 @@ class Entry:
     """The account of one world at one moment.
 
     Attributes:
-        kinetic: of the particles and of their affine motion, m (v^2 + h^2/4 |C|^2) / 2 [J].
+        kinetic: of the particles and of their affine motion, m (v^2 + M |C|^2) / 2 with the spline's moment M [J].
         elastic: of all matter, without that of muscles [J].
         potential: in gravity, from the arena's lower corner [J].
         momentum: [kg m/s], `[3]`.
@@ -82,7 +82,7 @@ def read_entry(solver: "Solver", world: int = 0) -> Entry:
     x, v, C = (to_array(tensor[0, world]) for tensor in (matter.x, matter.v, matter.C))
     place = x + solver.origin
     elastic, smallest_j = _elastic(solver, world)
-    affine = 0.25 * solver.fidelity.grid_spacing**2 * np.square(C).sum((1, 2))
+    affine = solver.fidelity.moment * np.square(C).sum((1, 2))
     gravity = np.array(solver.scene.gravity)
     return Entry(
         kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine)),

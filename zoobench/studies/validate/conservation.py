@@ -104,13 +104,13 @@ def _spinning_disc(precision: int) -> Outcome:
 def _budget(stage: Stage, centre: Array) -> tuple[Array, Array, float]:
     """Momentum, angular momentum about the centre and energy, each with the share of the affine motion.
 
-    A particle's matrix C carries the momentum of a body with the moment h^2/4 per mass along each axis (Jiang et al.
-    2017).
+    A particle's matrix C carries the momentum of a body with the spline's moment per mass along each axis (Jiang et
+    al. 2017).
     """
     from zoobench.sim.materials_numpy import neo_hookean_energy
     from zoobench.sim.matter import lame_parameters
 
-    mass, moment = stage.mass.astype(float), stage.grid_spacing**2 / 4
+    mass, moment = stage.mass.astype(float), stage.solver.fidelity.moment
     v, C, F = stage.v.astype(float), stage.C.astype(float), stage.F.astype(float)
     axial = np.stack([C[:, 2, 1] - C[:, 1, 2], C[:, 0, 2] - C[:, 2, 0], C[:, 1, 0] - C[:, 0, 1]], axis=1)
     angular = (mass[:, None] * (np.cross(stage.positions - centre, v) + moment * axial)).sum(0)

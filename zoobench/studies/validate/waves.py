@@ -20,7 +20,7 @@ _BAR_SPEED = math.sqrt(_BAR.youngs_modulus / _BAR.density)
 _CELLS = (8, 16, 32)
 
 
-def _fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
+def fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
     """Angular frequency and decay rate [1/s] of a e^(-g t) cos(w t + p), fitted from w = `omega` on."""
     from scipy.optimize import curve_fit
 
@@ -66,7 +66,7 @@ class Wave:
 def _follow(stage: Stage, shape: Array, omega: float) -> Wave:
     """Move a mode of velocities along x of this shape and exact frequency on to the end."""
     t, amplitude = _record(stage, shape, 0)
-    frequency, decay = _fit_decay(t, amplitude, omega)
+    frequency, decay = fit_decay(t, amplitude, omega)
     return Wave(stage, omega, frequency, decay, t, amplitude / amplitude[0])
 
 
