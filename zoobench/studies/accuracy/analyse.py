@@ -147,16 +147,16 @@ class Cell:
     def error(self, name: str) -> tuple[float | None, int]:
         """Of the score, and over how many draws; None where it cannot be told.
 
-        The finest level can only be judged by those draws whose reference lies beyond it.
+        The finest level can only be judged by draws whose reference lies beyond it, and is if they are the most.
         """
         scores = self.scores(name)
-        is_finest = self._spacing(name) <= self._spacing(self.ladder[-1]) and name == self.ladder[-1]
+        is_finest = name == self.ladder[-1]
         pairs = [
             (score, reference.value)
             for score, reference in zip(scores, self.references, strict=False)
             if math.isfinite(score) and math.isfinite(reference.value) and (reference.is_converged or not is_finest)
         ]
-        if not pairs:
+        if not pairs or (is_finest and 2 * len(pairs) < len(scores)):
             return None, 0
         return _rms([score - value for score, value in pairs]) / _rms([value for _, value in pairs]), len(pairs)
 
