@@ -32,6 +32,7 @@ class Rollout:
     Attributes:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
+        muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
         divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
         tears: the worlds whose robot came apart, as it was first seen; they were simulated on, in pieces.
         counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; each is as long as the others
@@ -45,6 +46,7 @@ class Rollout:
     positions: FloatArray
     velocities: FloatArray
     actuation: FloatArray
+    muscle_potential: NDArray[np.float64]
     body: dict[str, NDArray[np.float64]]
     divergences: dict[int, Divergence]
     tears: dict[int, Divergence]
@@ -64,6 +66,17 @@ class Rollout:
     def substeps(self) -> int:
         """Substeps of the world that took the most."""
         return int(self.counts.sum(axis=0).max())
+
+    @property
+    def muscle_work(self) -> NDArray[np.float64]:
+        """Work that each muscle did on the body in each frame `[frames, worlds, muscles]` [J].
+
+        The active stress a s (F d)(F d)^T derives from the energy a Q with Q = s / 2 sum w V |F d|^2 over a muscle's
+        particles (`muscle_potential`). The activity a is held through a frame, so that the work of that stress over it
+        is -a times the change of Q, whatever happened in between.
+        """
+        work: NDArray[np.float64] = -self.actuation * np.diff(self.muscle_potential, axis=0)
+        return work
 
 
 @dataclass(frozen=True)

@@ -304,6 +304,7 @@ class Solver:
             positions=np.zeros(shape, kind),
             velocities=np.zeros(shape, kind),
             actuation=actuation,
+            muscle_potential=np.zeros((frames + 1, self.worlds, self.muscle_count)),
             body=arrays,
             divergences={},
             tears={},
@@ -341,11 +342,25 @@ class Solver:
         count = self.robot_count
         rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
         rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()
+        if self.muscle_count:
+            rollout.muscle_potential[frame] = self._muscle_potential(rollout)
+
+    def _muscle_potential(self, rollout: Rollout) -> NDArray[np.float64]:
+        """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
+        deformation = self.matter.F[0, :, : self.robot_count].double()
+        stretched = torch.einsum("wpij,wpj->wpi", deformation, self.parameters.fibre[0].double())
+        volume = self.parameters.volume[:, : self.robot_count].double()
+        density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
+        potential: NDArray[np.float64] = np.einsum(
+            "wpk,wp->wk", rollout.body["muscle_membership"], density.cpu().numpy()
+        )
+        return potential
 
     @staticmethod
     def _repeat_last(rollout: Rollout, frame: int) -> None:
         rollout.positions[frame + 1 :] = rollout.positions[frame]
         rollout.velocities[frame + 1 :] = rollout.velocities[frame]
+        rollout.muscle_potential[frame + 1 :] = rollout.muscle_potential[frame]
 
     def tensor(self, value: FloatArray) -> Tensor:
         """An array in the simulation's precision on its device."""
