@@ -85,7 +85,8 @@ def test_a_cell_gives_finite_numbers_and_repeats_itself(env: str, task: str, des
     (first, slope), (second, again) = results
     assert first.divergence is None
     assert first.reward.shape == (spec.frames,)
-    assert {"score", "distance", "mean_speed"} <= set(first.metrics)
+    assert {"score", "distance", "distance_travelled", "mean_speed"} <= set(first.metrics)
+    assert {"actuation_energy", "cost_of_transport"} <= set(first.metrics)
     assert all(np.isfinite(metric.value) and metric.unit for metric in first.metrics.values())
     assert np.isfinite(slope).all()
     assert slope.any()

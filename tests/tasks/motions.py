@@ -20,16 +20,51 @@ def disc(radius: float = 0.05, rings: int = 5, spokes: int = 12, on_axis: bool =
     return torch.tensor(points, dtype=torch.float64)
 
 
+def block(count: int = 40, seed: int = 0) -> torch.Tensor:
+    """Particles `[n, 3]` strewn over a box 0.1 m long, mirrored at its middle planes."""
+    box = torch.rand(count, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(seed))
+    signs = [[x, 1.0, z] for x in (1.0, -1.0) for z in (1.0, -1.0)]
+    corners = box * torch.tensor([0.05, 0.03, 0.02], dtype=torch.float64)
+    return torch.cat([corners * torch.tensor(sign, dtype=torch.float64) for sign in signs])
+
+
+def motion(
+    rest: torch.Tensor,
+    positions: torch.Tensor,
+    velocities: torch.Tensor | None = None,
+    work: torch.Tensor | None = None,
+) -> Motion:
+    """One world of particles of 1 kg that were at `rest` `[n, 3]`; their path is `[frames + 1, n, 3]`.
+
+    The outer thirds of the body are labelled head and tail. Velocities and work are zero if not given.
+    """
+    third = float(rest[:, 0].max()) / 3
+    return Motion(
+        positions=positions[:, None],
+        velocities=torch.zeros_like(positions[:, None]) if velocities is None else velocities[:, None],
+        masses=torch.ones(1, len(rest), dtype=torch.float64),
+        frame_seconds=SECONDS,
+        rest=rest,
+        head=(rest[:, 0] > third).double(),
+        tail=(rest[:, 0] < -third).double(),
+        muscle_work=torch.zeros(len(positions) - 1, 1, 2, dtype=torch.float64) if work is None else work,
+    )
+
+
+def yaw(angle: float) -> torch.Tensor:
+    """The matrix of a turn about y, counter-clockwise from above."""
+    c, s = math.cos(angle), math.sin(angle)
+    return torch.tensor([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], dtype=torch.float64)
+
+
 def rigid(points: torch.Tensor, spin: float, velocity: tuple[float, float, float], frames: int = 20) -> Motion:
     """Points that spin about y at `spin` [rad/s], counter-clockwise from above, while they translate; one world."""
     positions, velocities = [], []
     drift = torch.tensor(velocity, dtype=torch.float64)
     for frame in range(frames + 1):
         time = frame * SECONDS
-        c, s = math.cos(spin * time), math.sin(spin * time)
-        turned = points @ torch.tensor([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]], dtype=torch.float64)
+        turned = points @ yaw(spin * time).T
         rate = spin * torch.stack([turned[:, 2], torch.zeros(len(points)), -turned[:, 0]], dim=1)
         positions.append(turned + time * drift)
         velocities.append(rate + drift)
-    masses = torch.ones(1, len(points), dtype=torch.float64)
-    return Motion(torch.stack(positions)[:, None], torch.stack(velocities)[:, None], masses, SECONDS)
+    return motion(points, torch.stack(positions), torch.stack(velocities))

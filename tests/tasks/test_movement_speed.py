@@ -1,6 +1,7 @@
 """Movement speed against closed forms."""
 
 import dataclasses
+import math
 
 import pytest
 import torch
@@ -22,12 +23,22 @@ def test_spinning_on_the_spot_scores_nothing() -> None:
     assert MovementSpeed().score(rigid(disc(), spin=10.0, velocity=(0.0, 0.0, 0.0))).item() == pytest.approx(0.0)
 
 
-def test_the_way_over_the_ground_is_measured() -> None:
-    """Distance and mean speed are horizontal."""
-    metrics = MovementSpeed().metrics(rigid(disc(), spin=0.0, velocity=(0.3, -1.0, 0.4)))
-    assert metrics["distance"][0].item() == pytest.approx(0.5 * 20 * 0.008)
-    assert metrics["mean_speed"][0].item() == pytest.approx(0.5)
-    assert {name: unit for name, (_, unit) in metrics.items()} == {"distance": "m", "mean_speed": "m/s"}
+def test_looking_away_from_the_target_is_measured() -> None:
+    """A robot that turns evenly by 0.8 rad from the target direction is on average half of that away, and a frame."""
+    metrics = MovementSpeed().metrics(rigid(disc(), spin=5.0, velocity=(0.3, -1.0, 0.4)))
+    assert metrics["heading_error"][0].item() == pytest.approx(5.0 * 0.008 * (1 + 20) / 2)
+    aside = MovementSpeed(heading=-30.0).metrics(rigid(disc(), spin=0.0, velocity=(0.0, 0.0, 0.0)))
+    assert aside["heading_error"][0].item() == pytest.approx(math.radians(30.0))
+
+
+def test_the_gradient_is_that_of_the_score() -> None:
+    """Torch's own finite differences agree in the velocities."""
+    motion = rigid(disc(rings=1, spokes=3), spin=7.0, velocity=(0.1, 0.0, 0.0), frames=2)
+
+    def score(velocities: torch.Tensor) -> torch.Tensor:
+        return MovementSpeed(heading=40.0).objective(dataclasses.replace(motion, velocities=velocities))
+
+    assert torch.autograd.gradcheck(score, (motion.velocities.clone().requires_grad_(),))
 
 
 def test_particles_without_mass_do_not_exist() -> None:

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.problem import FRAME_SECONDS
+from zoobench.problem import FRAME_SECONDS, motion_of
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
+    from zoobench.designs.base import Body
     from zoobench.envs.base import Environment
     from zoobench.sim.rollout import Gradient, Rollout
     from zoobench.sim.solver import BodyState
@@ -58,8 +59,8 @@ class Cell:
         grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
-        body = registry.create(Kind.DESIGN, design).body(grid)
-        scene = environment.scene(body, grid)
+        self._body: Body = registry.create(Kind.DESIGN, design).body(grid)
+        scene = environment.scene(self._body, grid)
         start = settled(scene, grid, environment.settling_frames, frame_seconds=FRAME_SECONDS)
         # bounds a little beyond the design's own values, so that there is a slope on both sides
         self._solver = Solver(
@@ -71,7 +72,7 @@ class Cell:
             stiffness_max=1.1,
             density_ratio_min=0.9,
         )
-        self._masses = body.masses(environment.robot.density)
+        self._masses = self._body.masses(environment.robot.density)
         self._controller = registry.create(Kind.CONTROLLER, controller)
         self._parameters = self._controller.initial(np.random.default_rng(seed), self._solver.muscle_count)
         self._design = {
@@ -168,10 +169,7 @@ class Cell:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
-        import torch
-
-        path = [torch.as_tensor(a).requires_grad_(leaf) for a in (rollout.positions, rollout.velocities)]
-        return Motion(path[0], path[1], torch.as_tensor(self._masses)[None], FRAME_SECONDS)
+        return motion_of(rollout, self._body, self._masses, slice(None), gradient=leaf)
 
 
 def _body_state(rollout: "Rollout") -> "BodyState":

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.problem import FRAME_SECONDS
+from zoobench.problem import FRAME_SECONDS, motion_of
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.driving import random_actuation
@@ -167,7 +167,6 @@ def _resized(env: "Environment", factor: float, shift: tuple[float, float], grid
 
 def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Array) -> _Episode:
     """All controllers in one place, one beside the other."""
-    import torch
 
     from zoobench.sim.settled import settled
     from zoobench.sim.solver import Solver
@@ -179,7 +178,5 @@ def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Arra
     seconds = (process_time() - began) / actuation.shape[1]
     if rollout.divergences:
         raise DivergenceError(next(iter(rollout.divergences.values())))
-    masses = torch.as_tensor(body.masses(env.robot.density))[None].repeat(actuation.shape[1], 1)
-    positions, velocities = (torch.as_tensor(a, dtype=torch.float64) for a in (rollout.positions, rollout.velocities))
-    motion = Motion(positions, velocities, masses, FRAME_SECONDS)
+    motion = motion_of(rollout, body, body.masses(env.robot.density), slice(None))
     return _Episode(env.arena, motion, scene.particle_count, seconds)

@@ -30,17 +30,31 @@ class Motion:
         velocities: the same shape [m/s].
         masses: `[worlds, particle_count]` [kg]; 0 marks a particle that does not exist.
         frame_seconds: length of a control frame [s].
+        rest: positions in the design's own frame, x ahead and y up, `[particle_count, 3]` [m].
+        head, tail: 1 where a particle is labelled so, else 0 `[particle_count]`.
+        muscle_work: work that every muscle did on the body in every frame `[frames, worlds, muscle_count]` [J];
+            negative where the body stretched it. It carries no gradient.
     """
 
     positions: "Tensor"
     velocities: "Tensor"
     masses: "Tensor"
     frame_seconds: float
+    rest: "Tensor"
+    head: "Tensor"
+    tail: "Tensor"
+    muscle_work: "Tensor"
 
     @property
     def existing(self) -> "Tensor":
         """1 where a particle has mass, else 0 `[worlds, particle_count]`."""
         return (self.masses > 0).to(self.positions.dtype)
+
+    def clock(self) -> "Tensor":
+        """Simulated time of every state `[frames + 1]` [s], each the product of two exact numbers: it never drifts."""
+        import torch
+
+        return torch.arange(len(self.positions), dtype=self.positions.dtype) * self.frame_seconds
 
     def mean_over_existing(self, values: "Tensor") -> "Tensor":
         """Plain average over the existing particles, the third axis of `values`."""
@@ -89,19 +103,3 @@ class Task(Protocol):
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Readings of the episode by name, each `[worlds]` with its unit."""
         ...
-
-
-def travel_metrics(motion: Motion) -> dict[str, tuple["Tensor", str]]:
-    """What every task reports of the centre of mass's way over the ground.
-
-    `distance` is the horizontal line from start to end, `mean_speed` the horizontal speed averaged over
-    frames.
-    """
-    import torch
-
-    centre = motion.centre_of_mass()[..., [0, 2]]
-    steps = torch.linalg.vector_norm(centre[1:] - centre[:-1], dim=-1)
-    return {
-        "distance": (torch.linalg.vector_norm(centre[-1] - centre[0], dim=-1), "m"),
-        "mean_speed": (steps.mean(dim=0) / motion.frame_seconds, "m/s"),
-    }

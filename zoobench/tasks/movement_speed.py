@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, travel_metrics
+from zoobench.tasks.base import Motion
+from zoobench.tasks.heading import heading_error
+from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -29,9 +31,7 @@ class MovementSpeed:
 
     def reward(self, motion: Motion) -> "Tensor":
         """Mean particle velocity along the target at the end of every frame `[frames, worlds]` [m/s]."""
-        angle = math.radians(self.heading)
-        target = motion.velocities.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])
-        return motion.mean_over_existing(motion.velocities[1:]) @ target
+        return motion.mean_over_existing(motion.velocities[1:]) @ self._target(motion)
 
     def score(self, motion: Motion) -> "Tensor":
         """The reward averaged over frames `[worlds]` [m/s]."""
@@ -42,5 +42,9 @@ class MovementSpeed:
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """The way over the ground."""
-        return travel_metrics(motion)
+        """How far the robot looked away from the target direction, and what every task reports."""
+        return {"heading_error": (heading_error(motion, self._target(motion)), "rad"), **common_readings(motion)}
+
+    def _target(self, motion: Motion) -> "Tensor":
+        angle = math.radians(self.heading)
+        return motion.velocities.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import UP, Motion, travel_metrics
+from zoobench.tasks.base import UP, Motion
+from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -48,11 +49,11 @@ class Turning:
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """Tangential velocity, the net angle turned, and the way over the ground."""
+        """Tangential velocity, the net angle turned, and what every task reports."""
         return {
             "tangential_velocity": (self.score(motion), "m/s"),
             "heading_angle": (net_rotation(motion), "rad"),
-            **travel_metrics(motion),
+            **common_readings(motion),
         }
 
 

@@ -1,0 +1,106 @@
+"""Velocity tracking (specification A.3): look and move as a target does, at every time."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from zoobench.errors import UsageError
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import Motion
+from zoobench.tasks.heading import heading, heading_error
+from zoobench.tasks.paths import Path, Shape
+from zoobench.tasks.readings import common_readings
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+# What counts as success: both on average over the episode.
+_SPEED_TOLERANCE = 0.2  # of the target's speed
+_HEADING_TOLERANCE = math.radians(15.0)
+
+
+@register(Kind.TASK, "velocity-tracking", tags=("locomotion", "path"))
+@dataclass(frozen=True, kw_only=True)
+class VelocityTracking:
+    """Look and move as a target does that runs along a path.
+
+    The target's velocity u is the first derivative of a path of quintic polynomials, at the simulated time. With h the
+    robot's heading and s the velocity of its existing particles projected on h and averaged, a frame's reward is
+
+        -((1 - w) |s - |u|| + w (|u| - h . u))  [m/s]:
+
+    magnitude and direction apart, the latter as what the target's speed loses on a robot that looks elsewhere,
+    |u| (1 - cos angle). Zero is perfect. The score is the average over frames.
+
+    * `path`: straight, arc (to the left), s-curve or random.
+    * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
+    * `direction_weight`: w in [0, 1]; the specification weights direction more.
+    * `path_seed`: of the random path.
+    """
+
+    path: Shape = "arc"
+    speed: float = 0.05
+    direction_weight: float = 0.9
+    path_seed: int = 0
+    unit: ClassVar[str] = "m/s"
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.direction_weight <= 1.0:
+            raise UsageError(f"A direction weight of {self.direction_weight:g} is no share. Give 0 to 1.")
+        Path(self.path, self.speed, self.path_seed)  # refuses what is no path
+
+    @property
+    def route(self) -> Path:
+        """The path of the target."""
+        return Path(self.path, self.speed, self.path_seed)
+
+    def targets(self, motion: Motion) -> "Tensor":
+        """Velocity of the target at every state `[frames + 1, 3]` [m/s]."""
+        return motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """How badly speed and heading fit at the end of every frame, negated `[frames, worlds]` [m/s]."""
+        import torch
+
+        target = self.targets(motion)[1:, None]
+        pace = torch.linalg.vector_norm(target, dim=-1)
+        looks = heading(motion)[1:]
+        magnitude = (_speed_ahead(motion, looks) - pace).abs()
+        direction = pace - (looks * target).sum(dim=-1)
+        penalty: Tensor = (1.0 - self.direction_weight) * magnitude + self.direction_weight * direction
+        return -penalty
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The reward averaged over frames `[worlds]` [m/s]."""
+        return self.reward(motion).mean(dim=0)
+
+    def objective(self, motion: Motion) -> "Tensor":
+        """The score itself, which has kinks only where the speed is right."""
+        return self.score(motion)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """Errors of speed and heading, success, and what every task reports.
+
+        `success` is 1 if the mean speed along the heading is within 20 % of the target's and `heading_error` at most
+        15 degrees.
+        """
+        import torch
+
+        target = self.targets(motion)[1:]
+        pace = torch.linalg.vector_norm(target, dim=-1)[:, None]
+        ahead = _speed_ahead(motion, heading(motion)[1:])
+        angle = heading_error(motion, target)
+        missing = (ahead.mean(dim=0) - pace.mean()).abs()
+        success = (missing <= _SPEED_TOLERANCE * pace.mean()) & (angle <= _HEADING_TOLERANCE)
+        return {
+            "speed_error": ((ahead - pace).abs().mean(dim=0), "m/s"),
+            "heading_error": (angle, "rad"),
+            "success": (success.to(angle.dtype), "1"),
+            **common_readings(motion),
+        }
+
+
+def _speed_ahead(motion: Motion, looks: "Tensor") -> "Tensor":
+    """Mean over the existing particles of the velocity along the heading `[frames, worlds]` [m/s]."""
+    return motion.mean_over_existing((motion.velocities[1:] * looks[:, :, None]).sum(dim=-1))

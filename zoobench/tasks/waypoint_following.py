@@ -1,0 +1,85 @@
+"""Waypoint following (specification A.4): be where the target is, at every time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from zoobench.errors import UsageError
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import Motion
+from zoobench.tasks.heading import heading_error
+from zoobench.tasks.paths import Path, Shape
+from zoobench.tasks.readings import common_readings
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"))
+@dataclass(frozen=True, kw_only=True)
+class WaypointFollowing:
+    """Follow a target that runs along a path.
+
+    The path of quintic polynomials begins at the robot's centre of mass; the waypoint of a frame is where it has got to
+    at the simulated time. A frame's reward is minus the distance between centre of mass and waypoint, the root of the
+    summed squared errors of the level coordinates [m]: hills and waves lift a robot, the path is level. The score is
+    the average over frames; zero is perfect. The root mean square over time is reported beside it.
+
+    * `path`: straight, arc (to the left), s-curve or random.
+    * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
+    * `tolerance`: how near the centre of mass must stay for success [m].
+    * `path_seed`: of the random path.
+    """
+
+    path: Shape = "arc"
+    speed: float = 0.05
+    tolerance: float = 0.02
+    path_seed: int = 0
+    unit: ClassVar[str] = "m"
+
+    def __post_init__(self) -> None:
+        if not self.tolerance > 0.0:
+            raise UsageError(f"Nothing is nearer than {self.tolerance:g} m. Give a positive tolerance.")
+        Path(self.path, self.speed, self.path_seed)  # refuses what is no path
+
+    @property
+    def route(self) -> Path:
+        """The path of the target, from where the robot starts."""
+        return Path(self.path, self.speed, self.path_seed)
+
+    def targets(self, motion: Motion) -> "Tensor":
+        """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
+        way = motion.positions.new_tensor(self.route.positions(motion.clock().numpy()))
+        return motion.centre_of_mass()[0] + way[:, None]
+
+    def reward(self, motion: Motion) -> "Tensor":
+        """Minus the level distance to the waypoint at the end of every frame `[frames, worlds]` [m]."""
+        import torch
+
+        missing = (motion.centre_of_mass() - self.targets(motion))[1:, :, [0, 2]]
+        distance: Tensor = torch.linalg.vector_norm(missing, dim=-1)
+        return -distance
+
+    def score(self, motion: Motion) -> "Tensor":
+        """The reward averaged over frames `[worlds]` [m]."""
+        return self.reward(motion).mean(dim=0)
+
+    def objective(self, motion: Motion) -> "Tensor":
+        """The score itself, which is smooth but where the robot meets the waypoint."""
+        return self.score(motion)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
+        """Errors of place and heading, success, and what every task reports.
+
+        `rms_error` is the root mean square over time of the distances, `heading_error` that to the path's direction.
+        `success` is 1 if no distance exceeds the tolerance.
+        """
+        distances = -self.reward(motion)
+        directions = motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))[1:]
+        return {
+            "rms_error": ((distances**2).mean(dim=0).sqrt(), "m"),
+            "final_error": (distances[-1], "m"),
+            "heading_error": (heading_error(motion, directions), "rad"),
+            "success": ((distances.amax(dim=0) <= self.tolerance).to(distances.dtype), "1"),
+            **common_readings(motion),
+        }
