@@ -53,5 +53,6 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         finals = {final.name: final.value for final in store.finals(other.id)}
         assert finals["iterations"] == _ITERATIONS
         assert finals["forward_substeps"] > 0.0
+        assert {"idle_score", "random_score"} <= set(finals)
         assert finals["score"] == max(point.value for point in store.metrics(other.id, "score_current"))
         assert other.score == finals["score"]

@@ -42,10 +42,13 @@ def make_spec(
     )
 
 
-def add_done(store: Store, spec: RunSpec, score: float, *, unit: str = "m/s") -> int:
-    """A run that ended well with this score, having spent 1000 substeps; its id."""
+def add_done(
+    store: Store, spec: RunSpec, score: float, *, unit: str = "m/s", references: dict[str, float] | None = None
+) -> int:
+    """A run that ended well with this score and these reference scores, having spent 1000 substeps; its id."""
     finals = (
         FinalRow("score", score, unit),
+        *(FinalRow(name, value, unit) for name, value in (references or {}).items()),
         FinalRow("distance", 2.0 * score, "m"),
         FinalRow("forward_substeps", 600.0),
         FinalRow("backward_substeps", 400.0),

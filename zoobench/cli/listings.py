@@ -54,13 +54,17 @@ def table(
     design: ChosenDesignOption = "",
     method: ChosenMethodOption = "",
     fidelity: ChosenFidelityOption = "",
+    normalised: Annotated[
+        bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
+    ] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Compare the methods, with 95 % intervals.
 
     Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget and
-    episode length, and below it where the numbers come from. Smoke runs are left out.
+    episode length, and below it where the numbers come from. Smoke runs are left out. A normalised score is 0 where a
+    method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row.
     """
     from zoobench.db.store import Store
     from zoobench.report.footer import footer
@@ -71,9 +75,10 @@ def table(
     with Store(db, create=False) as store:
         counted = [result for result in choose_results(store, choice) if not result.is_smoke]
         tables = score_tables(counted)
-        command = ["zoobench", "table", *choice.options(), "--format", str(form)]
+        flags = ["--normalised"] if normalised else []
+        command = ["zoobench", "table", *choice.options(), *flags, "--format", str(form)]
         foot = footer(tables, origins(store, counted), command)
-    _print_tables(tables, foot, form)
+    _print_tables(tables, foot, form, normalised)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -103,7 +108,7 @@ def logs(
         say(f"Run {found.id} is {found.state} and has said nothing.")
 
 
-def _print_tables(tables: "list[Table]", foot: "Footer", form: Format) -> None:
+def _print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool) -> None:
     from dataclasses import asdict
 
     from zoobench.report.listing import to_json
@@ -119,7 +124,7 @@ def _print_tables(tables: "list[Table]", foot: "Footer", form: Format) -> None:
         mark = "### " if form is Format.MD else ""
         for item in tables:
             print(f"{mark}Score: {item.title}\n")
-            emit(table_listing(item), form)
+            emit(table_listing(item, normalised), form)
             print()
         for line in foot.lines() if tables else ():
             print(f"- {line}" if form is Format.MD else line)

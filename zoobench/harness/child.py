@@ -33,6 +33,7 @@ from zoobench.spec import RunSpec
 if TYPE_CHECKING:
     from zoobench.methods.base import Method, Solution
     from zoobench.problem import Problem
+    from zoobench.tasks.base import Metric
 
 Final = tuple[str, float, str]
 """Name, value and unit of a final result."""
@@ -89,16 +90,21 @@ def _axes(spec: RunSpec) -> tuple[str, ...]:
 
 
 def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
-    """Do the run that the spec describes: build its problem, run its method on it."""
+    """Do the run that the spec describes: build its problem, run its method on it, and find what to compare it with."""
     from zoobench.problem import Problem
+    from zoobench.references import reference_scores
 
     problem = Problem(spec)
     method: Method = registry.create(Kind.METHOD, spec.method)
-    return finals_of(problem, method.run(problem, context))
+    solution = method.run(problem, context)
+    # a run that was asked to stop has no results
+    return finals_of(problem, solution, {} if context.should_stop() else reference_scores(spec))
 
 
-def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
-    """The final results as name, value and unit: score, the task's metrics, what was spent, the method's facts.
+def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
+    """The final results as name, value and unit.
+
+    Score, the task's metrics, the reference scores, what was spent, and the method's facts.
 
     No times: two runs of one spec must agree in every number.
     """
@@ -111,7 +117,7 @@ def finals_of(problem: "Problem", solution: "Solution") -> list[Final]:
         "episodes": meter.episodes,
         "iterations": meter.iterations,
     }
-    metrics = solution.evaluation.metrics
+    metrics = {**solution.evaluation.metrics, **references}
     rows = {name: (metric.value, metric.unit) for name, metric in metrics.items()}
     rows |= {name: (float(value), "") for name, value in {**solution.facts, **spent}.items()}
     rows["score"] = (solution.evaluation.score, rows.get("score", (0.0, ""))[1])

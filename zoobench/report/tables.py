@@ -13,6 +13,7 @@ from typing import Any
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.normalise import floor_of, shares
 from zoobench.report.query import Result
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, Ref, RunSpec
@@ -28,6 +29,7 @@ class Cell:
         asked: the seeds that were asked for in this row, of whatever method.
         states: how many runs of the cell are in each state.
         is_winner: every seed is done and the interval lies above those of all other methods.
+        normalised: the mean between the row's references (0) and its best mean (1); None without either.
     """
 
     interval: Interval | None
@@ -35,14 +37,18 @@ class Cell:
     asked: int
     states: Mapping[RunState, int]
     is_winner: bool = False
+    normalised: float | None = None
 
     @property
     def count(self) -> int:
         """How many seeds stand behind the mean."""
         return 0 if self.interval is None else self.interval.count
 
-    def text(self) -> str:
-        """For example `0.031 ± 0.004 m/s (n=3)` or `0.031 m/s (n=1 of 3, diverged 2/3)`."""
+    def text(self, normalised: bool = False) -> str:
+        """For example `0.031 ± 0.004 m/s (n=3)` or `0.031 m/s (n=1 of 3, diverged 2/3)`.
+
+        With `normalised`, `0.031 ± 0.004 m/s = 0.85 (n=3)`.
+        """
         notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
         notes += [
             f"{state} {number}/{self.asked}"
@@ -51,7 +57,8 @@ class Cell:
         ]
         if without := self.states.get(RunState.DONE, 0) - self.count:
             notes.append(f"done without a finite score {without}/{self.asked}")
-        return f"{self._value()} ({', '.join(notes)})"
+        share = f" = {self.normalised:.2f}" if normalised and self.normalised is not None else ""
+        return f"{self._value()}{share} ({', '.join(notes)})"
 
     def _value(self) -> str:
         if self.interval is None:
@@ -105,8 +112,8 @@ def score_tables(results: Iterable[Result]) -> list[Table]:
     ]
 
 
-def table_listing(table: Table) -> Listing:
-    """The table as a person reads it: methods side by side, winners marked."""
+def table_listing(table: Table, normalised: bool = False) -> Listing:
+    """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
     names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
     # The controller is a column only where it tells rows apart.
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
@@ -114,7 +121,7 @@ def table_listing(table: Table) -> Listing:
     rows = [
         (
             *(names[axis][getattr(row, axis)] for axis in axes),
-            *("" if cell is None else cell.text() for cell in row.cells),
+            *("" if cell is None else cell.text(normalised) for cell in row.cells),
         )
         for row in table.rows
     ]
@@ -133,6 +140,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     columns = (
         "fidelity", "frames", "budget_kind", "budget_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished", "winner",
+        "normalised",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -154,6 +162,7 @@ def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...
         cell.count, cell.asked,
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
         sum(states.get(state, 0) for state in OPEN_STATES), cell.is_winner,
+        cell.normalised,
     )  # fmt: skip
 
 
@@ -180,7 +189,11 @@ def _cells(group: list[Result], methods: tuple[Ref, ...]) -> tuple[Cell | None, 
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     if best is not None and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
-    return tuple(cells)
+    means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
+    return tuple(
+        cell and replace(cell, normalised=share)
+        for cell, share in zip(cells, shares(means, floor_of(group)), strict=True)
+    )
 
 
 def _cell(members: list[Result], asked: int) -> Cell:

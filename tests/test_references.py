@@ -1,0 +1,45 @@
+"""What doing nothing and random controllers give, through the real simulator."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench.problem import Evaluation, Problem
+from zoobench.references import DRAWS, reference_scores
+from zoobench.spec import Budget
+
+
+def test_references_are_those_of_the_cell() -> None:
+    """A robot at rest and the mean of draws, with the score's unit; no run's method, seed or budget changes them."""
+    spec = cell(task="waypoint-following", budget=Budget("episodes", 1))
+    references = reference_scores(spec)
+    assert {name: metric.unit for name, metric in references.items()} == {"idle_score": "m", "random_score": "m"}
+    problem = Problem(cell(task="waypoint-following"))
+    idle = problem.evaluate(np.zeros(problem.parameter_count))
+    assert references["idle_score"].value == idle.score
+    assert references["random_score"].value != idle.score
+    other = cell(task="waypoint-following", method="diffphysics", seed=3)
+    assert reference_scores(other) == references
+    assert reference_scores(cell(task="turning"))["random_score"] != references["random_score"]
+
+
+@pytest.mark.parametrize(
+    ("scores", "expected"),
+    [
+        ([0.5, 1.0, 2.0] + [-math.inf] * (DRAWS - 2), {"idle_score": 0.5, "random_score": 1.5}),
+        ([-math.inf] + [1.0] * DRAWS, {"random_score": 1.0}),
+        ([-math.inf] * (1 + DRAWS), {}),
+    ],
+)
+def test_what_diverged_is_no_reference(
+    monkeypatch: pytest.MonkeyPatch, scores: list[float], expected: dict[str, float]
+) -> None:
+    """All finite draws count alike, and with none there is no reference."""
+
+    def evaluate(self: Problem, batch: list[np.ndarray]) -> list[Evaluation]:
+        return [Evaluation(score, {}, np.zeros(0)) for score, _ in zip(scores, batch, strict=True)]
+
+    monkeypatch.setattr(Problem, "evaluate_batch", evaluate)
+    assert {name: metric.value for name, metric in reference_scores(cell()).items()} == expected
