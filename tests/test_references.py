@@ -1,6 +1,8 @@
 """What doing nothing and random controllers give, through the real simulator."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +11,12 @@ from tests.conformance.cells import cell
 from zoobench.problem import Evaluation, Problem
 from zoobench.references import DRAWS, reference_scores
 from zoobench.spec import Budget
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is kept from another test."""
+    monkeypatch.setattr("zoobench.sim.runtime.cache_folder", lambda: tmp_path / "kernels")
 
 
 def test_references_are_those_of_the_cell() -> None:
@@ -43,3 +51,23 @@ def test_what_diverged_is_no_reference(
 
     monkeypatch.setattr(Problem, "evaluate_batch", evaluate)
     assert {name: metric.value for name, metric in reference_scores(cell()).items()} == expected
+
+
+def test_references_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second question is answered from the file to the last bit; another length asks anew, a damaged file, too."""
+    calls = []
+
+    def evaluate(self: Problem, batch: list[np.ndarray]) -> list[Evaluation]:
+        calls.append(len(batch))
+        return [Evaluation(0.1 * number, {}, np.zeros(0)) for number in range(1 + DRAWS)]
+
+    monkeypatch.setattr(Problem, "evaluate_batch", evaluate)
+    first = reference_scores(cell())
+    assert reference_scores(replace(cell(), seed=5)) == first
+    assert calls == [1 + DRAWS]
+    reference_scores(cell(frames=7))
+    assert len(calls) == 2
+    for path in (tmp_path / "references").iterdir():
+        path.write_text("{")
+    assert reference_scores(cell()) == first
+    assert len(calls) == 3
