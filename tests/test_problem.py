@@ -79,12 +79,13 @@ def test_evaluating_and_differentiating_agree() -> None:
 
 
 def test_muscles_move_the_robot() -> None:
-    """Without activity nothing moves but the settling body; with it the score responds."""
+    """Without activity nothing moves but the settling body, at no cost; with it the score responds."""
     problem = Problem(cell(frames=20))
     still = problem.evaluate(np.zeros(problem.parameter_count))
     moved = problem.evaluate(3.0 * _draws(problem, 1)[0])
     assert still.metrics["mean_speed"].value < 0.01
     assert moved.metrics["mean_speed"].value > 3.0 * still.metrics["mean_speed"].value
+    assert still.metrics["actuation_energy"].value == 0.0 < moved.metrics["actuation_energy"].value
 
 
 def test_parameters_that_cannot_be_used_are_refused() -> None:
