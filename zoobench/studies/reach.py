@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.problem import FRAME_SECONDS, motion_of
+from zoobench.problem import motion_of
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.driving import random_actuation
