@@ -14,14 +14,13 @@ from zoobench.designs.base import Body, Design
 from zoobench.envs.base import Environment
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
 from zoobench.meter import BudgetMeter
+from zoobench.motion import motion_of
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import RunSpec
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
-    from torch import Tensor
-
     from zoobench.sim.solver import Rollout, Solver
     from zoobench.sim.state import Matter
 
@@ -215,7 +214,7 @@ class Problem:
             yield Episode(self._read(motion, broken.get(world)), slopes[world], motion)
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
-        return motion_of(rollout, self.body, self._masses, slice(world, world + 1), gradient=gradient)
+        return motion_of(rollout, self.body, self._masses, slice(world, world + 1), FRAME_SECONDS, gradient=gradient)
 
     def _path_adjoints(self, motions: Sequence[Motion]) -> tuple[Array, Array]:
         """Derivatives of the loss by positions and velocities, `[frames + 1, worlds, particle_count, 3]` each."""
@@ -302,31 +301,3 @@ class Problem:
             f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "
             "Give a larger budget or fewer frames."
         )
-
-
-def motion_of(rollout: "Rollout", body: Body, masses: Array, worlds: slice, *, gradient: bool = False) -> Motion:
-    """How the robot moved in some worlds of a rollout, in double precision.
-
-    Args:
-        rollout: of frames of `FRAME_SECONDS`.
-        body: of the robot, at rest.
-        masses: `[particle_count]` of its particles [kg].
-        worlds: which.
-        gradient: whether positions and velocities are leaves of a gradient.
-    """
-    import torch
-
-    def tensor(values: NDArray[Any], leaf: bool = False) -> "Tensor":
-        return torch.tensor(values, dtype=torch.float64, requires_grad=leaf)
-
-    positions = rollout.positions[:, worlds]
-    return Motion(
-        positions=tensor(positions, gradient),
-        velocities=tensor(rollout.velocities[:, worlds], gradient),
-        masses=tensor(np.tile(masses, (positions.shape[1], 1))),
-        frame_seconds=FRAME_SECONDS,
-        rest=tensor(body.positions),
-        head=tensor(body.head),
-        tail=tensor(body.tail),
-        muscle_work=tensor(rollout.muscle_work[:, worlds]),
-    )

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.problem import FRAME_SECONDS, motion_of
+from zoobench.motion import motion_of
+from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.tasks.base import Motion
@@ -169,7 +170,7 @@ class Cell:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
-        return motion_of(rollout, self._body, self._masses, slice(None), gradient=leaf)
+        return motion_of(rollout, self._body, self._masses, slice(None), FRAME_SECONDS, gradient=leaf)
 
 
 def _body_state(rollout: "Rollout") -> "BodyState":

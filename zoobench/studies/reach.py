@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.problem import motion_of
+from zoobench.motion import motion_of
+from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.driving import random_actuation
@@ -178,5 +179,5 @@ def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Arra
     seconds = (process_time() - began) / actuation.shape[1]
     if rollout.divergences:
         raise DivergenceError(next(iter(rollout.divergences.values())))
-    motion = motion_of(rollout, body, body.masses(env.robot.density), slice(None))
+    motion = motion_of(rollout, body, body.masses(env.robot.density), slice(None), FRAME_SECONDS)
     return _Episode(env.arena, motion, scene.particle_count, seconds)
