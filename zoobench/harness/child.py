@@ -57,7 +57,7 @@ class ChildContext:
     """The `RunContext` of a method that runs in a child process."""
 
     def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
-        self.rng = generator(spec, "method", _axes(spec))
+        self.rng = generator(spec, "method", STUDY_AXES if _is_study(spec) else METHOD_AXES)
         self._wire = wire
         self._checkpoint = checkpoint
         self._stop = stop
@@ -83,10 +83,9 @@ class ChildContext:
         self._wire.send("progress", fraction=float(fraction), score=None if score is None else float(score))
 
 
-def _axes(spec: RunSpec) -> tuple[str, ...]:
-    """What the method's random numbers may depend on."""
-    method = registry.get(Kind.METHOD, spec.method.name, spec.method.version)
-    return STUDY_AXES if FOR_STUDIES in method.tags else METHOD_AXES
+def _is_study(spec: RunSpec) -> bool:
+    """Whether the run measures the simulator and competes with nothing."""
+    return FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
 
 
 def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
@@ -98,7 +97,8 @@ def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
     method: Method = registry.create(Kind.METHOD, spec.method)
     solution = method.run(problem, context)
     # a run that was asked to stop has no results
-    return finals_of(problem, solution, {} if context.should_stop() else reference_scores(spec))
+    needs_references = not (context.should_stop() or _is_study(spec))
+    return finals_of(problem, solution, reference_scores(spec) if needs_references else {})
 
 
 def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
