@@ -1,13 +1,14 @@
 """The probe: the same controllers everywhere, looked at as closely as it was asked to."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
 from tests.conformance.cells import cell
-from tests.methods.toy import Context
+from tests.methods.toy import Context, still
 from zoobench import registry
 from zoobench.errors import UnknownNameError
 from zoobench.harness.child import ChildContext
@@ -16,7 +17,6 @@ from zoobench.methods.probe import EVERY, path_and_spread
 from zoobench.problem import Episode, Evaluation, Problem
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
-from zoobench.tasks.base import Motion
 
 
 def _curves(spec: RunSpec) -> dict[str, list[float]]:
@@ -64,7 +64,7 @@ def test_path_and_spread_of_a_moving_bar() -> None:
     places = torch.zeros((frames, 1, 2, 3), dtype=torch.float64)
     places[:, 0, :, 0] = torch.tensor([-0.1, 0.1])
     places[:, 0, :, 2] = torch.linspace(1.0, 1.5, frames, dtype=torch.float64)[:, None]
-    motion = Motion(places, torch.zeros_like(places), torch.ones((1, 2), dtype=torch.float64), 0.008)
+    motion = replace(still(), positions=places, masses=torch.ones((1, 2), dtype=torch.float64))
     path, spread = path_and_spread(Episode(Evaluation(0.0, {}, np.zeros(0)), np.zeros(0), motion))
     np.testing.assert_allclose(path, [[0, 0, 0], [0, 0, 0.25], [0, 0, 0.5]], atol=1e-12)
     np.testing.assert_allclose(spread, np.tile([0.01, 0, 0, 0, 0, 0], (3, 1)), atol=1e-12)

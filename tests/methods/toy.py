@@ -24,6 +24,13 @@ def _never(params: Array) -> bool:
     return False
 
 
+def still(frames: int = 1) -> Motion:
+    """One particle of 1 kg that does not move."""
+    nowhere = torch.zeros((frames + 1, 1, 1, 3), dtype=torch.float64)
+    one = torch.ones((1, 1), dtype=torch.float64)
+    return Motion(nowhere, nowhere, one, 0.008, nowhere[0, 0], one[0], one[0], nowhere[1:, :, :, 0])
+
+
 class Quadratic:
     """score = 1 - |parameters - OPTIMUM|^2, behind the same meter as `zoobench.problem.Problem`.
 
@@ -57,8 +64,7 @@ class Quadratic:
 
     def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
         (evaluation, slope), *_ = self._all([parameters], gradient=gradient)
-        still = torch.zeros((2, 1, 1, 3), dtype=torch.float64)
-        return Episode(evaluation, slope, Motion(still, still, torch.ones((1, 1), dtype=torch.float64), 0.008))
+        return Episode(evaluation, slope, still())
 
     def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
         if not self.affords(len(batch), gradient=gradient):
