@@ -226,7 +226,7 @@ runtime.stop()
 """
 
 
-@pytest.mark.parametrize("name", ["ground", "water"])
+@pytest.mark.parametrize("name", ["ground", pytest.param("water", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("transfer", "kernel"),
     [pair if pair == HARDEST else pytest.param(*pair, marks=pytest.mark.slow) for pair in NEW],
