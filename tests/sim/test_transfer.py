@@ -30,6 +30,7 @@ ROOT = Path(__file__).parents[2]
 H = scenes.SPACING
 COMBINATIONS = [(transfer, kernel) for transfer in get_args(Transfer) for kernel in get_args(Kernel)]
 NEW = COMBINATIONS[1:]
+HARDEST = ("aflip", "cubic")
 
 combinations = pytest.mark.parametrize(("transfer", "kernel"), COMBINATIONS)
 new_combinations = pytest.mark.parametrize(("transfer", "kernel"), NEW)
@@ -88,7 +89,6 @@ def test_momentum_is_kept_in_flight(transfer: Transfer, kernel: Kernel) -> None:
     after, turned = _momenta(solver)
     assert np.abs(after - momentum).max() <= 1e-12 * np.abs(momentum).max()
     drift = np.linalg.norm(turned - angular) / np.linalg.norm(angular)
-    print(transfer, kernel, drift)
     low, high = {"apic": (0.0, 1e-12), "aflip": (1e-6, 1e-2), "pic": (2e-2, 1.0)}[transfer]
     assert low <= drift <= high
 
@@ -126,7 +126,6 @@ def _bar_loss(transfer: Transfer, kernel: Kernel) -> float:
 def test_pic_damps_most_and_aflip_least(kernel: Kernel) -> None:
     """A wave's loss per period by each transfer, with the same step."""
     pic, apic, aflip = (_bar_loss(transfer, kernel) for transfer in ("pic", "apic", "aflip"))
-    print(kernel, pic, apic, aflip)
     assert pic > 100 * apic
     assert apic > 3 * aflip > 0
 
@@ -135,8 +134,14 @@ def test_pic_damps_most_and_aflip_least(kernel: Kernel) -> None:
 EPISODES = [("flight", 1e-6, 8), ("ground", 1e-4, 8), ("sand", 1e-4, 5), ("water", 1e-4, 4)]
 
 
-@pytest.mark.parametrize(("name", "tolerance", "frames"), EPISODES)
-@new_combinations
+@pytest.mark.parametrize(
+    ("transfer", "kernel", "name", "tolerance", "frames"),
+    [
+        pytest.param(*pair, *episode, marks=() if pair == HARDEST or episode[0] == "flight" else pytest.mark.slow)
+        for pair in NEW
+        for episode in EPISODES
+    ],
+)
 def test_gradient_matches_central_differences(
     transfer: Transfer, kernel: Kernel, name: str, tolerance: float, frames: int
 ) -> None:
@@ -150,7 +155,6 @@ def test_gradient_matches_central_differences(
         for distance in (1e-4, 1e-5, 1e-6):
             difference = probe.difference(group, direction, distance)
             errors.append(abs(difference - exact) / abs(difference))
-        print(transfer, kernel, name, group, min(errors))
         assert min(errors) <= tolerance, group
 
 
@@ -179,7 +183,7 @@ def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, k
         assert all(np.array_equal(getattr(gradient, name), getattr(full, name)) for name in GROUPS), interval
 
 
-@pytest.mark.parametrize("name", ["ground", pytest.param("water", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["flight", pytest.param("water", marks=pytest.mark.slow)])
 @new_combinations
 def test_parallel_driver_agrees_with_the_serial_one(transfer: Transfer, kernel: Kernel, name: str) -> None:
     """Path and gradient to 1e-12 of the largest."""
@@ -222,14 +226,14 @@ runtime.stop()
 """
 
 
-@pytest.mark.parametrize("name", ["ground", "water"])
+@pytest.mark.parametrize("name", ["ground", pytest.param("water", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("transfer", "kernel"),
-    [pair if pair == ("aflip", "cubic") else pytest.param(*pair, marks=pytest.mark.slow) for pair in NEW],
+    [pair if pair == HARDEST else pytest.param(*pair, marks=pytest.mark.slow) for pair in NEW],
 )
 def test_no_access_out_of_bounds(transfer: Transfer, kernel: Kernel, name: str) -> None:
     """Forward and reverse pass the kernel compiler's bounds checks, which a read beyond too short an array does not."""
     environment = os.environ | {"ZOOBENCH_DEBUG": "1"}
     command = [sys.executable, "-c", SAFETY, name, transfer, kernel]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=900)
     assert done.stdout.split() == ["safe", "caught"], done.stdout + done.stderr
