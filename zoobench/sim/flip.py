@@ -6,7 +6,7 @@ sum w (v_i - v_i before)) + (1 - share) sum w v_i, and the affine field as in AP
 `before`, into which the particles' own motion is scattered without stress.
 
 Momentum is kept to round-off. Angular momentum is not quite: the part that stays with the particles is not moved
-along its own direction, and a free spinning body drifts by about 1e-3 in a revolution.
+along its own direction, and that of a tumbling cube of 3 cells drifts by some 5e-4 in 100 substeps.
 """
 
 import taichi as ti
