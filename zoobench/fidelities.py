@@ -31,7 +31,6 @@ def _name(name: str, spacing: float, summary: str) -> None:
 
 
 _name("smoke", 1 / 32, "Two cells across a robot: every moving part moves, no number means anything.")
-_name("quick", 1 / 64, "Three cells across a robot: a first answer within minutes on a laptop.")
 _name("draft", 1 / 64, "Three cells across a robot: a first answer within minutes on a laptop.")
 _name("standard", 1 / 96, "Five cells across a robot: for comparisons on a laptop.")
 _name("paper", 1 / 128, "The grid of the published benchmark: six cells across a robot.")

@@ -39,7 +39,7 @@ def test_off_a_terminal_nothing_is_cut(zoobench: Command, database: Path) -> Non
 def test_table_shows_settings_origin_and_no_smoke(zoobench: Command, database: Path) -> None:
     """The title has fidelity and budget, the foot commit and command, and the smoke run is nowhere."""
     out = zoobench("table", "--env", "desert").out
-    assert "fidelity quick, budget 1000 substeps, 10 frames" in out
+    assert "fidelity draft, budget 1000 substeps, 10 frames" in out
     assert "0123456789ab with uncommitted changes" in out
     assert "made by: zoobench table --env desert --format table" in out
     assert "smoke" not in out

@@ -23,7 +23,7 @@ def make_spec(
     method: str = "diffphysics-v1[lr=0.1]",
     seed: int = 0,
     env: str = "desert-v1",
-    fidelity: str = "quick-v1",
+    fidelity: str = "draft-v1",
     budget: str = "1000 substeps",
     design: str = "caterpillar-v1",
     controller: str = "sine-basis-v1",

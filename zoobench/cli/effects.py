@@ -13,7 +13,7 @@ TABLES = ("coverage", "costs", "shares")
 
 def effects(
     env: EnvOption = "*",
-    fidelity: OneFidelityOption = "quick",
+    fidelity: OneFidelityOption = "draft",
     particles: Annotated[
         int, Option("--particles", help="Choose each grid for about this many particles instead; 0: do not.")
     ] = 0,

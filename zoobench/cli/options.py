@@ -27,7 +27,7 @@ BudgetOption = Annotated[
     str, Option("--budget", help="What each run may spend, as in '200000 substeps' or '60 seconds'.")
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
-FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'quick[precision=64]'.")]
+FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'draft[precision=64]'.")]
 ToleranceOption = Annotated[
     float | None,
     Option("--tolerance", help="Instead: the cheapest fidelity known to have its scores right to this share, as 0.2."),

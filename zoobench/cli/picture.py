@@ -14,7 +14,7 @@ def picture(
     out: Annotated[Path, Option("--out", help="Folder that the PNG files are written to.")] = Path("pictures"),
     design: OneDesignOption = "caterpillar",
     controller: OneControllerOption = "sine-basis",
-    fidelity: OneFidelityOption = "quick",
+    fidelity: OneFidelityOption = "draft",
     frames: Annotated[int, Option("--frames", min=0, help="Control frames before the picture; 0 for the start.")] = 0,
     seed: Annotated[int, Option("--seed", min=0, help="Of the controller's random parameters.")] = 0,
 ) -> None:

@@ -11,7 +11,7 @@ from zoobench.cli.output import Format, emit, say
 def reach(
     env: Annotated[str, Option("--env", help="Environments with a medium: names or globs, with commas.")],
     task: TaskOption = "*",
-    fidelity: OneFidelityOption = "quick",
+    fidelity: OneFidelityOption = "draft",
     frames: Annotated[int, Option("--frames", min=1, help="Control frames of an episode.")] = 200,
     controllers: Annotated[int, Option("--controllers", min=1, help="Random controllers to compare with.")] = 3,
     scale: Annotated[float, Option("--scale", help="Length and width by those of the environment.")] = 1.0,

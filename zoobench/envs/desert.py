@@ -22,7 +22,7 @@ def desert(
 
     The bed fills the arena from wall to wall, so its size is the price of the environment. The default is just
     enough for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and may turn
-    on the spot. It is a whole number of cells at the fidelities quick and paper.
+    on the spot. It is a whole number of cells at the fidelities draft and paper.
 
     * `friction`: Coulomb coefficient of the ground under the sand [-].
     * `thickness`: of the bed [m].

@@ -78,7 +78,7 @@ _PRESETS = (
     Preset(
         name="quick",
         summary="minutes on two cores: a first answer",
-        fidelity=Ref("quick"),
+        fidelity=Ref("draft"),
         frames=100,
         budget=Budget("substeps", 60_000),
         seeds=(0, 1),

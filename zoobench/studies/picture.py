@@ -60,7 +60,7 @@ def snapshots(
     *,
     design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
     controller: Ref = Ref("sine-basis"),  # noqa: B008
-    fidelity: Ref = Ref("quick"),  # noqa: B008
+    fidelity: Ref = Ref("draft"),  # noqa: B008
     frames: int = 0,
     seed: int = 0,
 ) -> Iterator[Snapshot]:

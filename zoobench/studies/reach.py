@@ -80,7 +80,7 @@ def reach(
     *,
     design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
     controller: Ref = STRONG,
-    fidelity: Ref = Ref("quick"),  # noqa: B008
+    fidelity: Ref = Ref("draft"),  # noqa: B008
     frames: int = 200,
     controllers: int = 3,
     scale: float = 1.0,
