@@ -138,10 +138,10 @@ def test_the_meter_goes_on_where_it_stopped() -> None:
 def test_a_robot_that_is_torn_apart_has_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
     """Throwing a piece of itself ahead must not be a way to win: the episode counts as diverged, and says why."""
     robot = replace(LAND_ROBOT, muscle_strength=4e3, viscosity=0.0)
-    monkeypatch.setattr("zoobench.envs.ground.LAND_ROBOT", robot)
+    monkeypatch.setattr("zoobench.envs.base.LAND_ROBOT", robot)
     problem = Problem(cell(frames=60))
     evaluation, slope = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
     assert evaluation.divergence is not None
-    assert evaluation.divergence.quantity == "principal stretch"
+    assert evaluation.divergence.quantity == "distance of neighbours by that at rest"
     assert evaluation.score == -math.inf
     assert np.isnan(slope).all()

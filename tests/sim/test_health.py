@@ -9,6 +9,9 @@ import torch
 
 from tests.sim import scenes
 from zoobench.errors import Divergence, DivergenceError
+from zoobench.sim.health import separation
+from zoobench.sim.lattice import fill_box
+from zoobench.sim.pace import Surveyor
 from zoobench.sim.rollout import Rollout
 from zoobench.sim.scene import ElasticBody, Scene
 from zoobench.sim.solver import BodyState, Solver
@@ -176,3 +179,26 @@ def test_divergence_error_speaks_for_its_divergence() -> None:
     assert error.divergence is found
     assert "substep 15 (frame 2, world 0)" in str(error)
     assert "(0.1, 0.2, 0.3) m. Lower the actuation." in str(error)
+
+
+def test_one_strained_particle_does_not_tear_a_robot() -> None:
+    """Its F alone says nothing of gaps: the neighbours are where they were."""
+    scene = _scene(scenes.thrown_body(np.zeros(3)))
+    fidelity = scenes.steady(scene, frame_seconds=FRAME)
+    start = Solver(scene, fidelity, frame_seconds=FRAME).matter.copy_slot(0)
+    start.F[0, 0, 0] = torch.diag(torch.tensor([3.0, 0.6, 0.6], dtype=start.F.dtype))
+    solver = Solver(scene, fidelity, frame_seconds=FRAME, start=start)
+    rollout = solver.run(np.zeros((1, 1, solver.muscle_count)))
+    assert Surveyor(solver).look()[0].stretch > 2.0
+    assert not rollout.tears
+
+
+@pytest.mark.parametrize("per_cell", [1, 4, 8, 27])
+def test_separation_is_that_of_neighbours(per_cell: int) -> None:
+    """A lattice drawn out in x has its ratio; the two halves of a body that is cut have the gap's."""
+    rest = fill_box(np.zeros(3), np.full(3, 0.4), 0.1, per_cell)
+    assert separation(rest, 1.3 * rest) == pytest.approx(1.3)
+    along = rest[:, 0]
+    apart = rest + np.where(along > along.mean(), 0.5, 0.0)[:, None] * np.array([1.0, 0.0, 0.0])
+    assert separation(rest, apart) > 0.5 / 0.1
+    assert separation(rest[:1], rest[:1]) == 1.0

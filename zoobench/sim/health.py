@@ -3,8 +3,13 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.stepping import LARGEST_COURANT, Condition
+
+Array = NDArray[np.float64]
 
 LARGEST_ESCAPE = 1.0
 """Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
@@ -49,13 +54,36 @@ def judge(condition: Condition, dt: float, grid_spacing: float) -> Finding | Non
     return None
 
 
-def torn(condition: Condition, fidelity: Fidelity) -> Finding | None:
-    """Whether a robot comes apart: stretched until neighbours are more than a cell, and twice their distance, apart.
+def torn(growth: float, fidelity: Fidelity) -> Finding | None:
+    """Whether a robot comes apart: neighbours are more than a cell, and twice their distance at rest, apart.
 
-    Then no grid node feels both any longer (numerical fracture), and what moves is no robot but its pieces.
+    `growth` is what `separation` found. From there on the grid feels gaps (numerical fracture), and what moves is soon
+    no robot but its pieces.
     """
-    limit = max(2.0, fidelity.particles_per_cell ** (1 / 3))
-    if condition.stretch <= limit:
+    limit = largest_separation(fidelity)
+    if growth <= limit:
         return None
     advice = "The robot is torn: lower the actuation, or use more particles per cell."
-    return Finding("principal stretch", condition.stretch, limit, 4, advice)
+    return Finding("distance of neighbours by that at rest", growth, limit, 4, advice)
+
+
+def largest_separation(fidelity: Fidelity) -> float:
+    """How many times farther apart than at rest neighbours may be."""
+    return float(max(2.0, fidelity.particles_per_cell ** (1 / 3)))
+
+
+def separation(rest: Array, now: Array) -> float:
+    """The most that the distance of two neighbours of the lattice has grown [-], from `[count, 3]` to `[count, 3]`.
+
+    A single particle's F is no measure of it: the grid does not see what differs between the particles of one cell,
+    and F there may be stretched by 2 where its neighbours are 1.3 times as far away as at rest.
+    """
+    from scipy.spatial import cKDTree
+
+    if len(rest) < 2:
+        return 1.0
+    tree = cKDTree(rest)
+    spacing = float(np.median(tree.query(rest, k=2)[0][:, 1]))
+    one, other = tree.query_pairs(1.01 * spacing, output_type="ndarray").T
+    before, after = (np.linalg.norm(place[one] - place[other], axis=1) for place in (rest, now))
+    return float((after / before).max(initial=0.0))

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from zoobench.errors import Divergence
-from zoobench.sim.health import Finding, judge, torn
+from zoobench.sim.health import Finding, judge, largest_separation, separation, torn
 from zoobench.sim.state import IntArray
 from zoobench.sim.stepping import MOST_REFINEMENT, Condition, StepLimit, step_now
 
@@ -123,8 +123,13 @@ class Pace:
         return min(found.substeps_per_frame, self._most)
 
     def _look_for_tears(self, world: int, frame: int, condition: Condition) -> None:
-        rollout = self._rollout
-        if world not in rollout.tears and (finding := torn(condition, self._solver.fidelity)) is not None:
+        """The distances are measured only where some F is stretched as far, which neighbours do not part without."""
+        solver, rollout = self._solver, self._rollout
+        if world in rollout.tears or condition.stretch <= largest_separation(solver.fidelity):
+            return
+        there = rollout.body["occupancy"][world] > 0.0
+        now = solver.matter.x[0, world, : solver.robot_count].cpu().double().numpy()
+        if finding := torn(separation(solver.scene.robot.positions[there], now[there]), solver.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())
             rollout.tears[world] = self._surveyor.divergence(world, frame, step, finding)
 

@@ -1,7 +1,4 @@
-"""Gradients where they are fragile: at equal principal stretches, and through a whole episode."""
-
-import itertools
-from typing import TYPE_CHECKING
+"""Gradients where they are fragile: at equal principal stretches, and with all muscles at full strength."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +12,6 @@ from zoobench.spec import Ref
 from zoobench.studies.stability import scenes
 from zoobench.studies.stability.base import Probe, case
 from zoobench.studies.stability.ledger import episode, healthy, to_array
-
-if TYPE_CHECKING:
-    from zoobench.sim.rollout import Rollout
-    from zoobench.sim.solver import Solver
 
 Array = NDArray[np.float64]
 Extended = NDArray[np.longdouble]
@@ -126,41 +119,6 @@ def equal_stretches(probe: Probe) -> None:
             found = solver_pull(name, frames, squares, pulls, precision)
             error = np.linalg.norm(found - exact, axis=(1, 2)) / size
             probe.below(f"{name}, {precision} bits: relative error", float(error.max()), tolerance)
-
-
-def walker(precision: int, frames: int, substeps: int) -> tuple["Solver", "Rollout"]:
-    """The caterpillar crawling on rough ground with a wave of its muscles, at a fixed step."""
-    from zoobench.sim.solver import Solver
-
-    grid = scenes.fidelity(precision, step=0.008 / substeps)
-    body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid)
-    scene = registry.create(Kind.ENV, Ref("ground")).scene(body, grid)
-    solver = Solver(scene, grid, gradients=True)
-    times = 0.008 * np.arange(frames)[:, None, None]
-    phases = np.linspace(0.0, 2.0 * np.pi, solver.muscle_count, endpoint=False)
-    return solver, solver.run(0.8 * np.sin(2.0 * np.pi * 1.5 * times + phases))
-
-
-@case("long-horizon", fast=False)
-def long_horizon(probe: Probe) -> None:
-    """A caterpillar's gradient through 3600 substeps on rough ground: finite, no explosion, the same in 32 bits."""
-    substeps, frames = 18, 200
-    gradients = {}
-    for precision in (64, 32):
-        solver, rollout = walker(precision, frames, substeps)
-        healthy(probe, rollout)
-        probe.note_rollout(solver, rollout)
-        pull = np.zeros(rollout.positions.shape)
-        pull[-1, ..., 0] = 1.0 / solver.robot_count
-        gradient = solver.backward(rollout, pull, np.zeros_like(pull))
-        probe.holds(f"{precision} bits: finite", not gradient.fault and bool(np.isfinite(gradient.actuation).all()))
-        gradients[precision] = gradient.actuation
-    window = round(100 / substeps)  # frames of about 100 substeps
-    norms = [float(np.linalg.norm(part)) for part in np.array_split(gradients[64], frames // window)]
-    earlier = [before / after for before, after in itertools.pairwise(norms)]
-    probe.below("largest growth of the gradient per 100 substeps", float(np.max(earlier)), 10.0)
-    difference = float(np.linalg.norm(gradients[32] - gradients[64]) / np.linalg.norm(gradients[64]))
-    probe.below("32 bits against 64", difference, 1e-3)
 
 
 @case("full-strength")

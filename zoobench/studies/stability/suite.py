@@ -19,6 +19,7 @@ from zoobench.studies.stability import (  # isort: skip  # noqa: F401
     media,
     water,
     gradients,
+    horizon,
     inputs,
 )
 
