@@ -69,3 +69,12 @@ def test_the_medium_stays_at_rest(name: str) -> None:
     kinetic = 0.5 * (mass * speed**2).sum()
     potential = (mass * 9.81 * scene.medium.positions[:, 1]).sum()
     assert kinetic < 1e-5 * potential
+
+
+def test_water_is_as_dense_as_its_pressure_says() -> None:
+    """Mass per place times J is the density at rest everywhere: no part of it is light enough to rise."""
+    env, bed = _bed("ocean")
+    assert env.bed is not None
+    place = np.prod(env.arena) * env.bed.thickness / env.arena[1] / len(bed.positions)
+    assert bed.volumes * bed.history == pytest.approx(place, rel=1e-12)
+    assert bed.history.min() < 0.99

@@ -9,7 +9,7 @@ import torch
 from tests.sim import scenes
 from zoobench.sim import runtime
 from zoobench.sim.array_types import Nodes, Vectors
-from zoobench.sim.boundary import PLANE, TERRAIN, WALL_NODES, contact, contact_adjoint
+from zoobench.sim.boundary import PLANE, TERRAIN, WALL_NODES, contact, contact_adjoint, press, press_adjoint
 from zoobench.sim.rollout import Rollout
 from zoobench.sim.scene import Ground, Scene
 from zoobench.sim.solver import Solver
@@ -21,12 +21,12 @@ INSIDE, FLOOR = 10, WALL_NODES
 @ti.kernel
 def _contact(
     v: Vectors, pull: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
-    ground: ti.template(),
+    ground: ti.template(), tight: ti.template(),
 ):  # fmt: skip
     for p in range(v.shape[0]):
         index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
-        after[p] = contact(v[p], index, shape, mu, terrain, ground)
-        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, terrain, ground)
+        after[p] = contact(v[p], index, shape, mu, terrain, ground, tight)
+        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, terrain, ground, tight)
 
 
 def _apply(
@@ -35,6 +35,7 @@ def _apply(
     mu: float,
     pull: np.ndarray | None = None,
     column: tuple[float, float, float, float] | None = None,
+    tight: bool = False,
 ) -> list[np.ndarray]:
     """Velocity after contact and the adjoint of it; on a terrain whose columns are all alike if one is given."""
     runtime.start(64)
@@ -42,7 +43,7 @@ def _apply(
     terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
     if column is not None:
         terrain = torch.tensor(column, dtype=torch.float64).repeat(NODE_COUNT, NODE_COUNT, 1)
-    _contact(*tensors, terrain, *index, mu, PLANE if column is None else TERRAIN)
+    _contact(*tensors, terrain, *index, mu, PLANE if column is None else TERRAIN, tight)
     return [tensors[2].numpy(), tensors[3].numpy()]
 
 
@@ -68,12 +69,75 @@ def test_adjoint_of_contact_matches_differences() -> None:
     """The adjoint is the transposed derivative on the floor and in the corner of floor and wall."""
     rng = np.random.default_rng(4)
     v, pull, step = rng.normal(size=(500, 3)), rng.normal(size=(500, 3)), rng.normal(size=(500, 3))
-    for index in ((INSIDE, FLOOR, INSIDE), (WALL_NODES, FLOOR, INSIDE)):
-        _, back = _apply(v, index, 0.6, pull)
-        e = 1e-6
-        slope = (_apply(v + e * step, index, 0.6)[0] - _apply(v - e * step, index, 0.6)[0]) / (2 * e)
-        difference = np.abs((slope * pull).sum(1) - (back * step).sum(1))
-        assert (difference > 1e-6).sum() == 0
+    behind = WALL_NODES - 1
+    for index in ((INSIDE, FLOOR, INSIDE), (WALL_NODES, FLOOR, INSIDE), (behind, FLOOR - 1, NODE_COUNT - 1 - behind)):
+        for tight in (False, True):
+            _, back = _apply(v, index, 0.6, pull, tight=tight)
+            e = 1e-6
+            high, low = (_apply(v + sign * e * step, index, 0.6, tight=tight)[0] for sign in (1, -1))
+            difference = np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1))
+            assert (difference > 1e-6).sum() == 0
+
+
+def test_tight_walls_leave_the_velocity_behind_them_to_press() -> None:
+    """Along the normal of each wall, with the friction that it causes; elsewhere they are the walls that they were."""
+    v = np.array([[-0.5, -1.0, 0.75]])
+    corner = (WALL_NODES - 1, FLOOR - 1, INSIDE)
+    assert np.array_equal(_apply(v, corner, 0.0, tight=True)[0], v)
+    assert np.allclose(_apply(v, corner, 0.6, tight=True)[0][0, 1:], [-1.0, 0.75 * (1 - 0.6 / np.hypot(0.5, 0.75))])
+    for index in ((WALL_NODES, FLOOR, INSIDE), (WALL_NODES - 2, INSIDE, INSIDE), (INSIDE, INSIDE, INSIDE)):
+        assert np.array_equal(_apply(v, index, 0.6, tight=True)[0], _apply(v, index, 0.6)[0])
+
+
+@ti.kernel
+def _press(given: Nodes, pull: Nodes, after: Nodes, back: Nodes):
+    for p in range(given.shape[0]):
+        q, up = given[p], pull[p]
+        behind, before = press(q[0], q[1], q[2], q[3])
+        after[p] = ti.Vector([behind, before, 0.0, 0.0])
+        back[p] = press_adjoint(q[0], behind, before, q[2], q[3], up[0], up[1])
+
+
+def _pressed(given: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities `[n, 2]` behind and before a wall after it has pressed, and the adjoints `[n, 4]`."""
+    runtime.start(64)
+    tensors = [torch.as_tensor(a) for a in (given, np.hstack([pull, 0 * pull]), 0 * given, 0 * given)]
+    _press(*tensors)
+    return tensors[2].numpy()[:, :2], tensors[3].numpy()
+
+
+def _pairs(count: int) -> np.ndarray:
+    """Velocities and masses behind and before a wall."""
+    rng = np.random.default_rng(6)
+    return np.hstack([rng.normal(size=(count, 2)), rng.uniform(0.1, 1.0, (count, 2))])
+
+
+def test_a_wall_presses_with_the_least_impulse() -> None:
+    """Nothing moves into its plane, both nodes get the same impulse, away from it; what parts from it is left alone."""
+    given = _pairs(500)
+    after, _ = _pressed(given, np.zeros((500, 2)))
+    parts = given[:, :2].sum(1) >= 0.0
+    assert 100 < parts.sum() < 400
+    assert np.array_equal(after[parts], given[parts, :2])
+    assert np.abs(after[~parts].sum(1)).max() <= 1e-15
+    impulse = (given[:, 2:] * (after - given[:, :2]))[~parts]
+    assert np.allclose(impulse[:, 0], impulse[:, 1], atol=1e-15)
+    assert (impulse > 0.0).all()
+
+
+def test_a_wall_stops_matter_that_is_all_behind_it() -> None:
+    """Where no matter is before it there is nothing to press against."""
+    after, _ = _pressed(np.array([[-1.0, 0.0, 0.5, 0.0], [1.0, 0.0, 0.5, 0.0]]), np.zeros((2, 2)))
+    assert np.array_equal(after, [[0.0, 0.0], [1.0, 0.0]])
+
+
+def test_adjoint_of_press_matches_differences() -> None:
+    """By both velocities and both masses."""
+    given, rng, e = _pairs(500), np.random.default_rng(7), 1e-6
+    pull, step = rng.normal(size=(500, 2)), rng.normal(size=(500, 4))
+    _, back = _pressed(given, pull)
+    high, low = (_pressed(given + sign * e * step, pull)[0] for sign in (1, -1))
+    assert np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1)).max() <= 1e-7
 
 
 def test_contact_with_a_slope_is_that_of_the_plane_turned() -> None:

@@ -31,7 +31,10 @@ class Bed:
         """The bed at rest in an arena of this `size` [m]; `gravity` [m/s^2] is the downward magnitude.
 
         The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is
-        density times thickness times area at every fidelity, and no gap is left at the walls.
+        density times thickness times area at every fidelity, and no gap is left at the walls. Water is heavier by what
+        it is compressed: a particle of strain J takes the place of one unstrained of volume V / J. With equal masses
+        water from below would be too light for its pressure once it rises, and the tank would turn over, at a rate of
+        sqrt(g^2 rho / K): within seconds.
         """
         box = np.array([size[0], self.thickness, size[2]])
         rounded = np.maximum(np.round(box / fidelity.grid_spacing * 2) / 2, 0.5) * fidelity.grid_spacing
@@ -41,7 +44,10 @@ class Bed:
         positions = lattice * (box / reach)
         volumes = np.full(len(positions), box.prod() / len(positions))
         load = self.material.density * gravity * (self.thickness - positions[:, 1])
-        return MediumBed.at_rest(self.material, positions, volumes, rest_strains(self.material, load))
+        strains = rest_strains(self.material, load)
+        if isinstance(self.material, WaterMaterial):
+            volumes = volumes / np.exp(strains.sum(axis=1))
+        return MediumBed.at_rest(self.material, positions, volumes, strains)
 
 
 def rest_strains(material: Medium, load: Array) -> Array:

@@ -115,7 +115,7 @@ def repeat_part(
                 for i in range(window[0, w, 0], window[0, w, 3]):
                     for j in range(window[0, w, 1], window[0, w, 4]):
                         for k in range(window[0, w, 2], window[0, w, 5]):
-                            update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground)
+                            update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground, law)
                             if ti.static(transfer == AFLIP):
                                 divide_node(before, other_before, 0, i, j, k)
             else:

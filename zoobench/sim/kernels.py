@@ -19,9 +19,12 @@ import taichi as ti
 
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
 from zoobench.sim.flip import divide_node, divide_node_adjoint
+from zoobench.sim.media import WATER
 from zoobench.sim.particles import (
     from_grid,
     from_grid_adjoint,
+    press_node,
+    press_node_adjoint,
     to_grid,
     to_grid_adjoint,
     update_node,
@@ -72,9 +75,14 @@ def advance(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid, 0, i, j, k, push, mu_ground, terrain, ground)
+                        update_node(grid, grid, 0, i, j, k, push, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node(before, before, 0, i, j, k)
+            if ti.static(law == WATER):
+                for i in range(window[s, w, 0], window[s, w, 3]):
+                    for j in range(window[s, w, 1], window[s, w, 4]):
+                        for k in range(window[s, w, 2], window[s, w, 5]):
+                            press_node(grid, 0, i, j, k, ground)
             low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
@@ -132,19 +140,29 @@ def reverse(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, terrain, ground)
+                        update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node(before, before, 0, i, j, k)
+            if ti.static(law == WATER):
+                for i in range(window[s, w, 0], window[s, w, 3]):
+                    for j in range(window[s, w, 1], window[s, w, 4]):
+                        for k in range(window[s, w, 2], window[s, w, 5]):
+                            press_node(grid_velocity, 0, i, j, k, ground)
             for p in range(x.shape[2]):
                 from_grid_adjoint(
                     x, v, C, F, b, history, grid_velocity, before, grid_adjoint, before_adjoint,
                     x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
                     0, s, t, w, p, inverse_spacing, dt, constants, law, width, transfer,
                 )  # fmt: skip
+            if ti.static(law == WATER):
+                for i in range(window[s, w, 0], window[s, w, 3]):
+                    for j in range(window[s, w, 1], window[s, w, 4]):
+                        for k in range(window[s, w, 2], window[s, w, 5]):
+                            press_node_adjoint(grid, grid_velocity, grid_adjoint, 0, i, j, k, push, ground)
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, terrain, ground)
+                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node_adjoint(before, before_adjoint, 0, i, j, k)
             for p in range(x.shape[2]):

@@ -7,9 +7,12 @@ import taichi as ti
 
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
 from zoobench.sim.flip import divide_node, divide_node_adjoint
+from zoobench.sim.media import WATER
 from zoobench.sim.particles import (
     from_grid,
     from_grid_adjoint,
+    press_node,
+    press_node_adjoint,
     to_grid,
     to_grid_adjoint,
     update_node,
@@ -55,9 +58,13 @@ def advance_parallel(
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
             push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid, w, i, j, k, push, mu_ground, terrain, ground)
+            update_node(grid, grid, w, i, j, k, push, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node(before, before, w, i, j, k)
+    if ti.static(law == WATER):
+        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+            if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
+                press_node(grid, w, i, j, k, ground)
     for w, d in ti.ndrange(x.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride
@@ -111,9 +118,13 @@ def reverse_parallel(
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
             push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid_velocity, w, i, j, k, push, mu_ground, terrain, ground)
+            update_node(grid, grid_velocity, w, i, j, k, push, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node(before, before, w, i, j, k)
+    if ti.static(law == WATER):
+        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+            if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
+                press_node(grid_velocity, w, i, j, k, ground)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
@@ -122,10 +133,16 @@ def reverse_parallel(
                 x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
                 w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
             )  # fmt: skip
+    if ti.static(law == WATER):
+        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
+            if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
+                press_node_adjoint(
+                    grid, grid_velocity, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), ground
+                )
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
             push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node_adjoint(grid, grid_adjoint, w, i, j, k, push, mu_ground, terrain, ground)
+            update_node_adjoint(grid, grid_adjoint, w, i, j, k, push, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node_adjoint(before, before_adjoint, w, i, j, k)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):

@@ -7,7 +7,7 @@ Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscl
 
 import taichi as ti
 
-from zoobench.sim.boundary import contact, contact_adjoint
+from zoobench.sim.boundary import behind_wall, contact, contact_adjoint, press, press_adjoint
 from zoobench.sim.flip import FLIP_SHARE, gather_velocity, gather_velocity_adjoint
 from zoobench.sim.linalg import identity, matmul
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
@@ -70,14 +70,55 @@ def update_node(
     mu_ground,
     terrain: ti.template(),
     ground: ti.template(),
+    law: ti.template(),
 ):
     """Momentum to velocity with gravity and contact, from `grid` to `target` (maybe the same). `push` is dt g [m/s]."""
     q = grid[g, i, j, k]
     if q[3] > 0.0:
         shape = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
         free = ti.Vector([q[0], q[1], q[2]]) / q[3] + push
-        after = contact(free, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground)
+        after = contact(free, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground, law == WATER)
         target[g, i, j, k] = ti.Vector([after[0], after[1], after[2], q[3]])
+
+
+@ti.func
+def press_node(grid: ti.template(), g, i, j, k, ground: ti.template()):
+    """Pressure of tight walls on a node behind them and on its image before them, after `update_node`."""
+    index, shape = ti.Vector([i, j, k]), ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
+    for d in ti.static(range(3)):
+        normal = behind_wall(index[d], shape[d], d, ground)
+        if normal != 0 and grid[g, i, j, k][3] > 0.0:
+            image = index + 2 * normal * ti.Vector.unit(3, d, ti.i32)
+            here, there = grid[g, i, j, k], grid[g, image[0], image[1], image[2]]
+            behind, before = press(normal * here[d], normal * there[d], here[3], there[3])
+            grid[g, i, j, k][d] = normal * behind
+            grid[g, image[0], image[1], image[2]][d] = normal * before
+
+
+@ti.func
+def press_node_adjoint(
+    grid: ti.template(), grid_velocity: ti.template(), grid_adjoint: ti.template(), g, i, j, k, push,
+    ground: ti.template(),
+):  # fmt: skip
+    """Adjoint of `press_node`: changes the velocity's adjoint of both nodes, adds to that of their mass.
+
+    `grid` holds momenta and masses, `grid_velocity` what became of them.
+    """
+    index, shape = ti.Vector([i, j, k]), ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
+    for d in ti.static(range(3)):
+        normal = behind_wall(index[d], shape[d], d, ground)
+        q = grid[g, i, j, k]
+        if normal != 0 and q[3] > 0.0:
+            image = index + 2 * normal * ti.Vector.unit(3, d, ti.i32)
+            here, there = grid_velocity[g, i, j, k], grid_velocity[g, image[0], image[1], image[2]]
+            back = press_adjoint(
+                normal * (q[d] / q[3] + push[d]), normal * here[d], normal * there[d], q[3], there[3],
+                normal * grid_adjoint[g, i, j, k][d], normal * grid_adjoint[g, image[0], image[1], image[2]][d],
+            )  # fmt: skip
+            grid_adjoint[g, i, j, k][d] = normal * back[0]
+            grid_adjoint[g, image[0], image[1], image[2]][d] = normal * back[1]
+            grid_adjoint[g, i, j, k][3] += back[2]
+            grid_adjoint[g, image[0], image[1], image[2]][3] += back[3]
 
 
 @ti.func
@@ -174,7 +215,7 @@ def from_grid_adjoint(
 @ti.func
 def update_node_adjoint(
     grid: ti.template(), grid_adjoint: ti.template(), g, i, j, k, push, mu_ground,
-    terrain: ti.template(), ground: ti.template(),
+    terrain: ti.template(), ground: ti.template(), law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `update_node`: the velocity's adjoint becomes those of momentum (0..2) and mass (3).
 
@@ -186,7 +227,8 @@ def update_node_adjoint(
         free = ti.Vector([q[0], q[1], q[2]]) / q[3]
         stored = grid_adjoint[g, i, j, k]
         pull = ti.Vector([stored[0], stored[1], stored[2]])
-        pull = contact_adjoint(free + push, pull, ti.Vector([i, j, k]), shape, mu_ground, terrain, ground) / q[3]
+        index = ti.Vector([i, j, k])
+        pull = contact_adjoint(free + push, pull, index, shape, mu_ground, terrain, ground, law == WATER) / q[3]
         grid_adjoint[g, i, j, k] = ti.Vector([pull[0], pull[1], pull[2], stored[3] - pull.dot(free)])
     else:  # an empty node stays at rest whatever its momentum: it has no derivative
         grid_adjoint[g, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
