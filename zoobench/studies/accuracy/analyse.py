@@ -6,6 +6,7 @@ share of the root mean square of the references, so that a controller that goes 
 """
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -42,6 +43,7 @@ class LevelRow:
         tau: Kendall's rank correlation of the controllers' scores with those of the finest level that has them.
         winner: whether the best controller is the same.
         draws: controllers behind `error`, behind `tau`.
+        change: where a knob is turned, how far the scores are from those at the level as it is.
         seconds, seconds_least, seconds_most: wall time per simulated second, forward [s].
         gradient_seconds: likewise with gradient [s].
         rate: wall time per particle and substep [ns].
@@ -63,6 +65,7 @@ class LevelRow:
     tau: float | None
     winner: bool | None
     draws: str
+    change: float | None
     particles: int | None
     substeps: float
     seconds: float | None
@@ -108,7 +111,8 @@ class Cell:
         self.env, self.task = env, task
         own = [sample for sample in samples if sample.env.name == env]
         scored = [sample for sample in own if not sample.is_close and task in sample.scores]
-        # where several lengths were measured, the longest episodes count
+        # where several lengths were measured, the longest episodes count, and of those the one of most draws
+        scored.sort(key=lambda sample: len(sample.scores[task]))
         frames = max((sample.frames for sample in scored), default=0)
         self.scored = {variant_of(sample): sample for sample in scored if sample.frames == frames}
         self.close = {variant_of(sample): sample for sample in own if sample.is_close}
@@ -131,11 +135,12 @@ class Cell:
         return _rms([reference.value for reference in self.references])
 
     def _references(self) -> list[Reference]:
-        """Of every draw that the finest level has."""
+        """Of every draw that all levels and turned knobs have, so that their errors can be compared."""
         if not self.ladder:
             return []
         found = []
-        for draw in range(len(self.scores(self.ladder[-1]))):
+        compared = [name for name in self.scored if _shift(name) is None]
+        for draw in range(min(len(self.scores(name)) for name in compared)):
             levels = [(self._spacing(name), self.scores(name)[draw]) for name in self.ladder]
             known = [(h, value) for h, value in levels if math.isfinite(value)]
             found.append(extrapolate(*zip(*known, strict=True)) if known else Reference(math.nan, math.inf, None))
@@ -156,9 +161,18 @@ class Cell:
             for score, reference in zip(scores, self.references, strict=False)
             if math.isfinite(score) and math.isfinite(reference.value) and (reference.is_converged or not is_finest)
         ]
-        if not pairs or (is_finest and 2 * len(pairs) < len(scores)):
+        if not pairs or (is_finest and 2 * len(pairs) < len(self.references)):
             return None, 0
         return _rms([score - value for score, value in pairs]) / _rms([value for _, value in pairs]), len(pairs)
+
+    def change(self, name: str) -> float | None:
+        """Of a turned knob: how far the scores are from those of the level as it is, as a share of the scale."""
+        home = re.split(r"[ \[]", name)[0]
+        if home == name or home not in self.scored:
+            return None
+        count = len(self.references)
+        apart = (self.scores(name)[:count] - self.scores(home)[: len(self.scores(name))][:count]) / self.scale
+        return _rms(apart[np.isfinite(apart)])
 
     def floor(self) -> float | None:
         """The noise floor: the deviation over the shifts, as a share of the scores."""
@@ -248,6 +262,7 @@ class Cell:
             tau=tau,
             winner=winner,
             draws=f"{draws}, {ranked}",
+            change=self.change(name),
             particles=None if cost is None else cost.particles,
             substeps=sample.substeps,
             seconds=None if cost is None or per_second is None else per_second * cost.forward,

@@ -36,8 +36,10 @@ class KnobRow:
 
     Attributes:
         error, home_error: of the score, with the knob turned and at the level as it is.
+        change: how far the scores are from those at the level as it is.
         cost: wall time per simulated second by that of the level as it is.
-        verdict: `better` or `worse` by more than the noise floor, else `no difference`; and what that costs.
+        verdict: `no difference` if the scores change by less than the noise floor, `better` or `worse` if the error
+            does by more, else `other`; and what that costs.
     """
 
     env: str
@@ -46,6 +48,7 @@ class KnobRow:
     knob: str
     error: float | None
     home_error: float | None
+    change: float | None
     floor: float | None
     angle: float | None
     cost: float | None
@@ -88,6 +91,7 @@ def knobs(analysis: Analysis) -> Iterator[KnobRow]:
             knob=changed.partition("[")[2].rstrip("]"),
             error=row.error,
             home_error=home.error,
+            change=row.change,
             floor=row.floor,
             angle=row.angle,
             cost=cost,
@@ -110,11 +114,16 @@ _NOTICEABLE = 0.1
 
 
 def _verdict(row: LevelRow, home: LevelRow, cost: float | None) -> str:
-    if row.error is None or home.error is None:
+    if row.error is None or home.error is None or row.change is None:
         return "not known"
     least = row.floor or 0.0
-    change = row.error - home.error
-    effect = "no difference" if abs(change) <= least else "worse" if change > 0 else "better"
+    gain = home.error - row.error
+    if row.change <= least:
+        effect = "no difference"
+    elif abs(gain) <= least:
+        effect = "other"
+    else:
+        effect = "better" if gain > 0 else "worse"
     if cost is None:
         return effect
     price = "at no cost" if abs(cost - 1.0) <= _NOTICEABLE else "for more" if cost > 1.0 else "for less"
