@@ -7,8 +7,9 @@ from typer import Exit, Option
 
 from zoobench.cli import accuracy_exact
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption
-from zoobench.cli.output import Format, say
+from zoobench.cli.output import Format, emit, say
 from zoobench.cli.several import choose, emit_several, listing_of
+from zoobench.cli.words import parse_counts, parse_names
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ def accuracy(
     exact: Annotated[
         bool, Option("--exact", help="Instead, errors against exact answers, on ladders of grids.")
     ] = False,
+    intervals: Annotated[
+        bool, Option("--checkpoints", help="Instead, what the checkpoint interval of gradients costs.")
+    ] = False,
     plot: Annotated[bool, Option("--plot", help="Run nothing: judge what the database holds already.")] = False,
     source: Annotated[Path | None, Option("--from", help="Run nothing: judge an exported file.")] = None,
     export: Annotated[Path | None, Option("--export", help="Write what was measured to this file.")] = None,
@@ -51,7 +55,9 @@ def accuracy(
     """
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
+    from zoobench.spec import Ref
     from zoobench.studies.accuracy.analyse import analyse
+    from zoobench.studies.accuracy.checkpoints import CheckpointRow, checkpoints
     from zoobench.studies.accuracy.plan import QUICK
     from zoobench.studies.accuracy.plots import draw
     from zoobench.studies.accuracy.records import read, write
@@ -59,8 +65,12 @@ def accuracy(
     if exact:
         accuracy_exact.exact(db, form, plots, quick=quick, only_read=plot)
         return
-    wanted = choose(table, TABLES, form)
     envs, tasks = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)
+    if intervals:
+        rows = [row for ref in envs for row in checkpoints(ref, Ref(parse_names(levels)[0]), frames=frames)]
+        emit(listing_of(CheckpointRow, rows), form)
+        return
+    wanted = choose(table, TABLES, form)
     if source is not None:
         measured = read(source)
     else:
@@ -76,7 +86,6 @@ def accuracy(
 
 
 def _plan(levels: str, draws: str, around: str, frames: int) -> "Plan":
-    from zoobench.cli.words import parse_counts, parse_names
     from zoobench.studies.accuracy.plan import Plan
 
     names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
@@ -139,13 +148,26 @@ def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
 
 
 def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
+    """Every field for programs, what matters for people."""
+    from zoobench.report.listing import Listing
     from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
+    from zoobench.studies.accuracy.tables import knob_table, level_table, reference_table, step_table
     from zoobench.studies.accuracy.verdicts import KnobRow, StepRow, knobs, steps
 
-    listings = {
-        "references": listing_of(ReferenceRow, analysis.references),
-        "levels": listing_of(LevelRow, analysis.levels),
-        "steps": listing_of(StepRow, list(steps(analysis))),
-        "knobs": listing_of(KnobRow, list(knobs(analysis))),
-    }
+    one_more, turned = list(steps(analysis)), list(knobs(analysis))
+    if form in (Format.CSV, Format.JSON):
+        listings = {
+            "references": listing_of(ReferenceRow, analysis.references),
+            "levels": listing_of(LevelRow, analysis.levels),
+            "steps": listing_of(StepRow, one_more),
+            "knobs": listing_of(KnobRow, turned),
+        }
+    else:
+        tables = {
+            "references": reference_table(analysis.references),
+            "levels": level_table(analysis.levels),
+            "steps": step_table(one_more),
+            "knobs": knob_table(turned),
+        }
+        listings = {name: Listing(columns, tuple(rows)) for name, (columns, rows) in tables.items()}
     emit_several({name: listings[name] for name in wanted}, form)

@@ -45,7 +45,7 @@ class LevelRow:
         draws: controllers behind `error`, behind `tau`.
         change: where a knob is turned, how far the scores are from those at the level as it is.
         seconds, seconds_least, seconds_most: wall time per simulated second, forward [s].
-        gradient_seconds: likewise with gradient [s].
+        gradient_seconds: likewise with gradient [s]; None where the study takes none.
         rate: wall time per particle and substep [ns].
         memory: of the process [MiB].
     """
@@ -268,7 +268,7 @@ class Cell:
             seconds=None if cost is None or per_second is None else per_second * cost.forward,
             seconds_least=None if cost is None or per_second is None else per_second * cost.forward_least,
             seconds_most=None if cost is None or per_second is None else per_second * cost.forward_most,
-            gradient_seconds=None if cost is None or per_second is None else per_second * cost.gradient,
+            gradient_seconds=_finite(per_second * cost.gradient) if cost is not None and per_second else None,
             rate=None if cost is None else cost.forward,
             memory=sample.peak_memory / 2**20 if sample.peak_memory else None,
         )
@@ -322,6 +322,10 @@ def _shift(name: str) -> float | None:
     """The shift that a variant's label states [cells]."""
     _, found, rest = name.partition("[shift=")
     return float(rest.rstrip("]")) if found else None
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _rms(values: Iterable[float] | Array) -> float:

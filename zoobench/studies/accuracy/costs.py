@@ -96,6 +96,9 @@ def costs(
     """
     if repeats < 1:
         raise UsageError(f"{repeats} repeats measure nothing. Give at least 1.")
+    import torch
+
+    torch.set_num_threads(1)  # as in a run: one thread per simulation
     for group in _groups(specs):
         for subject in group:
             if on_case is not None:

@@ -1,0 +1,106 @@
+"""The study's tables as a person reads them; programs get every field of the rows instead."""
+
+from collections.abc import Sequence
+
+from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
+from zoobench.studies.accuracy.verdicts import KnobRow, StepRow
+
+Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
+"""Column names, and rows of as many texts."""
+
+
+def level_table(rows: Sequence[LevelRow]) -> Table:
+    """One row per level: errors in percent with what is not known of the reference, ranks, costs."""
+    columns = (
+        "env", "task", "fidelity", "score error", "noise", "rank tau", "same winner", "path error", "1-cos gradient",
+        "s per simulated s", "with gradient", "particles",
+    )  # fmt: skip
+    return columns, [
+        (
+            row.env,
+            row.task,
+            row.fidelity,
+            _error(row),
+            _percent(row.floor),
+            _number(row.tau),
+            {None: "", True: "yes", False: "no"}[row.winner],
+            _percent(row.path),
+            _number(row.angle),
+            _seconds(row),
+            _number(row.gradient_seconds),
+            "" if row.particles is None else f"{row.particles:,}",
+        )
+        for row in rows
+    ]
+
+
+def reference_table(rows: Sequence[ReferenceRow]) -> Table:
+    """One row per environment and task: does it converge, and how far is the limit known?"""
+    columns = (
+        "env", "task", "levels", "converged", "order", "scores [m/s]", "reference known to", "noise", "smooth for [s]",
+    )  # fmt: skip
+    return columns, [
+        (
+            row.env,
+            row.task,
+            row.levels,
+            f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})",
+            _number(row.order),
+            _number(row.scale),
+            _percent(row.unknown),
+            _percent(row.floor),
+            _number(row.chaos),
+        )
+        for row in rows
+    ]
+
+
+def step_table(rows: Sequence[StepRow]) -> Table:
+    """What one more level buys."""
+    columns = ("env", "task", "from", "to", "error", "becomes", "times smaller", "times dearer", "tau", "becomes")
+    return columns, [
+        (
+            row.env, row.task, row.level, row.next_level, _percent(row.error), _percent(row.next_error),
+            _number(row.gain), _number(row.cost), _number(row.tau), _number(row.next_tau),
+        )
+        for row in rows
+    ]  # fmt: skip
+
+
+def knob_table(rows: Sequence[KnobRow]) -> Table:
+    """What turning one knob does."""
+    columns = (
+        "env", "task", "level", "knob", "score error", "without", "scores change by", "noise", "times dearer",
+        "verdict",
+    )  # fmt: skip
+    return columns, [
+        (
+            row.env, row.task, row.home, row.knob, _percent(row.error), _percent(row.home_error), _percent(row.change),
+            _percent(row.floor), _number(row.cost), row.verdict,
+        )
+        for row in rows
+    ]  # fmt: skip
+
+
+def _error(row: LevelRow) -> str:
+    if row.error is None:
+        return "not known"
+    note = " (noise)" if row.at_floor else ""
+    unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}"
+    return f"{_percent(row.error)}{unknown}{note}"
+
+
+def _seconds(row: LevelRow) -> str:
+    if row.seconds is None:
+        return ""
+    return f"{row.seconds:.2g} ({row.seconds_least:.2g} to {row.seconds_most:.2g})"
+
+
+def _percent(share: float | None) -> str:
+    if share is None:
+        return ""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"
