@@ -40,6 +40,9 @@ def accuracy(
     plot: Annotated[bool, Option("--plot", help="Run nothing: judge what the database holds already.")] = False,
     source: Annotated[Path | None, Option("--from", help="Run nothing: judge an exported file.")] = None,
     export: Annotated[Path | None, Option("--export", help="Write what was measured to this file.")] = None,
+    publish: Annotated[
+        Path | None, Option("--publish", help="Write the levels' errors and costs, by which --tolerance chooses.")
+    ] = None,
     plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
     table: Annotated[str, Option("--table", help="references, levels, steps, knobs or all.")] = "all",
     repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
@@ -56,6 +59,7 @@ def accuracy(
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
     from zoobench.spec import Ref
+    from zoobench.studies.accuracy import tolerance
     from zoobench.studies.accuracy.analyse import analyse
     from zoobench.studies.accuracy.checkpoints import CheckpointRow, checkpoints
     from zoobench.studies.accuracy.plan import QUICK
@@ -79,6 +83,8 @@ def accuracy(
     analysis = analyse(measured, [ref.name for ref in envs], [ref.name for ref in tasks])
     if export is not None:
         write(measured, export)
+    if publish is not None:
+        tolerance.publish(measured, publish)
     if plots is not None:
         for path in draw(analysis, plots, default=around or levels.split(",")[0]):
             say(f"drawn: {path}")

@@ -1,19 +1,34 @@
 """The cheapest fidelity that is accurate enough."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.studies.accuracy.study import TASK, ladder
+from zoobench import registry
 from zoobench.errors import UsageError
+from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.accuracy import tolerance
-from zoobench.studies.accuracy.analyse import analyse
 
 
 @pytest.fixture(autouse=True)
-def _measured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Made-up measurements of ground in the place of those that come with the package."""
-    monkeypatch.setattr(tolerance, "shipped", ladder)
-    monkeypatch.setattr(tolerance, "_analysis", lambda: analyse(ladder()))
+def _measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Made-up measurements of ground, published, in the place of those that come with the package."""
+    tolerance.publish(ladder(), tmp_path / tolerance.PUBLISHED)
+    monkeypatch.setattr(tolerance, "files", lambda package: tmp_path)
+    tolerance.published.cache_clear()
+
+
+def test_what_comes_with_the_package_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every environment has levels with errors and costs, and says which commit measured it."""
+    monkeypatch.undo()
+    tolerance.published.cache_clear()
+    found = tolerance.published()
+    tolerance.published.cache_clear()
+    assert found.origin
+    assert {Ref.parse(text).name for text in found.components} == set(registry.names(Kind.ENV))
+    assert all(row.seconds for row in found.levels if row.fidelity in ("draft", "standard"))
 
 
 def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:

@@ -1,20 +1,22 @@
 """The cheapest fidelity that is accurate enough, by what the accuracy study measured in that environment."""
 
+import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.studies.accuracy.analyse import Analysis, LevelRow, analyse
-from zoobench.studies.accuracy.records import Measurements, label, read
+from zoobench.studies.accuracy.analyse import LevelRow, analyse
+from zoobench.studies.accuracy.records import Measurements, label
 
-MEASURED = "measured.json"
-"""What `zoobench accuracy --export` wrote when the fidelities were last measured; beside this file."""
+PUBLISHED = "published.json"
+"""What `zoobench accuracy --publish` wrote when the fidelities were last measured; beside this file."""
 
 
 @dataclass(frozen=True)
@@ -47,31 +49,61 @@ def choose(env: Ref, task: str, tolerance: float) -> Choice:
     return Choice(Ref(cheapest.fidelity), f"{env.name} x {task}: {_describe(cheapest)}; {others}")
 
 
-@cache
-def shipped() -> Measurements:
-    """The measurements that come with the package.
+@dataclass(frozen=True)
+class Published:
+    """What `choose` judges by.
+
+    Attributes:
+        origin: commits and machines that it was measured with.
+        components: environments as they were measured, with version and every parameter.
+        levels: with errors and costs.
+    """
+
+    origin: tuple[str, ...]
+    components: tuple[str, ...]
+    levels: tuple[LevelRow, ...]
+
+
+def publish(measurements: Measurements, path: Path) -> None:
+    """Write what `choose` needs of the measurements: the levels' errors and costs, a row each.
 
     Raises:
-        UsageError: there are none.
+        UsageError: the file cannot be written.
     """
-    return read(Path(str(files("zoobench.studies.accuracy").joinpath(MEASURED))))
+    levels = analyse(measurements).levels
+    known = sorted(
+        {str(sample.env) for sample in measurements.samples if label(Kind.ENV, sample.env) == sample.env.name}
+    )
+    rows = ",\n".join(json.dumps(_rounded(asdict(row)), allow_nan=False) for row in levels)
+    head = json.dumps({"origin": measurements.origin, "components": known})
+    try:
+        path.write_text(f'{head[:-1]}, "levels": [\n{rows}\n]}}\n', encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
 
 
 @cache
-def _analysis() -> Analysis:
-    return analyse(shipped())
+def published() -> Published:
+    """What comes with the package."""
+    text = files("zoobench.studies.accuracy").joinpath(PUBLISHED).read_text(encoding="utf-8")
+    document = json.loads(text)
+    levels = tuple(LevelRow(**row) for row in document["levels"])
+    return Published(tuple(document["origin"]), tuple(document["components"]), levels)
+
+
+def _rounded(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in row.items()}
 
 
 def _rows(env: Ref, task: str) -> list[LevelRow]:
     """The levels with an error, from coarse to fine; only what was measured with today's components counts."""
     now = registry.resolve(Kind.ENV, env)
-    measured = {str(sample.env) for sample in shipped().samples}
-    if str(now) not in measured:
+    if str(now) not in published().components:
         raise UsageError(
             f"The accuracy of {label(Kind.ENV, now)} in its present version was not measured. "
             f"Run `zoobench accuracy --env {env.name}` to see it, and choose with --fidelity."
         )
-    rows = [row for row in _analysis().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
+    rows = [row for row in published().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
     known = [row for row in rows if row.error is not None]
     if not known:
         raise UsageError(f"The accuracy of {env.name} x {task} was not measured. Choose with --fidelity.")
