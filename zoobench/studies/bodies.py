@@ -1,11 +1,12 @@
 """A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from zoobench import registry
-from zoobench.errors import SceneError
+from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 
@@ -67,3 +68,20 @@ def _count(design: Ref, fidelity: str) -> int | None:
         return body_at(design, fidelity)[0].particle_count
     except SceneError:
         return None
+
+
+def export_body(design: Ref, fidelity: Ref, path: Path) -> int:
+    """Write a body into a file, see `designs.export`; how many particles it has.
+
+    Raises:
+        UsageError: the design cannot be made, or the file not be written; the particles of a surface are not on a cubic
+            lattice.
+    """
+    from zoobench.designs.export import export
+
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
+    if path.suffix.lower() == ".stl" and grid.particles_per_cell == 4:
+        raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
+    body = registry.create(Kind.DESIGN, design).body(grid)
+    export(body, grid.grid_spacing / grid.particles_per_cell ** (1 / 3), path)
+    return int(body.particle_count)
