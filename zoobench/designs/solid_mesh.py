@@ -101,7 +101,7 @@ def load(name: str) -> Mesh:
     Raises:
         UsageError: no mesh can be read, or it is empty, open or not a surface.
     """
-    trimesh = _trimesh()
+    trimesh = trimesh_or_advice()
     path = path_of(name)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
@@ -145,7 +145,12 @@ def _check_closed(mesh: Any, name: str) -> None:
         )
 
 
-def _trimesh() -> Any:
+def trimesh_or_advice() -> Any:
+    """The library, imported.
+
+    Raises:
+        UsageError: it is not installed.
+    """
     try:
         import trimesh
     except ImportError:
