@@ -17,6 +17,7 @@ from enum import StrEnum
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
 from zoobench.errors import UnknownNameError, UsageError
+from zoobench.inputs import InputFile, pin
 from zoobench.spec import Ref, Scalar
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -67,6 +68,11 @@ class Component:
     tags: frozenset[str]
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
+
+    @property
+    def required(self) -> frozenset[str]:
+        """The parameters without a default, which a reference has to give."""
+        return frozenset(self.parameters) - frozenset(self.defaults)
 
     @property
     def ref(self) -> Ref:
@@ -201,6 +207,8 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
                 return cast("Scalar", choice)
         choices = ", ".join(str(choice) for choice in get_args(expected))
         raise UsageError(f"{component.name}[{key}={value}] is not offered. Choose one of {choices}.")
+    if expected is InputFile:
+        return pin(str(value))
     if expected is str:
         return str(value)
     if isinstance(value, bool):

@@ -60,3 +60,30 @@ def test_show_a_run_by_its_key(zoobench: Command, database: Path) -> None:
 def test_show_prints_no_csv(zoobench: Command) -> None:
     """A card is no table."""
     assert zoobench("show", "desert", "--format", "csv").code == 2
+
+
+def test_show_a_design_gives_its_card(zoobench: Command) -> None:
+    """Size, mass, muscles and particles at every fidelity; a parameter changes them."""
+    (card,) = json.loads(zoobench("show", "fish[length=0.2]", "--format", "json").out)
+    body = card["body"]
+    assert body["size"] == pytest.approx([0.2, 0.1, 0.1], abs=0.004)
+    assert list(body["particles"]) == sorted(body["particles"], key=lambda name: body["particles"][name])
+    assert set(body["particles"]) == set(registry.names(registry.Kind.FIDELITY))
+    assert sum(body["muscles"].values()) + body["passive"] == pytest.approx(1.0)
+    text = zoobench("show", "fish").out
+    for fact in ("mm (length, height, width)", "flank-1-left", "154", "particles"):
+        assert fact in text
+
+
+def test_show_draws_a_design(zoobench: Command) -> None:
+    """A picture in colour of the caterpillar, which only a design has."""
+    from matplotlib.image import imread
+
+    assert zoobench("show", "caterpillar", "--picture", "body.png").code == 0
+    image = imread("body.png")[..., :3]
+    purple = (image[..., 0] > 1.6 * image[..., 1]) & (image[..., 2] > 2.0 * image[..., 1])
+    assert purple.mean() > 0.02
+    assert "draws designs" in zoobench("show", "desert", "--picture", "x.png").err
+    reply = zoobench("show", "caterpillar", "--picture", "nowhere/body.png")
+    assert reply.code == 2
+    assert "nowhere" in reply.err

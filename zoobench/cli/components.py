@@ -2,12 +2,13 @@
 
 from enum import StrEnum
 from inspect import getdoc
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument
+from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, emit_facts
+from zoobench.cli.output import Format, emit, emit_facts, say
 from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -44,13 +45,14 @@ def list_components(
 
 def show(
     name: Annotated[str, Argument(help="A component (desert, diffphysics-v1), or a run by number or key.")],
+    picture: Annotated[Path | None, Option("--picture", help="Draw a design into this PNG file.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Show a component or a run in full.
 
-    A component with its parameters and their defaults; a run with its state, attempts, final values, origin, and the
-    command that repeats it.
+    A component with its parameters and their defaults, a design with its size, mass, muscles and particles too; a run
+    with its state, attempts, final values, origin, and the command that repeats it.
     """
     from zoobench.report.listing import to_json
 
@@ -58,7 +60,9 @@ def show(
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
     found = _components(name)
     card: list[dict[str, Any]] | dict[str, Any]
-    card = [_component_card(component) for component in found] if found else _run_card(name, db)
+    card = [_component_card(component, name) for component in found] if found else _run_card(name, db)
+    if picture is not None:
+        _draw(name, found, picture)
     if form is Format.JSON:
         print(to_json(card))
     elif isinstance(card, list):
@@ -79,13 +83,22 @@ def _components(text: str) -> list["Component"]:
     return [registry.get(kind, ref.name, ref.version) for kind in kinds]
 
 
+def _draw(name: str, found: "list[Component]", path: Path) -> None:
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
+    from zoobench.studies.portrait import portrait
+
+    if not any(component.kind is Kind.DESIGN for component in found):
+        raise UsageError(f"--picture draws designs, and {name!r} is none. See `zoobench list designs`.")
+    portrait(Ref.parse(name), path)
+    say(f"Drawn: {path}")
+
+
 def _may_be_run(text: str) -> bool:
     return text[:1].isdigit()
 
 
 def _run_card(text: str, db: str) -> dict[str, Any]:
-    from pathlib import Path
-
     from zoobench import registry
 
     is_key = len(text) >= 4 and set(text.lower()) <= set("0123456789abcdef")
@@ -103,7 +116,7 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
         return run_card(result, store.attempts(run.id))
 
 
-def _component_card(component: "Component") -> dict[str, Any]:
+def _component_card(component: "Component", text: str) -> dict[str, Any]:
     return {
         "name": component.name,
         "kind": component.kind.noun,
@@ -115,7 +128,21 @@ def _component_card(component: "Component") -> dict[str, Any]:
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
             for name, expected in component.parameters.items()
         ],
+        **_body_card(component, text),
     }
+
+
+def _body_card(component: "Component", text: str) -> dict[str, Any]:
+    """What is known of a design's body; nothing of one that needs a parameter which was not given."""
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
+
+    ref = Ref.parse(text)
+    if component.kind is not Kind.DESIGN or not component.required <= ref.kwargs.keys():
+        return {}
+    from zoobench.studies.bodies import card
+
+    return {"body": card(ref)}
 
 
 def _type_name(expected: Any) -> str:
@@ -133,6 +160,32 @@ def _print_components(cards: list[dict[str, Any]]) -> None:
             emit_facts([("tags", ", ".join(card["tags"]))])
         print("parameters" if parameters else "no parameters")
         emit_facts(parameters)
+        if "body" in card:
+            _print_body(card["body"])
+
+
+def _print_body(body: dict[str, Any]) -> None:
+    from zoobench.studies.bodies import DENSITY
+
+    def span(bounds: list[float]) -> str:
+        low, high = bounds
+        return f"{low:.2g}" if high - low < 1e-9 else f"{low:.2g} to {high:.2g}"
+
+    print("body")
+    emit_facts(
+        [
+            ("  size", " x ".join(f"{1e3 * edge:.0f}" for edge in body["size"]) + " mm (length, height, width)"),
+            ("  mass", f"{1e3 * body['mass']:.1f} g at {DENSITY:g} kg/m^3"),
+            ("  stiffness", f"{span(body['stiffness'])} of its material's"),
+            ("  density", f"{span(body['density'])} of its material's"),
+        ]
+    )
+    shares = {**body["muscles"], "no muscle": body["passive"]}
+    print(f"muscles ({len(body['muscles'])}), by mass")
+    emit_facts((f"  {name}", f"{100 * share:.1f} %") for name, share in shares.items())
+    print("particles")
+    counts = body["particles"].items()
+    emit_facts((f"  {name}", "too coarse" if count is None else f"{count:,}") for name, count in counts)
 
 
 def _print_run(card: dict[str, Any]) -> None:

@@ -9,6 +9,7 @@ from typer import Exit, Option, Typer
 from zoobench import __version__
 from zoobench.cli.accuracy import accuracy
 from zoobench.cli.components import list_components, show
+from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
@@ -66,6 +67,7 @@ app.command("reach")(reach)
 app.command("accuracy")(accuracy)
 app.command("stability")(stability)
 app.command("validate")(validate)
+app.add_typer(design, name="design")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

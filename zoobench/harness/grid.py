@@ -1,7 +1,7 @@
 """From selectors to runs: the product of the axes, as specs or as skips with their reason. No database here."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from itertools import product
@@ -60,7 +60,7 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
-    A pattern passes over what is for studies only.
+    A pattern passes over what is for studies only, and over what cannot be without a value that is not given.
 
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
@@ -72,8 +72,11 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
         known = registry.names(kind)
         heads = [head]
         if "*" in head or "?" in head:
+            given = Ref.parse(f"any{bracket}{rest}").kwargs.keys()
             heads = [
-                name for name in known if fnmatchcase(name, head) and FOR_STUDIES not in registry.get(kind, name).tags
+                name
+                for name in known
+                if fnmatchcase(name, head) and not _is_for_studies(kind, name) and _is_complete(kind, name, given)
             ]
             if not heads:
                 raise UnknownNameError(kind.noun, head, known)
@@ -99,6 +102,10 @@ def parse_one(text: str, kind: Kind) -> Ref:
 
 def _is_for_studies(kind: Kind, name: str) -> bool:
     return FOR_STUDIES in registry.get(kind, name).tags
+
+
+def _is_complete(kind: Kind, name: str, given: Collection[str]) -> bool:
+    return registry.get(kind, name).required <= set(given)
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:

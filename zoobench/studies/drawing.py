@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench.errors import UsageError
-from zoobench.studies.shading import AMBIENT, LIGHT, Array, Colour, brightness, covered, palette
+from zoobench.studies.shading import AMBIENT, LIGHT, Array, Colour, brightness, covered, palette, tints
 
 if TYPE_CHECKING:
     from zoobench.studies.picture import Snapshot
@@ -228,10 +228,8 @@ def _particles(shot: "Snapshot") -> tuple[Array, Array]:
     """Where all that is drawn lies `[n, 3]`, and its shaded colours `[n, 3]`."""
     exists = shot.scene.robot.occupancy > 0
     robot, members = shot.robot[exists], shot.membership[exists]
-    share = members / np.maximum(members.sum(axis=1, keepdims=True), 1e-12)
-    skin = np.where(members.sum(axis=1, keepdims=True) > 0, share @ np.array(palette(shot.muscles)), 0.5)
     reach = 1.8 * shot.particle_edge
-    colours = skin * brightness(robot, reach)
+    colours = tints(members, shot.muscles) * brightness(robot, reach)
     if not len(shot.medium):
         return robot, colours
     medium = shot.medium

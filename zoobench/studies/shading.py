@@ -16,6 +16,10 @@ AMBIENT = 0.6
 """Share of the light that comes from everywhere."""
 
 
+PASSIVE = 0.66
+"""Grey of matter without muscle."""
+
+
 def palette(names: Sequence[str]) -> list[Colour]:
     """A colour for each muscle: hues around the circle, a pair of left and right lighter and darker."""
     groups = list(dict.fromkeys(name.removesuffix("-left").removesuffix("-right") for name in names))
@@ -25,6 +29,14 @@ def palette(names: Sequence[str]) -> list[Colour]:
         value = 0.72 if name.endswith("-right") else 0.95
         colours.append(colorsys.hsv_to_rgb((0.97 + group / len(groups)) % 1.0, 0.72, value))
     return colours
+
+
+def tints(membership: Array, muscles: Sequence[str]) -> Array:
+    """Colour of each particle `[n, 3]` by its share of each muscle `[n, muscle_count]`; grey is passive."""
+    passive = 1.0 - membership.sum(axis=1, keepdims=True)
+    colours = np.array(palette(muscles)).reshape(-1, 3)
+    found: Array = membership @ colours + PASSIVE * np.maximum(passive, 0.0)
+    return found
 
 
 def outward(points: Array, radius: float) -> Array:

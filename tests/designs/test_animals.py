@@ -1,0 +1,167 @@
+"""The animals and the primitives: size, symmetry, muscles, and that they hold together and stand."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, KDTree
+
+from zoobench import registry
+from zoobench.designs.anatomy import REFERENCE_LENGTH, Animal
+from zoobench.designs.base import Array, Body
+from zoobench.errors import UsageError
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
+
+NAMES = ("baby-seal", "fish", "panda", "orca", "shark", "clownfish", "tuna")
+SPACING = 0.0015
+SMOKE, DRAFT, PAPER = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 128)
+
+
+def animal(name: str, **params: float) -> Animal:
+    """A registered animal."""
+    made = registry.create(Kind.DESIGN, Ref(name, params=tuple(params.items())))
+    assert isinstance(made, Animal)
+    return made
+
+
+@cache
+def body_of(name: str, fidelity: Fidelity) -> Body:
+    """Its body, made once."""
+    return animal(name).body(fidelity)
+
+
+def solid_points(made: Animal) -> Array:
+    """Points inside it, on a lattice of 1.5 mm that reaches beyond its box `[n, 3]` [m]."""
+    edges = zip(made.shape.lower, made.shape.upper, strict=True)
+    axes = [np.arange(low - 0.004, high + 0.004, SPACING) for low, high in edges]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points[made.distance(points) <= 0.0]
+
+
+def centre_of_mass(body: Body) -> Array:
+    """[m]."""
+    masses = body.masses(1000.0)
+    centre: Array = masses @ body.positions / masses.sum()
+    return centre
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_fills_its_box_and_stands_on_the_ground(name: str) -> None:
+    """Nothing sticks out, little is left over, and the sole is at y = 0."""
+    made = animal(name)
+    lower, upper = np.array(made.shape.lower), np.array(made.shape.upper)
+    inside = solid_points(made)
+    assert (inside.min(axis=0) >= lower - 1e-9).all()
+    assert (inside.max(axis=0) <= upper + 1e-9).all()
+    slack = (upper - lower) - np.ptp(inside, axis=0)
+    assert (slack <= (0.002, 0.003, 0.006)).all(), slack
+    assert inside[:, 1].min() <= SPACING
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_left_and_right_are_mirror_images(name: str) -> None:
+    """Every particle has its counterpart, with the mirrored fibre and the other side's muscles."""
+    body = body_of(name, DRAFT)
+    flip = np.array([1.0, 1.0, -1.0])
+    gap, twin = KDTree(body.positions).query(body.positions * flip)
+    assert gap.max() < 1e-9
+    np.testing.assert_allclose(body.fibres[twin], body.fibres * flip, atol=1e-9)
+    np.testing.assert_allclose(body.stiffness[twin], body.stiffness, atol=1e-9)
+    np.testing.assert_allclose(body.density_ratio[twin], body.density_ratio, atol=1e-9)
+    swap = {"left": "right", "right": "left"}
+    order = [
+        body.muscles.index("-".join(swap.get(word, word) for word in muscle.split("-"))) for muscle in body.muscles
+    ]
+    np.testing.assert_allclose(body.muscle_membership[twin][:, order], body.muscle_membership, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT, PAPER])
+def test_it_is_one_piece_with_every_muscle(name: str, fidelity: Fidelity) -> None:
+    """Particles that share a face or an edge of the lattice hang together; no muscle is lost, none is a speck."""
+    body = body_of(name, fidelity)
+    near = 1.45 * fidelity.grid_spacing / 2
+    tree = KDTree(body.positions)
+    assert connected_components(tree.sparse_distance_matrix(tree, near))[0] == 1
+    shares = body.muscle_membership.sum(axis=0) / body.particle_count
+    assert shares.min() > 0.01
+    assert len(set(body.muscles)) == len(body.muscles) <= 10
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fins_are_two_particles_thick_on_the_draft_grid(name: str) -> None:
+    """Every part, down to the smallest snout, holds particles, and no particle hangs on one neighbour."""
+    positions = body_of(name, DRAFT).positions
+    for part in animal(name).parts:
+        assert (part.solid(positions) <= 0.0).sum() >= 2
+    neighbours = KDTree(positions).query_ball_point(positions, 1.01 / 128, return_length=True) - 1
+    assert neighbours.min() >= 2
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_stands_stably(name: str) -> None:
+    """The centre of mass is over the sole, so far inside its outline that it takes 25 degrees to topple."""
+    for fidelity in (SMOKE, DRAFT, PAPER):
+        body = body_of(name, fidelity)
+        half = fidelity.grid_spacing / 4
+        lowest = body.positions[body.positions[:, 1] < body.positions[:, 1].min() + half]
+        outline = ConvexHull(lowest[:, [0, 2]]).equations
+        centre = centre_of_mass(body)
+        margin = -(outline[:, :2] @ centre[[0, 2]] + outline[:, 2]).max() + half
+        assert np.degrees(np.arctan2(margin, centre[1])) > 25.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_weighs_what_muscle_weighs(name: str) -> None:
+    """Fat and bone balance, so that it hangs in water; what is light is not below, so that it stays upright."""
+    body = body_of(name, DRAFT)
+    assert body.density_ratio.mean() == pytest.approx(1.0, rel=1e-12)
+    assert centre_of_mass(body)[1] <= body.positions[:, 1].mean() + 1e-9
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_tissues_differ(name: str) -> None:
+    """Some matter is passive; stiffness stays within what the time step can bear."""
+    body = body_of(name, PAPER)
+    active = body.muscle_membership.sum(axis=1)
+    assert (active < 1e-9).mean() > 0.05
+    assert (active > 1.0 - 1e-9).mean() > 0.3
+    assert 0.5 <= body.stiffness.min() <= body.stiffness.max() <= 2.0
+    assert body.stiffness.max() > 1.9
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fibres_are_smooth(name: str) -> None:
+    """Over 1.5 mm on one side, no fibre turns by more than 45 degrees (as a line)."""
+    made = animal(name)
+    points = solid_points(made)
+    points = points[points[:, 2] > 0.002]
+    fibres = made.fibres(points)
+    pairs = KDTree(points).query_pairs(1.01 * SPACING, output_type="ndarray")
+    cosine = np.abs((fibres[pairs[:, 0]] * fibres[pairs[:, 1]]).sum(axis=1))
+    assert np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))).max() < 45.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_head_leads(name: str) -> None:
+    """Labels at both ends, x from tail to head."""
+    body = body_of(name, SMOKE)
+    assert body.positions[body.head, 0].min() > body.positions[body.tail, 0].max()
+
+
+def test_a_longer_animal_is_the_same_animal() -> None:
+    """Twice as long on a grid twice as coarse: the same particles, eight times the mass."""
+    small, large = animal("panda").body(PAPER), animal("panda", length=2 * REFERENCE_LENGTH).body(DRAFT)
+    np.testing.assert_allclose(large.positions, 2 * small.positions, atol=1e-12)
+    np.testing.assert_allclose(large.muscle_membership, small.muscle_membership, atol=1e-12)
+    assert large.masses(1000.0).sum() == pytest.approx(8 * small.masses(1000.0).sum())
+
+
+@pytest.mark.parametrize("length", [0.0, -1.0, float("inf")])
+def test_a_length_without_a_body_is_refused(length: float) -> None:
+    """An animal without extent is a usage error."""
+    with pytest.raises(UsageError, match=r"positive length|must be of type"):
+        animal("fish", length=length)

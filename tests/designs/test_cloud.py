@@ -1,0 +1,88 @@
+"""Bodies from point clouds: what is exported comes back, what is wrong is refused."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from zoobench import registry
+from zoobench.designs.base import Body
+from zoobench.designs.cloud import CloudDesign
+from zoobench.designs.export import export
+from zoobench.errors import UsageError
+from zoobench.inputs import InputFile
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
+
+PAPER = Fidelity(1 / 128)
+
+
+def columns(**changed: Any) -> dict[str, Any]:
+    """A block of 5 x 4 x 4 points 8 mm apart, its front half a muscle, changed where it is said."""
+    positions = 0.008 * np.indices((5, 4, 4)).reshape(3, -1).T
+    muscle = np.where(positions[:, 0] > 0.01, 0, -1)
+    return {"positions": positions, "muscle": muscle, "fibres": np.tile([0.0, 2.0, 0.0], (80, 1)), **changed}
+
+
+def cloud(path: Path, **changed: Any) -> CloudDesign:
+    """Through an NPZ file."""
+    np.savez(path, **columns(**changed))
+    return CloudDesign(path=InputFile(path))
+
+
+def test_an_exported_animal_comes_back(tmp_path: Path) -> None:
+    """At the same fidelity: the same places, fibres, stiffness, mass, and the muscle of the largest share."""
+    pytest.importorskip("trimesh")
+    panda = registry.create(Kind.DESIGN, Ref("panda")).body(PAPER)
+    export(panda, 1 / 256, tmp_path / "a.ply")
+    again = registry.create(Kind.DESIGN, Ref("cloud", params=(("path", str(tmp_path / "a.ply")),))).body(PAPER)
+    assert isinstance(again, Body)
+    shift = again.positions.mean(axis=0) - panda.positions.mean(axis=0)
+    assert again.particle_count == panda.particle_count
+    np.testing.assert_allclose(again.positions - shift, panda.positions, atol=1e-6)
+    np.testing.assert_allclose(again.fibres, panda.fibres, atol=1e-6)
+    np.testing.assert_allclose(again.stiffness, panda.stiffness, rtol=1e-6)
+    assert again.masses(1000.0).sum() == pytest.approx(panda.masses(1000.0).sum(), rel=0.03)
+    active = panda.muscle_membership.sum(axis=1) > 0.5
+    np.testing.assert_array_equal(again.muscle_membership.sum(axis=1) > 0, active)
+    np.testing.assert_array_equal(
+        again.muscle_membership[active].argmax(axis=1), panda.muscle_membership[active].argmax(axis=1)
+    )
+
+
+def test_cubes_have_their_volume_and_stand_on_the_ground(tmp_path: Path) -> None:
+    """Eighty cubes of 8 mm; fibres are made unit; passive points have no muscle."""
+    body = cloud(tmp_path / "a.npz").body(Fidelity(1 / 250))
+    assert body.volumes.sum() == pytest.approx(80 * 0.008**3, rel=0.02)
+    assert body.positions[:, 1].min() == pytest.approx(0.001)
+    assert body.fibres[:, 1] == pytest.approx(1.0)
+    assert body.muscles == ("muscle-1",)
+    assert body.muscle_membership.sum() / body.particle_count == pytest.approx(3 / 5)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"fibres": np.zeros((3, 3))}, "fibres"),
+        ({"positions": np.full((80, 3), np.nan)}, "positions"),
+        ({"muscle": np.full(80, 2)}, "numbered"),
+        ({"muscle": np.full(80, -1)}, "no muscle"),
+        ({"stiffness": np.zeros(80)}, "positive"),
+        ({"positions": 1000.0 * columns()["positions"]}, "metres"),
+    ],
+)
+def test_columns_without_sense_are_refused(changed: dict[str, Any], message: str, tmp_path: Path) -> None:
+    """Each is named."""
+    with pytest.raises(UsageError, match=message):
+        cloud(tmp_path / "a.npz", **changed)
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.ply", "a.txt"])
+def test_what_is_no_cloud_is_refused(name: str, tmp_path: Path) -> None:
+    """Other contents and other endings, without a traceback."""
+    pytest.importorskip("trimesh")
+    (tmp_path / name).write_bytes(b"nothing")
+    with pytest.raises(UsageError, match=r"no point cloud|\.ply or \.npz"):
+        CloudDesign(path=InputFile(tmp_path / name))

@@ -1,0 +1,112 @@
+"""Bodies for other tools: particles with all that is known of them, or the surface around them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from zoobench.designs.base import Array, Body
+from zoobench.errors import UsageError
+
+FORMATS = ("npz", "ply", "stl")
+
+_EXISTS = 0.5  # occupancy from which on a particle is part of the surface's inside
+_SOFTNESS = 0.7  # of the surface [particle edges]: rounds the lattice's steps
+
+
+def export(body: Body, edge: float, path: Path) -> None:
+    """Write a body in the format that the path's ending names, in metres, x ahead and y up.
+
+    * `npz`: the arrays of `Body` by name.
+    * `ply`: the particles that exist, as vertices x, y, z, muscle (-1 for none), fx, fy, fz, stiffness, density_ratio.
+    * `stl`: the closed surface around them, which encloses the body's volume.
+
+    Args:
+        edge: of the cube that a particle stands for [m]; for `stl`, the particles are on a lattice of this spacing.
+
+    Raises:
+        UsageError: another ending, a file that cannot be written, or no scikit-image for `stl`.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .npz, .ply or .stl.")
+    writer = {"npz": _npz, "ply": _ply, "stl": _stl}[kind]
+    try:
+        writer(body, edge, path)
+    except OSError as error:
+        raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
+
+
+def _npz(body: Body, edge: float, path: Path) -> None:
+    arrays: dict[str, Any] = {name: value for name, value in vars(body).items() if isinstance(value, np.ndarray)}
+    with path.open("wb") as file:
+        np.savez_compressed(file, muscles=np.array(body.muscles), edge=edge, **arrays)
+
+
+def _ply(body: Body, edge: float, path: Path) -> None:
+    own = body.occupancy > _EXISTS
+    shares = body.muscle_membership[own]
+    active = shares.sum(axis=1) > 0.5
+    rows = np.zeros(int(own.sum()), dtype=[(name, "<i4" if name == "muscle" else "<f4") for name in PLY_COLUMNS])
+    for number, name in enumerate("xyz"):
+        rows[name] = body.positions[own, number]
+        rows[f"f{name}"] = body.fibres[own, number]
+    rows["muscle"] = np.where(active, shares.argmax(axis=1), -1) if shares.shape[1] else -1
+    rows["stiffness"], rows["density_ratio"] = body.stiffness[own], body.density_ratio[own]
+    names = "".join(f"comment muscle {number} {name}\n" for number, name in enumerate(body.muscles))
+    columns = "".join(f"property {'int' if name == 'muscle' else 'float'} {name}\n" for name in PLY_COLUMNS)
+    header = f"ply\nformat binary_little_endian 1.0\n{names}element vertex {len(rows)}\n{columns}end_header\n"
+    path.write_bytes(header.encode("ascii") + rows.tobytes())
+
+
+PLY_COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio")
+"""Properties of a vertex in a PLY file."""
+
+
+def _stl(body: Body, edge: float, path: Path) -> None:
+    vertices, faces = surface(body, edge)
+    triangles = vertices[faces]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    rows = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+    rows["normal"], rows["corners"] = normals, triangles
+    header = b"zoobench body, in metres, x ahead, y up".ljust(80)
+    path.write_bytes(header + np.uint32(len(faces)).tobytes() + rows.tobytes())
+
+
+def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np.int64]]"]:
+    """A closed surface around the particles that exist: vertices `[n, 3]` [m] and faces `[m, 3]`, normals outwards.
+
+    Marching cubes (Lorensen and Cline 1987) on the lattice of particles, softened, at the level whose surface encloses
+    the body's volume.
+
+    Raises:
+        UsageError: scikit-image is not installed.
+    """
+    try:
+        from skimage import measure
+    except ImportError:
+        raise UsageError(
+            "Surfaces need scikit-image, which is not installed. Try: pip install 'zoobench[meshes]'."
+        ) from None
+    from scipy.ndimage import gaussian_filter
+
+    marching_cubes: Any = measure.marching_cubes  # has no types
+    own = body.occupancy > _EXISTS
+    positions = body.positions[own]
+    lower = positions.min(axis=0) - 4 * edge
+    cells = np.round((positions - lower) / edge).astype(int)
+    filled = np.zeros(cells.max(axis=0) + 5)
+    filled[tuple(cells.T)] = 1.0
+    field = gaussian_filter(filled, _SOFTNESS)
+    target = float((body.occupancy * body.volumes)[own].sum())
+    low, high = 0.05, 0.95
+    for _ in range(12):
+        level = (low + high) / 2
+        vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")
+        a, b, c = (vertices[faces[:, n]].astype(np.float64) for n in range(3))
+        volume = float((a * np.cross(b, c)).sum() / 6.0)
+        low, high = (level, high) if abs(volume) > target else (low, level)
+    found: Array = vertices.astype(np.float64) + lower
+    turned = faces if volume > 0.0 else faces[:, ::-1]
+    return found, turned.astype(np.int64)

@@ -1,0 +1,61 @@
+"""The panda: a round body and head on four stout legs."""
+
+from zoobench.designs.anatomy import (
+    SIDES,
+    SOFT,
+    STIFF,
+    Animal,
+    Part,
+    crossed,
+    opposed,
+    whole,
+)  # fmt: skip
+from zoobench.designs.shapes import capsule, ellipsoid, mirrored
+from zoobench.registry import Kind, register
+
+_TRUNK = ellipsoid((-0.014, 0.032, 0.0), (0.035, 0.0210, 0.0235))
+_BELLY = ellipsoid((-0.016, 0.018, 0.0), (0.022, 0.0105, 0.0165))
+_HEAD = ellipsoid((0.029, 0.038, 0.0), (0.0180, 0.0175, 0.0205))
+_SNOUT = ellipsoid((0.044, 0.0335, 0.0), (0.0060, 0.0065, 0.0080))
+_EARS = mirrored(ellipsoid((0.026, 0.0520, 0.0160), (0.0080, 0.0080, 0.0080)))
+_LEG_X = {"fore": 0.010, "hind": -0.037}
+
+
+def _leg(end: str) -> Part:
+    """A pair of legs: what lies ahead of the bone swings the foot forward, what lies behind it swings it back."""
+    x = _LEG_X[end]
+    halves = opposed((f"{end}-back", f"{end}-front"), 0, x - 0.006, x + 0.006)
+    return Part(
+        solid=mirrored(capsule((x, 0.024, 0.0165), (x, 0.0095, 0.0185), 0.0130, 0.0115)),
+        muscles=crossed(halves, SIDES),
+        fibre=(0.0, -1.0, 0.14),
+    )
+
+
+@register(Kind.DESIGN, "panda", tags=("animal", "land"))
+def panda(*, length: float = 0.10) -> Animal:
+    """A walker on four stout legs, 0.10 m long, with ten muscles.
+
+    Each leg has a muscle at the front and one at the back, whose fibres run down the leg: against each other they swing
+    it, together they shorten it. Two long muscles bend the back to either side. The belly is soft, the head twice as
+    stiff; neither has muscle.
+
+    * `length`: of the whole body [m]; it is 0.6 as high and as wide.
+    """
+    back = crossed(whole("back"), SIDES)
+    return Animal(
+        box=(0.10, 0.06, 0.06),
+        parts=(
+            _leg("hind"),
+            _leg("fore"),
+            Part(solid=_TRUNK, muscles=back),
+            Part(solid=_BELLY, stiffness=SOFT),
+            Part(solid=_HEAD, stiffness=STIFF),
+            Part(solid=_SNOUT),
+            Part(solid=_EARS),
+        ),
+        neck=0.018,
+        rump=-0.034,
+        blend=0.004,
+        length=length,
+    )

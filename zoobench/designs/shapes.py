@@ -1,0 +1,136 @@
+"""Solids by their signed distance: ellipsoids, tapered capsules, lofted trunks, flat fins, and their smooth unions.
+
+A distance is negative inside. It is exact on the surface and has about the right slope near it, which is what blending
+and sampling ask for; it is a true Euclidean distance for capsules only.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from zoobench.designs.base import Array
+
+Point = tuple[float, float, float]
+Distance = Callable[[Array], Array]
+"""Points `[n, 3]` [m] to signed distances `[n]` [m]."""
+
+_SLIVER = 1e-4  # [m] the least radius of a cross-section: a trunk's tips are points
+
+
+def ellipsoid(centre: Point, radii: Point) -> Distance:
+    """An ellipsoid along the axes; the distance is that of Quilez, k0 (k0 - 1) / k1 with k0 = |p/r|, k1 = |p/r^2|."""
+
+    def distance(points: Array) -> Array:
+        scaled = (points - centre) / radii
+        size = np.linalg.norm(scaled, axis=1)
+        slope = np.linalg.norm(scaled / radii, axis=1)
+        found: Array = np.where(slope > 0.0, size * (size - 1.0) / np.maximum(slope, 1e-12), -min(radii))
+        return found
+
+    return distance
+
+
+def capsule(start: Point, end: Point, start_radius: float, end_radius: float) -> Distance:
+    """A rod with round ends whose radius [m] changes evenly from start to end."""
+    foot = np.array(start)
+    axis = np.array(end) - foot
+
+    def distance(points: Array) -> Array:
+        share = np.clip((points - foot) @ axis / (axis @ axis), 0.0, 1.0)
+        radius = start_radius + share * (end_radius - start_radius)
+        found: Array = np.linalg.norm(points - foot - share[:, None] * axis, axis=1) - radius
+        return found
+
+    return distance
+
+
+def loft(stations: Sequence[tuple[float, float, float, float]]) -> Distance:
+    """A trunk along x through elliptic cross-sections (x, height of the centre, half height, half width) [m].
+
+    Between stations the centre and the squared radii are monotone cubics, so that a tip of radius 0 is round.
+    """
+    rows = np.array(sorted(stations))
+
+    def distance(points: Array) -> Array:
+        from scipy.interpolate import PchipInterpolator
+
+        x = np.clip(points[:, 0], rows[0, 0], rows[-1, 0])
+        centre = PchipInterpolator(rows[:, 0], rows[:, 1])(x)
+        radii = PchipInterpolator(rows[:, 0], rows[:, 2:] ** 2)(x)
+        radii = np.maximum(np.sqrt(np.maximum(radii, 0.0)), _SLIVER)
+        offset = np.stack([points[:, 1] - centre, points[:, 2]], axis=1)
+        across = (np.linalg.norm(offset / radii, axis=1) - 1.0) * radii.min(axis=1)
+        beyond = np.abs(points[:, 0] - x)
+        found: Array = np.where(beyond > 0.0, np.hypot(np.maximum(across, 0.0), beyond), across)
+        return found
+
+    return distance
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Where a flat fin lies: `origin` [m], and the directions in which its outline is drawn (made orthonormal)."""
+
+    origin: Point
+    along: Point
+    across: Point
+
+    def project(self, points: Array) -> Array:
+        """Coordinates (along, across, off the plane) `[n, 3]` [m]."""
+        along = np.array(self.along) / np.linalg.norm(self.along)
+        across = np.array(self.across) - np.dot(self.across, along) * along
+        across /= np.linalg.norm(across)
+        found: Array = (points - self.origin) @ np.stack([along, across, np.cross(along, across)], axis=1)
+        return found
+
+
+UPRIGHT = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+"""The plane of symmetry: outlines are drawn as (x, y)."""
+
+FLAT = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+"""A horizontal plane at y = 0: outlines are drawn as (x, z)."""
+
+
+def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) -> Distance:
+    """A plate of even `thickness` [m] with a polygonal outline [m] in a plane."""
+    corners = np.array(outline)
+
+    def distance(points: Array) -> Array:
+        place = plane.project(points)
+        found: Array = np.maximum(_polygon(corners, place[:, :2]), np.abs(place[:, 2]) - thickness / 2)
+        return found
+
+    return distance
+
+
+def _polygon(corners: Array, points: Array) -> Array:
+    """Signed distance `[n]` of points `[n, 2]` to a closed polygon `[m, 2]`: nearest edge, sign by crossing number."""
+    nearest = np.full(len(points), np.inf)
+    inside = np.zeros(len(points), bool)
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        edge, offset = end - start, points - start
+        share = np.clip(offset @ edge / (edge @ edge), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(offset - share[:, None] * edge, axis=1))
+        if edge[1] != 0.0:
+            crosses = (points[:, 1] < start[1]) != (points[:, 1] < end[1])
+            inside ^= crosses & (offset[:, 0] < offset[:, 1] * edge[0] / edge[1])
+    return np.where(inside, -nearest, nearest)
+
+
+def mirrored(solid: Distance) -> Distance:
+    """A solid of the right side (z > 0) on both sides."""
+    return lambda points: solid(points * (1.0, 1.0, 0.0) + np.abs(points) * (0.0, 0.0, 1.0))
+
+
+def smooth_union(distances: Sequence[Array], blend: float) -> Array:
+    """The distance `[n]` to all solids together, filleted where two surfaces are nearer than `blend` [m].
+
+    The polynomial smooth minimum: min(a, b) - k/4 max(1 - |a - b| / k, 0)^2; it raises a surface by a quarter of
+    the blend at most.
+    """
+    found = distances[0]
+    for other in distances[1:]:
+        near = np.maximum(1.0 - np.abs(found - other) / blend, 0.0)
+        found = np.minimum(found, other) - blend / 4.0 * near**2
+    return found

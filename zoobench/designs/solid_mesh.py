@@ -1,0 +1,158 @@
+"""Closed triangle meshes: read from a file, repaired where that is safe, and asked which points lie inside."""
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.designs.base import Array, Mask
+from zoobench.errors import UsageError
+from zoobench.inputs import path_of, read
+
+FORMATS = ("stl", "obj", "ply", "glb")
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A closed surface of triangles, its normals outwards.
+
+    Attributes:
+        vertices: `[vertex_count, 3]`, in the file's units.
+        faces: `[face_count, 3]` indices of corners.
+    """
+
+    vertices: Array
+    faces: NDArray[np.int64]
+
+    def volume(self) -> float:
+        """By the divergence theorem: the sum of the signed tetrahedra from the origin to every face."""
+        a, b, c = (self.vertices[self.faces[:, n]] for n in range(3))
+        return float((a * np.cross(b, c)).sum() / 6.0)
+
+    def pieces(self) -> int:
+        """How many surfaces it consists of."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        ends = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]]])
+        count = len(self.vertices)
+        graph = coo_array((np.ones(len(ends)), ends.T), shape=(count, count))
+        labels = connected_components(graph, directed=False)[1]
+        return len(np.unique(labels[self.faces]))
+
+    def inside(self, points: Array) -> Mask:
+        """Whether points `[n, 3]` lie inside.
+
+        A vertical line through each point: the faces crossed above it, counted with the sign of their normals, are its
+        winding number. Points of a lattice share their lines, so that the cost is that of the lines, not of the points.
+        """
+        columns, line = np.unique(points[:, [0, 2]], axis=0, return_inverse=True)
+        line = line.ravel()
+        crossed, heights, signs = self._crossings(columns)
+        low, high = self.vertices[:, 1].min(), self.vertices[:, 1].max()
+
+        def rank(lines: NDArray[np.int64], y: Array) -> Array:
+            """Lines one after the other, heights in order within each."""
+            found: Array = lines + 0.25 + 0.5 * np.clip((y - low) / (high - low), -0.25, 1.25)
+            return found
+
+        order = np.argsort(rank(crossed, heights), kind="stable")
+        passed = np.concatenate([[0], np.cumsum(signs[order])])
+        ranks = rank(crossed, heights)[order]
+        below = np.searchsorted(ranks, rank(line, points[:, 1]))
+        found: Mask = passed[np.searchsorted(ranks, line + 1.0)] != passed[below]
+        return found
+
+    def _crossings(self, columns: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64]]:
+        """Where vertical lines at (x, z) `[m, 2]`, sorted by x, cross faces: which line, height, sign of the normal."""
+        # a hair off the lattice, by no ratio of whole numbers: no line meets an edge or a corner
+        shift = 1e-7 * float(np.ptp(self.vertices, axis=0).max()) * np.array([np.sqrt(2.0) - 1.0, np.sqrt(3.0) - 1.0])
+        lines = columns + shift
+        corners = self.vertices[self.faces]
+        flat = corners[:, :, [0, 2]]
+        begin = np.searchsorted(lines[:, 0], flat[:, :, 0].min(axis=1))
+        counts = np.searchsorted(lines[:, 0], flat[:, :, 0].max(axis=1), side="right") - begin
+        face = np.repeat(np.arange(len(corners)), counts)
+        line = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)
+        near = (lines[line, 1] >= flat[face, :, 1].min(axis=1)) & (lines[line, 1] <= flat[face, :, 1].max(axis=1))
+        face, line = face[near], line[near]
+        a, b, c = (flat[face, n] for n in range(3))
+        area = _cross(b - a, c - a)
+        upright = np.abs(area) < 1e-300
+        area = np.where(upright, 1.0, area)
+        v, w = _cross(lines[line] - a, c - a) / area, _cross(b - a, lines[line] - a) / area
+        hit = ~upright & (v >= 0.0) & (w >= 0.0) & (v + w <= 1.0)
+        tall = corners[face, :, 1]
+        height = tall[:, 0] + v * (tall[:, 1] - tall[:, 0]) + w * (tall[:, 2] - tall[:, 0])
+        # in (x, z) a face seen from above turns the other way
+        return line[hit], height[hit], -np.sign(area[hit]).astype(np.int64)
+
+
+def _cross(first: Array, second: Array) -> Array:
+    found: Array = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return found
+
+
+def load(name: str) -> Mesh:
+    """The mesh in a file, pinned or not; equal corners are merged, normals turned outwards, small holes closed.
+
+    Raises:
+        UsageError: no mesh can be read, or it is empty, open or not a surface.
+    """
+    trimesh = trimesh_or_advice()
+    path = path_of(name)
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise UsageError(f"{path.name!r} ends in {path.suffix!r}. Give a mesh as one of {', '.join(FORMATS)}.")
+    content = read(name)
+    try:
+        mesh = trimesh.load(BytesIO(content), file_type=kind, force="mesh", process=True)
+        faces = len(getattr(mesh, "faces", ()))
+    except Exception as error:  # whatever a reader makes of a stranger's file
+        raise UsageError(f"{path.name!r} is no {kind} file that can be read: {error}. Export it again.") from None
+    if not faces or not np.isfinite(mesh.vertices).all():
+        raise UsageError(f"{path.name!r} holds no triangles with finite corners. Export a mesh of the surface.")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
+    if not mesh.is_watertight:
+        trimesh.repair.fill_holes(mesh)
+    _check_closed(mesh, path.name)
+    trimesh.repair.fix_normals(mesh)
+    found = Mesh(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64))
+    if found.volume() <= 0.0:
+        raise UsageError(f"{path.name!r} encloses no volume. Check its normals, or export it again.")
+    return found
+
+
+def _check_closed(mesh: Any, name: str) -> None:
+    """Every edge has two faces.
+
+    Raises:
+        UsageError: how many edges have one, or more than two.
+    """
+    _, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    crowded, open_edges = int((counts > 2).sum()), int((counts == 1).sum())
+    if crowded:
+        raise UsageError(
+            f"{name!r} is no surface of a solid: {crowded} edges have more than two faces. Unite its solids into one, "
+            "or remove inner walls."
+        )
+    if open_edges or not len(mesh.faces):
+        raise UsageError(
+            f"{name!r} is not watertight: {open_edges} edges have one face only. Close its holes where it was made."
+        )
+
+
+def trimesh_or_advice() -> Any:
+    """The library, imported.
+
+    Raises:
+        UsageError: it is not installed.
+    """
+    try:
+        import trimesh
+    except ImportError:
+        raise UsageError("Meshes need trimesh, which is not installed. Try: pip install 'zoobench[meshes]'.") from None
+    return trimesh

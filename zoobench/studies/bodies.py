@@ -1,0 +1,87 @@
+"""A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import Ref
+
+if TYPE_CHECKING:
+    from zoobench.designs.base import Body, Design
+    from zoobench.sim.fidelity import Fidelity
+
+DENSITY = 1000.0
+"""Of the robots of every environment [kg/m^3]; the card states it."""
+
+MEASURED = "paper"
+"""The fidelity at which size, mass and muscles are taken: fine enough for the eye, fast enough to wait for."""
+
+
+def body_at(design: Ref, fidelity: str = MEASURED) -> "tuple[Body, Fidelity]":
+    """The body at a named fidelity, and that fidelity.
+
+    Raises:
+        UsageError: the design cannot be made; SceneError: not as coarsely as this.
+    """
+    grid: Fidelity = registry.create(Kind.FIDELITY, Ref(fidelity))
+    made: Design = registry.create(Kind.DESIGN, design)
+    return made.body(grid), grid
+
+
+def card(design: Ref) -> dict[str, Any]:
+    """What a body is, as plain data.
+
+    `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass that each moves
+    [-], `passive` that which none moves, `stiffness` and `density` the least and largest multiple [-], `particles` the
+    count at every named fidelity, None where that is too coarse for it.
+
+    Raises:
+        UsageError: the design cannot be made.
+    """
+    body, grid = body_at(design)
+    masses = body.masses(DENSITY)
+    shares = masses @ body.muscle_membership / masses.sum()
+    edge = grid.grid_spacing / grid.particles_per_cell ** (1 / 3)
+    names = sorted(registry.names(Kind.FIDELITY), key=lambda name: (-_spacing(name), name))
+    return {
+        "size": (np.ptp(body.positions, axis=0) + edge).round(4).tolist(),
+        "mass": float(masses.sum()),
+        "muscles": dict(zip(body.muscles, shares.tolist(), strict=True)),
+        "passive": max(0.0, 1.0 - float(shares.sum())),
+        "stiffness": [float(body.stiffness.min()), float(body.stiffness.max())],
+        "density": [float(body.density_ratio.min()), float(body.density_ratio.max())],
+        "particles": {name: _count(design, name) for name in names},
+    }
+
+
+def _spacing(fidelity: str) -> float:
+    grid: Fidelity = registry.create(Kind.FIDELITY, Ref(fidelity))
+    return grid.grid_spacing
+
+
+def _count(design: Ref, fidelity: str) -> int | None:
+    try:
+        return body_at(design, fidelity)[0].particle_count
+    except SceneError:
+        return None
+
+
+def export_body(design: Ref, fidelity: Ref, path: Path) -> int:
+    """Write a body into a file, see `designs.export`; how many particles it has.
+
+    Raises:
+        UsageError: the design cannot be made, or the file not be written; the particles of a surface are not on a cubic
+            lattice.
+    """
+    from zoobench.designs.export import export
+
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
+    if path.suffix.lower() == ".stl" and grid.particles_per_cell == 4:
+        raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
+    body = registry.create(Kind.DESIGN, design).body(grid)
+    export(body, grid.grid_spacing / grid.particles_per_cell ** (1 / 3), path)
+    return int(body.particle_count)
