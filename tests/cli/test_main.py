@@ -14,7 +14,7 @@ from zoobench.cli.main import app
 
 README = Path(__file__).parents[2] / "README.md"
 COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench")
-COMMANDS += ("gradcheck", "effects", "picture", "reach", "stability", "validate", "design")
+COMMANDS += ("gradcheck", "effects", "picture", "reach", "accuracy", "stability", "validate", "design")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch"}
 
 
