@@ -28,7 +28,7 @@ def accuracy(
     ),
     levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
     draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
-    around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "standard",
+    around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "draft",
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
     quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
     exact: Annotated[
@@ -56,6 +56,7 @@ def accuracy(
     gradients are compared with the limit of the finest levels; then each simulation is timed alone. Interrupted, it
     goes on where it stopped when the same command is typed again.
     """
+    from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
     from zoobench.spec import Ref
@@ -86,7 +87,7 @@ def accuracy(
     if publish is not None:
         tolerance.publish(measured, publish)
     if plots is not None:
-        for path in draw(analysis, plots, default=around or levels.split(",")[0]):
+        for path in draw(analysis, plots, default=presets.get(presets.DEFAULT).fidelity.name):
             say(f"drawn: {path}")
     _print(analysis, wanted, form)
 

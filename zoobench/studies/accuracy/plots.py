@@ -1,8 +1,8 @@
 """Work-precision plots: for every environment, error against time, the cheapest way to each accuracy marked."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from zoobench.errors import UsageError
 from zoobench.studies.accuracy.analyse import Analysis, LevelRow, ReferenceRow
@@ -10,8 +10,9 @@ from zoobench.studies.accuracy.verdicts import pareto
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_SIZE = (4.6, 4.4)  # [inches], of one panel
+_SIZE = (4.6, 4.8)  # [inches], of one panel
 _BOTTOM = 1e-9  # of every error that is drawn
 _LADDER, _KNOB, _NOISE = "#0b62a4", "#8a8a8a", "#c8501e"
 
@@ -26,7 +27,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+        from matplotlib.figure import Figure as Canvas
     except ImportError:
         raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
     envs = list(dict.fromkeys(reference.env for reference in analysis.references))
@@ -35,12 +36,13 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     paths = []
     for env in envs:
         references = [row for row in analysis.references if row.env == env]
-        canvas = Figure(figsize=((len(references) + 1) * _SIZE[0], _SIZE[1]), dpi=100, layout="constrained")
+        canvas = Canvas(figsize=((len(references) + 1) * _SIZE[0], _SIZE[1]), dpi=100, layout="constrained")
         FigureCanvasAgg(canvas)
         panels = canvas.subplots(1, len(references) + 1)
         for panel, reference in zip(panels, references, strict=False):
             _scores(panel, reference, analysis, default)
         _gradients(panels[-1], env, analysis, default)
+        _legend(canvas, panels)
         canvas.suptitle(f"{env}: what accuracy costs")
         path = folder / f"accuracy-{env}.png"
         try:
@@ -74,8 +76,7 @@ def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: 
     shown += [value for value in (reference.floor, reference.unknown) if value]
     if shown:
         axes.set_ylim(min(shown) / 2, max(shown) * 2)
-    axes.grid(alpha=0.3, which="both")
-    axes.legend(fontsize=7, loc="best")
+    _finish(axes)
 
 
 def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None:
@@ -89,9 +90,28 @@ def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None
               label="one knob turned")  # fmt: skip
     for row in knobs:
         _name(axes, row, "angle", "gradient_seconds", _KNOB, 6)
+    _finish(axes)
+
+
+def _finish(axes: "Axes") -> None:
+    """A grid, numbers as one writes them, and room for the names beside the last points."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
     axes.grid(alpha=0.3, which="both")
-    if rows or knobs:
-        axes.legend(fontsize=7, loc="best")
+    axes.margins(x=0.15)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+
+
+def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
+    """One below all panels, every entry once."""
+    known: dict[str, Any] = {}
+    for panel in panels:
+        handles, names = panel.get_legend_handles_labels()
+        known.update(zip(names, handles, strict=True))
+    canvas.legend(handles=list(known.values()), labels=list(known), loc="outside lower center", ncols=6, fontsize=8)
 
 
 def _ladder(axes: "Axes", rows: Sequence[LevelRow], error: str, seconds: str, default: str) -> None:
@@ -105,9 +125,20 @@ def _ladder(axes: "Axes", rows: Sequence[LevelRow], error: str, seconds: str, de
 
 
 def _name(axes: "Axes", row: LevelRow, error: str, seconds: str, colour: str, size: int) -> None:
-    inside = f"{row.fidelity}{row.env}".partition("[")[2].rstrip("]")
-    axes.annotate(inside or row.fidelity, (getattr(row, seconds), getattr(row, error)), color=colour, fontsize=size,
-                  xytext=(4, 4), textcoords="offset points")  # fmt: skip
+    place = (getattr(row, seconds), getattr(row, error))
+    axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+
+
+def _short(row: LevelRow) -> str:
+    """A level's name, or the knob that is turned in few letters: `aflip`, `27 per cell`."""
+    turned = (row.env if "[" in row.env else row.fidelity).partition("[")[2].rstrip("]")
+    knob, _, value = turned.partition("=")
+    if not knob:
+        return row.fidelity
+    if knob == "bulk_modulus":
+        return f"K {float(value):.2g} Pa"
+    words = {"particles_per_cell": f"{value} per cell", "courant": f"courant {value}", "precision": f"float{value}"}
+    return words.get(knob, value)
 
 
 def _column(rows: Sequence[LevelRow], name: str) -> list[float]:
