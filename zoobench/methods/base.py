@@ -128,6 +128,22 @@ class Champion:
         )
 
 
+def resume(problem: Problem, context: RunContext) -> Champion:
+    """Where `keep` left off: the champion, with meter and generator put back; a new one in a fresh run."""
+    if (stored := context.restore()) is None:
+        return Champion()
+    state = unpack(stored)
+    problem.meter.restore(state["meter"])
+    context.rng.bit_generator.state = state["rng"]
+    return Champion.from_state(state["champion"])
+
+
+def keep(problem: Problem, context: RunContext, champion: Champion) -> None:
+    """Checkpoint a method that carries no more than its champion from one iteration to the next."""
+    meter, rng = problem.meter.state(), context.rng.bit_generator.state
+    context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+
+
 def pack(state: Mapping[str, Any]) -> bytes:
     """Tensors, numbers, text, lists and dicts of them as bytes, exact to the last bit."""
     import torch

@@ -6,7 +6,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, keep, resume
 from zoobench.problem import Episode, Problem
 from zoobench.registry import Kind, register
 from zoobench.spec import Ref
@@ -43,12 +43,7 @@ class Probe:
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw and evaluate until the budget is spent; the solution is the best draw."""
-        champion = Champion()
-        if (stored := context.restore()) is not None:
-            state = unpack(stored)
-            champion = Champion.from_state(state["champion"])
-            problem.meter.restore(state["meter"])
-            context.rng.bit_generator.state = state["rng"]
+        champion = resume(problem, context)
         while problem.affords(gradient=self._is_close(problem)) or not problem.meter.episodes:
             # With nothing affordable at all one draw is tried, so that the problem explains its budget.
             params = problem.initial(context.rng)
@@ -57,9 +52,8 @@ class Probe:
             champion.offer(params, episode.evaluation)
             self._report(problem.meter.iterations, context, champion, episode, close=close)
             problem.meter.iterations += 1
-            meter, rng = problem.meter.state(), context.rng.bit_generator.state
             context.progress(problem.meter.fraction(problem.spec.budget), champion.score)
-            context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+            keep(problem, context, champion)
             if context.should_stop():
                 break
         return champion.solution(iterations=problem.meter.iterations)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from zoobench.errors import UsageError
-from zoobench.methods.base import Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -24,12 +24,7 @@ class RandomSearch:
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw, evaluate, keep the best; the last batch is cut to what the budget holds."""
-        champion = Champion()
-        if (stored := context.restore()) is not None:
-            state = unpack(stored)
-            champion = Champion.from_state(state["champion"])
-            problem.meter.restore(state["meter"])
-            context.rng.bit_generator.state = state["rng"]
+        champion = resume(problem, context)
         while (size := self._affordable(problem)) or not problem.meter.episodes:
             # With nothing affordable at all one draw is tried, so that the problem explains its budget.
             draws = [problem.initial(context.rng) for _ in range(max(size, 1))]
@@ -38,8 +33,7 @@ class RandomSearch:
                 champion.offer(params, evaluation)
             problem.meter.iterations += 1
             self._report(problem, context, champion, max(item.score for item in evaluations))
-            meter, rng = problem.meter.state(), context.rng.bit_generator.state
-            context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+            keep(problem, context, champion)
             if context.should_stop():
                 break
         return champion.solution(iterations=problem.meter.iterations)
