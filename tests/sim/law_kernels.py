@@ -7,6 +7,7 @@ import torch
 
 from zoobench.sim import runtime
 from zoobench.sim.array_types import Matrices, Nodes, Scalars, Vectors
+from zoobench.sim.dispersal import dispersal, dispersal_adjoint
 from zoobench.sim.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
 from zoobench.sim.media import (
@@ -105,6 +106,21 @@ def crowding_all(
     for p in range(x.shape[0]):
         crowd[p] = crowding(grid, 0, x[p], 1.0 / h, density, width)
         x_back[p] = crowding_adjoint(grid, grid_back, 0, x[p], crowd[p], pull[p], 1.0 / h, density, width)
+
+
+@ti.kernel
+def dispersal_all(
+    grid: Nodes, grid_back: Nodes, x: Vectors, J: Scalars, crowd: Scalars, pull: Vectors,
+    shift: Vectors, x_back: Vectors, J_back: Scalars, crowd_back: Scalars, share: float, h: float,
+    width: ti.template(),
+):  # fmt: skip
+    """Shifts out of a crowd, and the adjoints for the pull."""
+    ti.loop_config(serialize=True)
+    for p in range(x.shape[0]):
+        shift[p] = dispersal(grid, 0, x[p], J[p], crowd[p], share, 1.0 / h, width)
+        x_back[p], J_back[p], crowd_back[p] = dispersal_adjoint(
+            grid, grid_back, 0, x[p], J[p], crowd[p], share, pull[p], 1.0 / h, width
+        )
 
 
 @ti.kernel

@@ -76,7 +76,7 @@ def test_ratio_without_a_crowd_follows_the_flow() -> None:
 CELLS = 6
 
 
-def _tank_masses(places: np.ndarray, width: int) -> np.ndarray:
+def tank_masses(places: np.ndarray, width: int) -> np.ndarray:
     """Node masses `[1, nodes, nodes, nodes, 4]` of particles of a cubic tank `CELLS` wide, of density 1 at rest."""
     grid = np.zeros((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
     base = np.floor(places - (width / 2 - 1)).astype(int)
@@ -100,7 +100,7 @@ def _crowding(
 def test_density_of_a_full_tank_is_that_at_rest_up_to_its_walls(width: int, bound: float) -> None:
     """Within 0.43 % for each of the walls that cut the stencil, as far as a lattice differs from a continuum."""
     places = fill_box(np.zeros(3), np.full(3, float(CELLS)), 1.0, 8) + WALL_NODES
-    crowd, _, _ = _crowding(_tank_masses(places, width), places, np.ones(len(places)), width)
+    crowd, _, _ = _crowding(tank_masses(places, width), places, np.ones(len(places)), width)
     assert np.abs(crowd - 1.0).max() <= (1.0 + bound) ** 3 - 1.0
 
 
@@ -109,7 +109,7 @@ def test_adjoint_of_density_matches_differences(width: int) -> None:
     """By the places and the node masses, near walls and beyond them."""
     rng = np.random.default_rng(3)
     places = rng.uniform(-0.3, CELLS + 0.3, (200, 3)) + WALL_NODES
-    grid = _tank_masses(places, width) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
+    grid = tank_masses(places, width) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
     pull, step, change = rng.normal(size=200), rng.normal(size=places.shape), rng.normal(size=grid.shape)
     _, grid_back, back = _crowding(grid, places, pull, width)
     e = 1e-6

@@ -8,13 +8,14 @@ Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscl
 import taichi as ti
 
 from zoobench.sim.boundary import behind_wall, contact, contact_adjoint, press, press_adjoint
+from zoobench.sim.dispersal import crowd_adjoint, dispersal
 from zoobench.sim.flip import FLIP_SHARE, gather_velocity, gather_velocity_adjoint
 from zoobench.sim.linalg import identity, matmul
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
 from zoobench.sim.media import WATER, deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
 from zoobench.sim.splines import INVERSE_MOMENT, base_node
 from zoobench.sim.transfer import AFLIP, PIC, gather, gather_adjoint, scatter, scatter_adjoint
-from zoobench.sim.water import crowding, crowding_adjoint
+from zoobench.sim.water import correction_share, crowding
 
 
 @ti.func
@@ -133,15 +134,16 @@ def from_grid(
     F is updated at the end of the substep with the new C: the other order puts F one step ahead of x.
     """
     velocity, affine = gather(grid, g, x[s, w, p], inverse_spacing, width, transfer)
-    crowd = 0.0 * dt
+    crowd, place = 0.0 * dt, x[s, w, p] + dt * velocity
     if ti.static(law == WATER):
         if p >= F.shape[2]:
             # slots s and t may be the same: before anything is written
             crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3], width)
+            share = correction_share(inverse_spacing, dt, constants)
+            place += dispersal(grid, g, x[s, w, p], history[s, w, p - F.shape[2]], crowd, share, inverse_spacing, width)
     kept = velocity
     if ti.static(transfer == AFLIP):
         kept += FLIP_SHARE * (v[s, w, p] - gather_velocity(before, g, x[s, w, p], inverse_spacing, width))
-    place = x[s, w, p] + dt * velocity
     step = identity() + dt * affine
     x[t, w, p] = place
     v[t, w, p] = kept
@@ -183,10 +185,11 @@ def from_grid_adjoint(
         )
         affine_pull += dt * step_pull
         if ti.static(law == WATER):
-            if crowd_pull != 0.0:
-                place_pull = crowding_adjoint(
-                    grid_velocity, grid_adjoint, g, x[s, w, p], crowd, crowd_pull, inverse_spacing, constants[3], width
-                )
+            place_pull, J_pull = crowd_adjoint(
+                grid_velocity, grid_adjoint, g, x[s, w, p], history[s, w, q], crowd, crowd_pull, x_adj[0, w, p],
+                inverse_spacing, dt, constants, width,
+            )  # fmt: skip
+            history_adj[0, w, q] += J_pull
     x_pull = x_adj[0, w, p]
     velocity = v[t, w, p]
     if ti.static(transfer == AFLIP):

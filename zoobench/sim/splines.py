@@ -49,3 +49,13 @@ def weight_slopes(offset, width: ti.template()):
         return ti.Matrix.rows([offset - 1.5, -2.0 * (offset - 1.0), offset - 0.5])
     u, v = offset - 1.0, 2.0 - offset
     return ti.Matrix.rows([-0.5 * v**2, 1.5 * u**2 - 2.0 * u, 2.0 * v - 1.5 * v**2, 0.5 * u**2])
+
+
+@ti.func
+def weight_curves(offset, width: ti.template()):
+    """d^2 w[i, d] / d offset_d^2."""
+    one = 0.0 * offset + 1.0
+    if ti.static(width == QUADRATIC):
+        return ti.Matrix.rows([one, -2.0 * one, one])
+    u, v = offset - 1.0, 2.0 - offset
+    return ti.Matrix.rows([v, 3.0 * u - 2.0, 3.0 * v - 2.0, u])

@@ -5,8 +5,8 @@ where spray disperses without resistance, and it does not see particles crowd wh
 free of divergence. Two one-sided rules tie it to the density on the grid. J above 1 is remembered only as far as the
 matter around is really so thin, and never beyond `LARGEST_RATIO`: spray that meets again has its own volume. And where
 the density exceeds what J says by more than the share `CROWDED`, J falls at a steady rate, so that pressure rises and
-drives the crowd apart; the rate is slow beside sound, so that nothing rings. All matter counts, by its mass: a robot
-should be about as dense.
+drives the crowd apart; the rate is slow beside sound, so that nothing rings. What pressure cannot part, because it lies
+within one cell, `dispersal` does. All matter counts, by its mass: a robot should be about as dense.
 """
 
 import taichi as ti
@@ -41,11 +41,17 @@ def correction_share(inverse_spacing, dt, constants):
 
 
 @ti.func
+def surplus_density(J, crowd, spared):
+    """By how much the density `crowd` from `crowding` exceeds what J says, beyond the share `spared` [-]."""
+    return ti.max(crowd * J - 1.0 - spared, 0.0)
+
+
+@ti.func
 def water_ratio(J, growth, crowd, share):
     """New J from the old one, `growth` = det(I + dt C), `crowd` from `crowding` and `share` from `correction_share`."""
     most = ti.min(ti.max(1.0 / crowd, 1.0), LARGEST_RATIO)
     held = ti.min(J * growth, most)
-    surplus = ti.max(crowd * J - 1.0 - CROWDED, 0.0)
+    surplus = surplus_density(J, crowd, CROWDED)
     return ti.max(held - share * surplus, ti.min(held, SMALLEST_RATIO))
 
 
@@ -54,7 +60,7 @@ def water_ratio_adjoint(J, growth, crowd, share, pull):
     """Adjoint of `water_ratio`: pulls on J, growth and crowd."""
     most = ti.min(ti.max(1.0 / crowd, 1.0), LARGEST_RATIO)
     held = ti.min(J * growth, most)
-    surplus = ti.max(crowd * J - 1.0 - CROWDED, 0.0)
+    surplus = surplus_density(J, crowd, CROWDED)
     held_pull, surplus_pull, most_pull = pull, 0.0 * pull, 0.0 * pull
     if surplus > 0.0 and held > SMALLEST_RATIO:
         if held - share * surplus > SMALLEST_RATIO:
