@@ -2,9 +2,11 @@
 
 import pytest
 
+from zoobench import registry
 from zoobench.errors import UsageError
+from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.studies.accuracy.plan import BULK_MODULI, KNOBS, NUDGE, QUICK, SHIFTS, Plan, specs
+from zoobench.studies.accuracy.plan import BULK_FACTORS, KNOBS, NUDGE, QUICK, SHIFTS, Plan, specs
 
 TASKS = [Ref("movement-speed"), Ref("turning")]
 
@@ -20,11 +22,13 @@ def test_every_level_knob_and_shift_is_a_run_or_two() -> None:
     assert NUDGE in {spec.fidelity.kwargs["shift"] for spec in found}
 
 
-def test_water_is_also_made_stiffer_and_softer() -> None:
-    """The Mach number is a knob where there is water, and nowhere else."""
+@pytest.mark.parametrize("env", ["ocean", "shallow-water", "ocean[bulk_modulus=2e5]"])
+def test_water_is_also_made_stiffer_and_softer(env: str) -> None:
+    """The Mach number is a knob where there is water, around that water's own stiffness, and nowhere else."""
     plan = Plan(levels=("draft",), around="draft", draws=(4,), close=0)
-    moduli = {spec.env.kwargs["bulk_modulus"] for spec in specs([Ref("ocean")], TASKS, plan)}
-    assert moduli == {1e5, *BULK_MODULI}
+    moduli = {spec.env.kwargs["bulk_modulus"] for spec in specs([Ref.parse(env)], TASKS, plan)}
+    usual = registry.resolve(Kind.ENV, Ref.parse(env)).kwargs["bulk_modulus"]
+    assert moduli == {usual, *(factor * usual for factor in BULK_FACTORS)}
     assert len({str(spec.env) for spec in specs([Ref("desert")], TASKS, plan)}) == 1
 
 

@@ -30,8 +30,8 @@ KNOBS = (
 """Each is turned alone."""
 
 WATER = {"ocean", "shallow-water"}
-BULK_MODULI = (2.5e4, 4e5)
-"""Of the water beside its usual 1e5 Pa: half and twice the speed of sound, twice and half the Mach number."""
+BULK_FACTORS = (0.25, 4.0)
+"""By which the water's bulk modulus is changed: half and twice the speed of sound, twice and half the Mach number."""
 
 SHIFTS = tuple(number / 8 for number in range(1, 8))
 """Where on the grid the robot starts, in cells: no change of the question, so what it changes is noise."""
@@ -104,8 +104,11 @@ def _around(env: Ref, tasks: Sequence[Ref], plan: Plan) -> Iterable[RunSpec]:
     """The sweeps and shifts of one environment."""
     for knob in plan.knobs:
         yield from _pair(env, tasks, Ref.parse(f"{plan.around}[{knob}]"), plan.knob_draws, plan)
-    for modulus in BULK_MODULI if env.name in WATER else ():
-        yield from _pair(env.with_defaults(bulk_modulus=modulus), tasks, Ref(plan.around), plan.knob_draws, plan)
+    for factor in BULK_FACTORS if env.name in WATER else ():
+        usual = registry.resolve(Kind.ENV, env)
+        changed = {**usual.kwargs, "bulk_modulus": factor * float(usual.kwargs["bulk_modulus"])}
+        other = Ref(usual.name, usual.version, tuple(sorted(changed.items())))
+        yield from _pair(other, tasks, Ref(plan.around), plan.knob_draws, plan)
     for shift in plan.shifts:
         yield from _pair(env, tasks, Ref(plan.around, params=(("shift", shift),)), plan.knob_draws, plan)
 
