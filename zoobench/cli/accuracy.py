@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Exit, Option
+from typer import Option
 
 from zoobench.cli import accuracy_exact
+from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.several import choose, emit_several, listing_of
@@ -120,20 +121,13 @@ def _measure(
 
 
 def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
-    from zoobench.cli.progress import display
+    from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
-    from zoobench.harness.launch import launch
 
     with Store(db) as store:
         report = store.enqueue(wanted)
-    todo = sorted(report.open)
     say(f"{len(report.new)} new, {len(report.existing_done)} done already")
-    try:
-        with display(todo) as shown:
-            rows = launch(db, todo, jobs=jobs, on_update=shown.update) if todo else []
-    except KeyboardInterrupt:
-        say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
-        raise Exit(130) from None
+    rows = carry_out(db, sorted(report.open), jobs=jobs)
     for row in rows:
         if row.reason:
             say(f"  run {row.id} {row.state}: {row.reason}")
@@ -141,17 +135,16 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
 
 def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     """Time what is not timed yet."""
-    from zoobench import provenance
     from zoobench.db.store import Store
     from zoobench.studies.accuracy.costs import costs
     from zoobench.studies.accuracy.records import COST_STUDY, from_reader, stored
 
     with Store(db) as store:
         known = {(cost.env, cost.fidelity) for cost in from_reader(store).costs}
-        todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
-        rows = (stored(cost) for cost in costs(todo, repeats=repeats, on_case=lambda case: say(f"timing {case}")))
-        for _ in store.save_study(COST_STUDY, rows, provenance=provenance.gather()):
-            pass
+    todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
+    found = costs(todo, repeats=repeats, on_case=lambda case: say(f"timing {case}"))
+    for _ in kept(db, COST_STUDY, found, stored):
+        pass
 
 
 def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from typer import Exit
 
+from zoobench.cli.keeping import kept
 from zoobench.cli.output import Format, say
 from zoobench.cli.several import emit_several, listing_of
 from zoobench.errors import UsageError
@@ -38,22 +39,15 @@ def exact(db: str, form: Format, plots: Path | None, *, quick: bool, only_read: 
 def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
     from dataclasses import asdict
 
-    from zoobench import provenance
     from zoobench.db.rows import StudyRow
-    from zoobench.db.store import Store
     from zoobench.studies.accuracy.analytic import analytic
 
-    done: list[AnalyticRow] = []
+    def stored(row: "AnalyticRow") -> StudyRow:
+        return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
 
-    def rows() -> Iterator[StudyRow]:
-        for row in analytic(levels=levels):
-            say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.pace:.2g} s per second")
-            done.append(row)
-            yield StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
-
-    with Store(db) as store:
-        for _ in store.save_study(STUDY, rows(), provenance=provenance.gather()):
-            yield done[-1]
+    for row in kept(db, STUDY, analytic(levels=levels), stored):
+        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.pace:.2g} s per second")
+        yield row
 
 
 def _stored(db: str) -> "list[AnalyticRow]":

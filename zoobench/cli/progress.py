@@ -5,6 +5,8 @@ from collections.abc import Collection
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
+from typer import Exit
+
 from zoobench.cli.output import console, say
 
 if TYPE_CHECKING:
@@ -31,6 +33,22 @@ class Display(Protocol):
 def display(run_ids: Collection[int]) -> Display:
     """Bars on a terminal, lines elsewhere."""
     return Bars(run_ids) if console(stderr=True).is_terminal else Lines(run_ids)
+
+
+def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | None = None) -> "list[RunRow]":
+    """Do these runs in sight of the user, and return them settled; `timeout` [s] is that of one attempt.
+
+    Raises:
+        Exit: code 130 if the user interrupts it; everything up to there is kept.
+    """
+    from zoobench.harness.launch import launch
+
+    try:
+        with display(run_ids) as shown:
+            return launch(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update) if run_ids else []
+    except KeyboardInterrupt:
+        say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
+        raise Exit(130) from None
 
 
 class Pace:

@@ -74,10 +74,9 @@ def run(
     Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
     preset decides.
     """
-    from zoobench.cli.progress import display
+    from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
-    from zoobench.harness.launch import launch
 
     chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
     limit = parse_duration(timeout) if timeout else None
@@ -91,12 +90,7 @@ def run(
         again = _queue_again(store, report, retry, rerun)
     _tell_plan(report, again, skips)
     todo = sorted({*report.open, *again})
-    try:
-        with display(todo) as shown:
-            rows = launch(db, todo, jobs=jobs, timeout=limit, on_update=shown.update) if todo else []
-    except KeyboardInterrupt:
-        say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
-        raise Exit(130) from None
+    rows = carry_out(db, todo, jobs=jobs, timeout=limit)
     _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=chosen.is_smoke)
 
 

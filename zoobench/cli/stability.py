@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
+from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.several import listing_of
@@ -12,10 +13,6 @@ from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from zoobench.db.rows import StudyRow
-    from zoobench.studies.stability.base import Result
-    from zoobench.studies.stability.largest import StepRow
 
 
 def stability(
@@ -50,27 +47,9 @@ def stability(
     results: Iterator[Result | StepRow] = (
         largest_steps() if largest_step else suite.stability(parse_names(cases), fast=fast)
     )
-    for row in _store(results, db, suite.STEP_STUDY if largest_step else suite.STUDY):
+    for row in kept(db, suite.STEP_STUDY if largest_step else suite.STUDY, results, suite.stored):
         found.append(row)
         say(f"{row.verdict}  {row.case}  {row.seconds:.1f} s")
     emit(listing_of(kind, found), form)
     if not all(row.passed for row in found):
         raise Exit(1)
-
-
-def _store(results: "Iterator[Result | StepRow]", db: str, study: str) -> "Iterator[Result | StepRow]":
-    """Hand the results on, each stored as soon as it is there."""
-    from zoobench import provenance
-    from zoobench.db.store import Store
-    from zoobench.studies.stability.suite import stored
-
-    done: list[Result | StepRow] = []
-
-    def rows() -> "Iterator[StudyRow]":
-        for result in results:
-            done.append(result)
-            yield stored(result)
-
-    with Store(db) as store:
-        for _ in store.save_study(study, rows(), provenance=provenance.gather()):
-            yield done[-1]

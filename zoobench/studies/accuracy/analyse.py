@@ -167,7 +167,7 @@ class Cell:
 
     def change(self, name: str) -> float | None:
         """Of a turned knob: how far the scores are from those of the level as it is, as a share of the scale."""
-        home = re.split(r"[ \[]", name)[0]
+        home = _home(name)
         if home == name or home not in self.scored:
             return None
         count = len(self.references)
@@ -187,7 +187,7 @@ class Cell:
         names = [name for name in self.scored if (shift := _shift(name)) is not None and shift != NUDGE]
         if not names:
             return []
-        home = names[0].partition("[")[0]
+        home = _home(names[0])
         return [self.scores(name) for name in [*([home] if home in self.scored else []), *names]]
 
     def rank(self, name: str) -> tuple[float | None, bool | None, int]:
@@ -229,9 +229,9 @@ class Cell:
         """Until when a nudge stays within `TRUSTED` of the path's error at its level [s]."""
         nudged = next((name for name in self.close if _shift(name) == NUDGE), None)
         levels = [level for level in LADDER if level in self.close]
-        if nudged is None or nudged.partition("[")[0] not in self.close or len(levels) < 2:
+        if nudged is None or _home(nudged) not in self.close or len(levels) < 2:
             return None
-        home, best = self.close[nudged.partition("[")[0]], self.close[levels[-1]]
+        home, best = self.close[_home(nudged)], self.close[levels[-1]]
         count = min(len(home.paths), len(best.paths), len(self.close[nudged].paths))
         apart = np.linalg.norm(self.close[nudged].paths[:count] - home.paths[:count], axis=2).max(0)
         wrong = np.linalg.norm(home.paths[:count] - best.paths[:count], axis=2).max(0)
@@ -316,6 +316,11 @@ def analyse(measurements: Measurements, envs: Sequence[str] = (), tasks: Sequenc
             turned = [name for name in cell.scored if name not in cell.ladder and _shift(name) is None]
             knobs += [cell.row(name, reference.floor, reference.unknown) for name in turned]
     return Analysis(tuple(references), tuple(levels), tuple(knobs))
+
+
+def _home(name: str) -> str:
+    """The level that a variant is one of."""
+    return re.split(r"[ \[]", name)[0]
 
 
 def _shift(name: str) -> float | None:
