@@ -33,6 +33,8 @@ class Body:
         fibres: `[particle_count, 3]` unit direction in which a muscle contracts.
         head, tail: `[particle_count]` labels that give the heading.
         muscles: names of the muscles.
+        malleable: whether the body is the workspace of a design space: a medium that it stands in then fills what is
+            left empty.
     """
 
     positions: Array
@@ -45,6 +47,7 @@ class Body:
     head: Mask
     tail: Mask
     muscles: tuple[str, ...]
+    malleable: bool = False
 
     @property
     def particle_count(self) -> int:
