@@ -22,6 +22,7 @@ FORBIDDEN = {
     "controllers": {"cli", "harness", "db", "report", "studies", "problem", "methods", "envs", "tasks", "sim"},
     "methods": {"cli", "harness", "db", "report", "studies", "sim", "envs", "tasks", "designs", "controllers"},
     "problem": {"cli", "harness", "db", "report", "studies", "methods"},
+    "robot": {"cli", "harness", "db", "report", "studies", "methods", "problem", "envs"},
     "spec": {"cli", "harness", "db", "report", "studies", "methods", "problem", "sim", "registry"},
     "cli": {"sim", "problem", "methods", "envs", "tasks", "designs", "controllers"},
 }

@@ -4,8 +4,9 @@ import numpy as np
 
 from tests.conformance.cells import cell
 from zoobench.motion import motion_of
-from zoobench.problem import FRAME_SECONDS, Problem
+from zoobench.problem import Problem
 from zoobench.sim.rollout import Rollout
+from zoobench.spec import FRAME_SECONDS
 
 
 def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
@@ -18,7 +19,10 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
         velocities=rng.normal(size=shape).astype(np.float32),
         actuation=rng.normal(size=(3, 3, body.muscle_count)),
         muscle_potential=rng.normal(size=(4, 3, body.muscle_count)),
-        body={},
+        body={
+            "occupancy": rng.uniform(size=(3, body.particle_count)),
+            "density_ratio": rng.uniform(0.9, 1.1, (3, body.particle_count)),
+        },
         divergences={},
         tears={},
         counts=np.ones((3, 3), np.int64),
@@ -26,11 +30,12 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
         guarded=np.zeros(3, np.int64),
         smallest_j=np.ones(3),
     )
-    masses = body.masses(1000.0)
-    motion = motion_of(rollout, body, masses, slice(1, 3), FRAME_SECONDS, gradient=True)
+    masses = 1000.0 * rollout.body["density_ratio"] * rollout.body["occupancy"] * body.volumes
+    motion = motion_of(rollout, body, 1000.0, slice(1, 3), FRAME_SECONDS, gradient=True)
     np.testing.assert_array_equal(motion.positions.detach().numpy(), rollout.positions[:, 1:])
     np.testing.assert_array_equal(motion.velocities.detach().numpy(), rollout.velocities[:, 1:])
-    np.testing.assert_array_equal(motion.masses.numpy(), [masses, masses])
+    np.testing.assert_array_equal(motion.masses.detach().numpy(), masses[1:])
+    np.testing.assert_array_equal(motion.existing.detach().numpy(), rollout.body["occupancy"][1:])
     np.testing.assert_array_equal(motion.head.numpy(), body.head)
     np.testing.assert_array_equal(motion.tail.numpy(), body.tail)
     np.testing.assert_array_equal(motion.rest.numpy(), body.positions)
@@ -38,4 +43,4 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
     np.testing.assert_array_equal(motion.muscle_work.numpy(), expected)
     assert str(motion.positions.dtype) == str(motion.muscle_work.dtype) == "torch.float64"
     assert motion.positions.requires_grad
-    assert not motion_of(rollout, body, masses, slice(0, 1), FRAME_SECONDS).positions.requires_grad
+    assert not motion_of(rollout, body, 1000.0, slice(0, 1), FRAME_SECONDS).positions.requires_grad

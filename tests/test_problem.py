@@ -8,8 +8,9 @@ import pytest
 
 from tests.conformance.cells import cell
 from zoobench.envs.base import LAND_ROBOT
+from zoobench.episode import Evaluation
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.problem import Evaluation, Problem
+from zoobench.problem import Problem
 from zoobench.spec import Budget
 
 
@@ -105,7 +106,7 @@ def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.Monke
     wild, calm = 40.0 * _draws(problem, 1)[0], np.zeros(problem.parameter_count)
     (bad, bad_slope), (good, good_slope) = problem.loss_and_grad_batch([wild, calm])
     alone, alone_slope = Problem(cell(frames=20)).loss_and_grad(calm)
-    assert bad.divergence is not None
+    assert bad.failure is not None
     assert bad.score == -math.inf
     assert not bad.metrics
     assert np.isnan(bad_slope).all()
@@ -141,7 +142,7 @@ def test_a_robot_that_is_torn_apart_has_no_score(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("zoobench.envs.base.LAND_ROBOT", robot)
     problem = Problem(cell(frames=60))
     evaluation, slope = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
-    assert evaluation.divergence is not None
-    assert evaluation.divergence.quantity == "distance of neighbours by that at rest"
+    assert evaluation.failure is not None
+    assert evaluation.failure.quantity == "distance of neighbours by that at rest"
     assert evaluation.score == -math.inf
     assert np.isnan(slope).all()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.conformance.cells import cell
-from zoobench.problem import Evaluation, Problem
+from zoobench.episode import Evaluation
+from zoobench.problem import Problem
 from zoobench.references import DRAWS, reference_scores
 from zoobench.spec import Budget
 

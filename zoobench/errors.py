@@ -82,11 +82,25 @@ class Divergence:
         )
 
 
+@dataclass(frozen=True)
+class Unbuildable:
+    """Why a design makes no robot: `fault` says what it lacks and what to do about it."""
+
+    fault: str
+
+    def __str__(self) -> str:
+        return f"The design cannot be built: {self.fault}"
+
+
+Failure = Divergence | Unbuildable
+"""Why an episode has no score."""
+
+
 class DivergenceError(ZoobenchError):
-    """A simulation left the range in which its numbers mean anything; recorded as a DIVERGED run."""
+    """No simulation gave numbers that mean anything; recorded as a DIVERGED run."""
 
     exit_code = 1
 
-    def __init__(self, divergence: Divergence) -> None:
-        super().__init__(str(divergence))
-        self.divergence = divergence
+    def __init__(self, failure: Failure) -> None:
+        super().__init__(str(failure))
+        self.failure = failure

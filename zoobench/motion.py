@@ -1,5 +1,6 @@
-"""From the simulator to the tasks: how the robot moved, as tensors."""
+"""From the simulator to the tasks and back: how the robot moved, as tensors, and what an objective's slope is by it."""
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,39 +14,81 @@ if TYPE_CHECKING:
 
     from zoobench.sim.rollout import Rollout
 
+Array = NDArray[np.float64]
+
 
 def motion_of(
-    rollout: "Rollout",
-    body: Body,
-    masses: NDArray[np.float64],
-    worlds: slice,
-    frame_seconds: float,
-    *,
-    gradient: bool = False,
+    rollout: "Rollout", body: Body, density: float, worlds: slice, frame_seconds: float, *, gradient: bool = False
 ) -> Motion:
     """How the robot moved in some worlds of a rollout, in double precision.
 
     Args:
         rollout: an episode.
-        body: of the robot, at rest.
-        masses: `[particle_count]` of its particles [kg].
+        body: of the robot, at rest; occupancy and density are those with which the rollout was made.
+        density: of muscle [kg/m^3].
         worlds: which.
         frame_seconds: length of a control frame [s].
-        gradient: whether positions and velocities are leaves of a gradient.
+        gradient: whether positions, velocities, presence and masses are leaves of a gradient.
     """
     import torch
 
     def tensor(values: NDArray[Any], leaf: bool = False) -> "Tensor":
         return torch.tensor(values, dtype=torch.float64, requires_grad=leaf)
 
-    positions = rollout.positions[:, worlds]
+    presence = rollout.body["occupancy"][worlds]
+    masses = density * rollout.body["density_ratio"][worlds] * presence * body.volumes
     return Motion(
-        positions=tensor(positions, gradient),
+        positions=tensor(rollout.positions[:, worlds], gradient),
         velocities=tensor(rollout.velocities[:, worlds], gradient),
-        masses=tensor(np.tile(masses, (positions.shape[1], 1))),
+        masses=tensor(masses, gradient),
         frame_seconds=frame_seconds,
         rest=tensor(body.positions),
         head=tensor(body.head),
         tail=tensor(body.tail),
         muscle_work=tensor(rollout.muscle_work[:, worlds]),
+        presence=tensor(presence, gradient),
     )
+
+
+@dataclass(frozen=True)
+class MotionPull:
+    """Derivatives of a scalar by a motion whose parts are leaves.
+
+    Attributes:
+        positions, velocities: `[frames + 1, worlds, particle_count, 3]`.
+        presence, masses: `[worlds, particle_count]`.
+    """
+
+    positions: Array
+    velocities: Array
+    presence: Array
+    masses: Array
+
+    @classmethod
+    def of(cls, value: "Tensor", motion: Motion) -> "MotionPull":
+        """Of one number."""
+        import torch
+
+        leaves = (motion.positions, motion.velocities, motion.existing, motion.masses)
+        pulls = torch.autograd.grad(value, leaves, allow_unused=True, materialize_grads=True)
+        return cls(*(pull.numpy() for pull in pulls))
+
+    @classmethod
+    def joined(cls, pulls: "list[MotionPull]") -> "MotionPull":
+        """Those of several worlds as one."""
+        return cls(
+            positions=np.concatenate([pull.positions for pull in pulls], axis=1),
+            velocities=np.concatenate([pull.velocities for pull in pulls], axis=1),
+            presence=np.concatenate([pull.presence for pull in pulls]),
+            masses=np.concatenate([pull.masses for pull in pulls]),
+        )
+
+    def by_occupancy(self, rollout: "Rollout", body: Body, density: float) -> Array:
+        """What an objective owes to the occupancy directly, by whom it counts and weighs `[worlds, particle_count]`."""
+        weighed: Array = self.masses * density * rollout.body["density_ratio"] * body.volumes
+        return self.presence + weighed
+
+    def by_density_ratio(self, rollout: "Rollout", body: Body, density: float) -> Array:
+        """What an objective owes to the density directly `[worlds, particle_count]`."""
+        weighed: Array = self.masses * density * rollout.body["occupancy"] * body.volumes
+        return weighed

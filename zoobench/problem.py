@@ -2,22 +2,24 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.controllers.base import Controller
-from zoobench.designs.base import Body, Design
+from zoobench.controllers.base import ClosedLoop
+from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
-from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
+from zoobench.episode import Episode, Evaluation
+from zoobench.errors import BudgetExhaustedError, Divergence, Unbuildable, UsageError
 from zoobench.meter import BudgetMeter
-from zoobench.motion import motion_of
+from zoobench.motion import MotionPull, motion_of
+from zoobench.reflexes import Reflexes
 from zoobench.registry import Kind
+from zoobench.robot import Built, Robot
 from zoobench.sim.fidelity import Fidelity
-from zoobench.spec import RunSpec
+from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
@@ -25,9 +27,6 @@ if TYPE_CHECKING:
     from zoobench.sim.state import Matter
 
 Array = NDArray[np.float64]
-
-FRAME_SECONDS = 0.008
-"""Length of a control frame [s], as in SoftZoo."""
 
 _GRADIENT_PASSES = 3
 """A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
@@ -39,50 +38,11 @@ _PARTICLE_BYTES = 200
 """Generous size of a particle's state in double precision: x, v, C, F."""
 
 
-@dataclass(frozen=True)
-class Evaluation:
-    """What one episode with one set of parameters gave.
-
-    Attributes:
-        score: the task's score; -inf if the simulation diverged, which is for comparing only.
-        metrics: the task's readings by name, the score with its unit among them; none if the simulation diverged.
-        reward: `[frames]`; empty if the simulation diverged.
-        divergence: where the simulation blew up, or None.
-    """
-
-    score: float
-    metrics: dict[str, Metric]
-    reward: Array
-    divergence: Divergence | None = None
-
-    def state(self) -> dict[str, Any]:
-        """Plain data for a method's checkpoint; only for an episode that did not diverge."""
-        metrics = {name: [metric.value, metric.unit] for name, metric in self.metrics.items()}
-        return {"score": self.score, "metrics": metrics, "reward": self.reward.tolist()}
-
-    @classmethod
-    def from_state(cls, state: dict[str, Any]) -> "Evaluation":
-        """The inverse of `state`."""
-        metrics = {name: Metric(value, unit) for name, (value, unit) in state["metrics"].items()}
-        return cls(state["score"], metrics, np.array(state["reward"]))
-
-
-@dataclass(frozen=True)
-class Episode:
-    """One episode in full, for a study that looks at more than the score.
-
-    Attributes:
-        slope: gradient `[parameter_count]` of the loss; all NaN without one.
-        motion: how the robot moved, one world.
-    """
-
-    evaluation: Evaluation
-    slope: Array
-    motion: Motion
-
-
 class Problem:
-    """A cell of the benchmark as a function of the controller's parameters, with a meter on it.
+    """A cell of the benchmark as a function of the robot's parameters, with a meter on it.
+
+    A parameter vector is the controller's, followed in a design space by the body's. A body that cannot be built gives
+    no score, and costs what its simulation was expected to: to know which bodies hold together is not free.
 
     Args:
         spec: what to simulate and how much may be spent.
@@ -99,22 +59,28 @@ class Problem:
         self.worlds = worlds
         self.meter = BudgetMeter()
         env: Environment = registry.create(Kind.ENV, spec.env)
-        design: Design = registry.create(Kind.DESIGN, spec.design)
         self.task: Task = registry.create(Kind.TASK, spec.task)
-        self.controller: Controller = registry.create(Kind.CONTROLLER, spec.controller)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
-        self.body: Body = design.body(self.fidelity)
+        design, controller = (
+            registry.create(kind, ref) for kind, ref in ((Kind.DESIGN, spec.design), (Kind.CONTROLLER, spec.controller))
+        )
+        self.robot = Robot.of(design, controller, self.fidelity)
         self.scene = env.scene(self.body, self.fidelity)
-        self._masses = self.body.masses(env.robot.density)
+        self._density = env.robot.density
         self._substeps_per_frame = self._choose_substeps()
         self._settling_frames = env.settling_frames
         self._start: Matter | None = None
         self._solvers: dict[tuple[int, bool], Solver] = {}
 
     @property
+    def body(self) -> Body:
+        """The robot at rest; in a design space the workspace."""
+        return self.robot.body
+
+    @property
     def parameter_count(self) -> int:
         """Length of a parameter vector."""
-        return self.controller.parameter_count(self.body.muscle_count)
+        return self.robot.parameter_count
 
     @property
     def substeps_per_episode(self) -> int:
@@ -127,7 +93,7 @@ class Problem:
 
     def initial(self, rng: np.random.Generator) -> Array:
         """A draw from the prior over parameters `[parameter_count]`; every method starts from it."""
-        return self.controller.initial(rng, self.body.muscle_count)
+        return self.robot.initial(rng)
 
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
         """Whether the budget holds `count` more evaluations, with gradients or without."""
@@ -184,55 +150,79 @@ class Problem:
     def _simulate(self, parameters: Array, gradient: bool) -> Iterator[Episode]:
         """One solver's worth of worlds, `[worlds, parameter_count]`.
 
-        Controller and task see one world at a time: the rounding of a batched sum depends on the batch's width, and
-        a result must not depend on what ran beside it.
+        Controller, design and task see one world at a time: the rounding of a batched sum depends on the batch's width,
+        and a result must not depend on what ran beside it.
         """
         import torch
 
-        solver = self._solver(len(parameters), gradient)
-        before = (solver.meter.forward, solver.meter.recomputed, solver.meter.backward)
         times = torch.arange(self.spec.frames, dtype=torch.float64) * FRAME_SECONDS
-        rows = [torch.tensor(row[None], requires_grad=gradient) for row in parameters]
-        activity = [self.controller.actuation(row, times, self.body.muscle_count) for row in rows]
-        rollout = solver.run(torch.cat(activity, dim=1).detach().numpy())
+        built = [self.robot.build(torch.tensor(row[None], requires_grad=gradient), times) for row in parameters]
+        able = [one for one in built if not one.fault]
+        episodes = iter(self._run(able, gradient) if able else ())
+        for one in built:
+            if one.fault:
+                self.meter.episodes += 1
+                self.meter.forward += self.substeps_per_episode
+                failure = Evaluation(-math.inf, {}, np.zeros(0), Unbuildable(one.fault))
+                yield Episode(failure, np.full(self.parameter_count, math.nan), None)
+            else:
+                yield next(episodes)
+
+    def _run(self, built: Sequence[Built], gradient: bool) -> Iterator[Episode]:
+        """Simulate robots side by side."""
+        from zoobench.sim.solver import BodyState
+
+        solver = self._solver(len(built), gradient)
+        before = (solver.meter.forward, solver.meter.recomputed, solver.meter.backward)
+        matter = {
+            name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
+        }
+        activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
+        reflexes = self._reflexes(built)
+        rollout = solver.run(activity, BodyState(**matter), reflex=reflexes.act if reflexes else None)
         # a robot in pieces has no score: throwing one off would be a way to win
         broken = {**rollout.tears, **rollout.divergences}
-        motions = [self._motion(rollout, world, gradient) for world in range(len(rows))]
-        slopes = np.full(parameters.shape, math.nan)
+        motions = [self._motion(rollout, world, gradient) for world in range(len(built))]
+        slopes = np.full((len(built), self.parameter_count), math.nan)
         if gradient:
-            pull = solver.backward(rollout, *self._path_adjoints(motions)).actuation
-            for world, (row, active) in enumerate(zip(rows, activity, strict=True)):
+            pulls = self._pulls(solver, rollout, motions, reflexes)
+            for world, one in enumerate(built):
                 if world not in broken:
-                    (slope,) = torch.autograd.grad(active, row, torch.as_tensor(pull[:, world : world + 1]))
-                    slopes[world] = slope[0].numpy()
-        self.meter.episodes += len(parameters)
+                    slopes[world] = one.slope({name: pull[world] for name, pull in pulls.items()})
+                    slopes[world] += reflexes.slopes[world] if reflexes else 0.0
+        self.meter.episodes += len(built)
         self.meter.forward += solver.meter.forward - before[0]
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
         for world, motion in enumerate(motions):
-            yield Episode(self._read(motion, broken.get(world)), slopes[world], motion)
+            yield Episode(self._read(motion, built[world], broken.get(world)), slopes[world], motion)
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
-        return motion_of(rollout, self.body, self._masses, slice(world, world + 1), FRAME_SECONDS, gradient=gradient)
+        worlds = slice(world, world + 1)
+        return motion_of(rollout, self.body, self._density, worlds, FRAME_SECONDS, gradient=gradient)
 
-    def _path_adjoints(self, motions: Sequence[Motion]) -> tuple[Array, Array]:
-        """Derivatives of the loss by positions and velocities, `[frames + 1, worlds, particle_count, 3]` each."""
-        import torch
+    def _reflexes(self, built: Sequence[Built]) -> Reflexes | None:
+        """What closes the loop, or None in an open one."""
+        controller = self.robot.controller
+        return Reflexes(self.robot, controller, built) if isinstance(controller, ClosedLoop) else None
 
-        pulls = [
-            torch.autograd.grad(
-                -self.task.objective(motion).sum(),
-                (motion.positions, motion.velocities),
-                allow_unused=True,
-                materialize_grads=True,
-            )
-            for motion in motions
-        ]
-        positions, velocities = (torch.cat(parts, dim=1).numpy() for parts in zip(*pulls, strict=True))
-        return positions, velocities
+    def _pulls(
+        self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], reflexes: Reflexes | None
+    ) -> dict[str, Array]:
+        """Derivatives of the loss by the activity and by the arrays of the body, `[worlds, ...]` each."""
+        direct = MotionPull.joined([MotionPull.of(-self.task.objective(motion).sum(), motion) for motion in motions])
+        reflex = reflexes.adjoint(rollout) if reflexes else None
+        gradient = solver.backward(rollout, direct.positions, direct.velocities, reflex)
+        return {
+            "activity": gradient.actuation.swapaxes(0, 1),
+            "occupancy": gradient.occupancy + direct.by_occupancy(rollout, self.body, self._density),
+            "stiffness": gradient.stiffness,
+            "muscle_membership": gradient.muscle_membership,
+            "fibres": gradient.fibres,
+        }
 
-    def _read(self, motion: Motion, divergence: Divergence | None) -> Evaluation:
+    def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
         import torch
 
         if divergence is not None:
@@ -242,7 +232,7 @@ class Problem:
             reward = self.task.reward(motion)[:, 0].numpy().copy()
             readings = self.task.metrics(motion)
         metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
-        return Evaluation(score, {**metrics, "score": Metric(score, self.task.unit)}, reward)
+        return Evaluation(score, {**metrics, **built.metrics(), "score": Metric(score, self.task.unit)}, reward)
 
     def _solver(self, worlds: int, gradient: bool) -> "Solver":
         """A solver of this width, kept: the last batch of a method may be narrower than the others."""

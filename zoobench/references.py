@@ -16,8 +16,6 @@ from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
-
 from zoobench import registry
 from zoobench.problem import Problem
 from zoobench.registry import Kind
@@ -37,7 +35,7 @@ _KINDS = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
 def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     """The references of a run's cell, at its fidelity and episode length; no budget is charged for them.
 
-    * `idle_score`: all parameters zero, which leaves every muscle at rest.
+    * `idle_score`: every muscle at rest; in a design space the first body drawn.
     * `random_score`: mean over `DRAWS` draws from the controller's prior; those that diverged have no score.
 
     One that has no finite score is left out. A damaged file is replaced, and where none can be written the scores are
@@ -59,7 +57,7 @@ def _simulate(spec: RunSpec) -> dict[str, Metric]:
     problem = Problem(replace(spec, budget=Budget("episodes", 1 + DRAWS)), worlds=1)
     rng = generator(spec, "reference", _SEED_AXES)
     draws = [problem.initial(rng) for _ in range(DRAWS)]
-    idle, *random = (item.score for item in problem.evaluate_batch([np.zeros(problem.parameter_count), *draws]))
+    idle, *random = (item.score for item in problem.evaluate_batch([problem.robot.at_rest(draws[0]), *draws]))
     finite = [score for score in random if math.isfinite(score)]
     scores = {"idle_score": idle, "random_score": math.fsum(finite) / len(finite) if finite else math.nan}
     return {name: Metric(score, problem.task.unit) for name, score in scores.items() if math.isfinite(score)}

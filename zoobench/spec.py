@@ -17,6 +17,9 @@ Scalar = bool | int | float | str
 BudgetKind = Literal["substeps", "episodes", "iterations", "seconds"]
 BUDGET_KINDS: tuple[BudgetKind, ...] = ("substeps", "episodes", "iterations", "seconds")
 
+FRAME_SECONDS = 0.008
+"""Length of a control frame [s], as in SoftZoo."""
+
 _LARGEST = 2**31 - 1
 """The largest whole number in a column of every database that is supported."""
 

@@ -1,15 +1,18 @@
 """Beds at rest under their own weight."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
-from zoobench.envs.bed import rest_strains
+from zoobench.envs.bed import rest_strains, sharing
+from zoobench.errors import SceneError
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import ClayMaterial, MudMaterial, SandMaterial
+from zoobench.sim.matter import ClayMaterial, MudMaterial, SandMaterial, WaterMaterial
 from zoobench.sim.scene import MediumBed
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
@@ -78,3 +81,35 @@ def test_water_is_as_dense_as_its_pressure_says() -> None:
     place = np.prod(env.arena) * env.bed.thickness / env.arena[1] / len(bed.positions)
     assert bed.volumes * bed.history == pytest.approx(place, rel=1e-12)
     assert bed.history.min() < 0.99
+
+
+def test_a_malleable_body_shares_its_place_with_water() -> None:
+    """Every particle below the surface has one of water in its place, at the pressure there; land beds have none."""
+    body = replace(Caterpillar(height=0.06).body(FIDELITY), malleable=True)
+    robot_only = replace(body, malleable=False)
+    for name in ("ocean", "shallow-water", "desert"):
+        env: Environment = registry.create(Kind.ENV, Ref(name))
+        shared, alone = env.scene(body, FIDELITY), env.scene(robot_only, FIDELITY)
+        assert shared.medium is not None
+        assert alone.medium is not None
+        assert env.bed is not None
+        if name == "desert":
+            assert shared.medium.hosts is None
+            continue
+        guests = shared.medium.particle_count - alone.medium.particle_count
+        wet = shared.robot.positions[:, 1] < env.bed.thickness
+        assert guests == wet.sum() > 0
+        assert shared.medium.hosts is not None
+        assert isinstance(env.bed.material, WaterMaterial)
+        np.testing.assert_array_equal(shared.medium.hosts, [*[-1] * alone.medium.particle_count, *np.flatnonzero(wet)])
+        np.testing.assert_array_equal(shared.medium.positions[-guests:], shared.robot.positions[wet])
+        strain = 9.81 * 1000.0 * (env.bed.thickness - shared.robot.positions[wet, 1]) / env.bed.material.bulk_modulus
+        assert -np.log(shared.medium.history[-guests:]) == pytest.approx(strain, rel=1e-9)
+
+
+def test_what_joins_a_bed_must_name_robots_that_exist() -> None:
+    """A host beyond the robot's particles is refused when the scene is made."""
+    env, bed = _bed("ocean")
+    scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
+    with pytest.raises(SceneError, match="hosts range"):
+        replace(scene, medium=sharing(bed, bed, np.full(bed.particle_count, 10**6)))

@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
-from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.settled import settled
 from zoobench.sim.solver import Solver
-from zoobench.spec import Ref
+from zoobench.spec import FRAME_SECONDS, Ref
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 FRAMES = 200

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from zoobench.episode import Evaluation
 from zoobench.methods.base import Champion, pack, unpack
-from zoobench.problem import Evaluation
 
 
 def _evaluation(score: float) -> Evaluation:

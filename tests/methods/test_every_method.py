@@ -96,7 +96,7 @@ def test_a_diverged_episode_cannot_win(name: str) -> None:
     problem = Quadratic(Budget("iterations", 20), diverges=lambda params: bool(params[1] > 0.0))
     solution = _run(name, problem, Context(1))
     assert solution.params[1] <= 0.0
-    assert solution.evaluation.divergence is None
+    assert solution.evaluation.failure is None
     assert solution.facts["diverged_evaluations"] == sum(params[1] > 0.0 for params in problem.seen) > 0
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from zoobench.episode import Episode, Evaluation
 from zoobench.errors import BudgetExhaustedError, Divergence
 from zoobench.meter import BudgetMeter
-from zoobench.problem import Episode, Evaluation
 from zoobench.spec import Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric, Motion
 

@@ -176,7 +176,7 @@ def test_divergence_error_speaks_for_its_divergence() -> None:
     """The error that a method sees carries the divergence and its text."""
     found = Divergence(0, 2, 15, "det F", -0.1, 0.0, 7, (0.1, 0.2, 0.3), "Lower the actuation.")
     error = DivergenceError(found)
-    assert error.divergence is found
+    assert error.failure is found
     assert "substep 15 (frame 2, world 0)" in str(error)
     assert "(0.1, 0.2, 0.3) m. Lower the actuation." in str(error)
 

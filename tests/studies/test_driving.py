@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from zoobench import registry
+from zoobench.controllers.sine_feedback import SineFeedback
+from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.driving import random_actuation, travelling_wave
@@ -25,3 +27,9 @@ def test_random_controllers_follow_the_seed() -> None:
     np.testing.assert_allclose(three[:, :1], random_actuation(driver, 4, 50, 1, seed=1), rtol=0, atol=1e-12)
     assert not np.array_equal(three[:, 0], three[:, 1])
     assert not np.array_equal(three, random_actuation(driver, 4, 50, 3, seed=2))
+
+
+def test_a_closed_loop_has_no_actuation_of_its_own() -> None:
+    """What acts by what it feels is refused with what to do instead."""
+    with pytest.raises(UsageError, match="open-loop"):
+        random_actuation(SineFeedback(), 4, 50, 1, seed=1)

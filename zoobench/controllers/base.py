@@ -1,6 +1,10 @@
-"""What a controller is: parameters to muscle activity, in torch."""
+"""What a controller is: parameters to muscle activity, in torch.
 
-from typing import TYPE_CHECKING, Protocol
+In an open loop it follows the clock, in a closed one what the robot feels as well. The parameters are one flat vector,
+the same for every method. Zeros leave every muscle at rest.
+"""
+
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +13,8 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class Controller(Protocol):
-    """A policy whose parameters are one flat vector, the same for every method. Zeros leave every muscle at rest."""
+class Parametrised(Protocol):
+    """What open and closed loops share."""
 
     def parameter_count(self, muscle_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles."""
@@ -19,6 +23,11 @@ class Controller(Protocol):
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
         """A draw from the prior `[parameter_count]`, from which every method starts."""
         ...
+
+
+@runtime_checkable
+class OpenLoop(Parametrised, Protocol):
+    """A controller that follows the clock alone."""
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity in [-1, 1] of every muscle `[frames, worlds, muscle_count]`, held constant over a control
@@ -30,3 +39,22 @@ class Controller(Protocol):
             muscle_count: how many muscles the robot has.
         """
         ...
+
+
+@runtime_checkable
+class ClosedLoop(Parametrised, Protocol):
+    """A controller that acts by what the robot feels of itself, once a control frame."""
+
+    def response(self, parameters: "Tensor", time: float, observation: "Tensor", muscle_count: int) -> "Tensor":
+        """Activity in [-1, 1] of every muscle `[muscle_count]`, held constant over the control frame.
+
+        Args:
+            parameters: `[parameter_count]`.
+            time: start of the frame [s].
+            observation: at that time, see `zoobench.observation.Senses`.
+            muscle_count: how many muscles the robot has.
+        """
+        ...
+
+
+Controller = OpenLoop | ClosedLoop

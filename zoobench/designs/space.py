@@ -36,6 +36,22 @@ class Form:
     muscle_membership: "Tensor"
     fibres: "Tensor"
 
+    def matter(self) -> "dict[str, Tensor]":
+        """The arrays that the simulator takes, by its own names.
+
+        Where matter is scarce it is soft and weak beyond its share: its elastic and active stress fall with the third
+        power of the occupancy, as in topology optimisation (SIMP, Bendsoe 1989; mass and volume with the first). What
+        is half there is worth less than half, so that bodies become clear; and thin matter gives way to a
+        flow around the body instead of holding on to it.
+        """
+        scarcity = self.occupancy**2
+        return {
+            "occupancy": self.occupancy,
+            "stiffness": self.stiffness * scarcity,
+            "muscle_membership": self.muscle_membership * scarcity[..., None],
+            "fibres": self.fibres,
+        }
+
 
 @runtime_checkable
 class DesignSpace(Protocol):

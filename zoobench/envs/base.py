@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
-from zoobench.envs.bed import Bed, lifted, without_overlap
+from zoobench.envs.bed import Bed, lifted, sharing, without_overlap
 from zoobench.envs.terrain import hills
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.fidelity import Fidelity
@@ -111,7 +111,7 @@ class Environment:
             robot=robot,
             lower=(0.0, 0.0, 0.0),
             upper=self.arena,
-            medium=self._fill(size, positions[body.occupancy > 0.5], fidelity),
+            medium=self._fill(size, robot, fidelity, shared=body.malleable),
             ground=Ground(self.friction, self.terrain),
             gravity=self.gravity,
         )
@@ -131,13 +131,21 @@ class Environment:
             return self.bed.thickness
         return max(0.0, (self.bed.thickness - float(body.positions[:, 1].max())) / 2)
 
-    def _fill(self, size: Array, robot: Array, fidelity: Fidelity) -> MediumBed | None:
+    def _fill(self, size: Array, robot: ElasticBody, fidelity: Fidelity, *, shared: bool) -> MediumBed | None:
+        """The medium; it makes room for a robot that stands in it, or shares the robot's places."""
         if self.bed is None:
             return None
         bed = self.bed.fill(size, -self.gravity[1], fidelity)
         if self.terrain is not None:
             bed = lifted(bed, self.terrain)
-        return bed if self.stance is Stance.STANDING else without_overlap(bed, robot, fidelity)
+        if self.stance is Stance.STANDING:
+            return bed
+        bed = without_overlap(bed, robot.positions[robot.occupancy > 0.5], fidelity)
+        if not shared:
+            return bed
+        hosts = np.flatnonzero(robot.positions[:, 1] < self.bed.thickness)
+        guests = self.bed.at_rest(robot.positions[hosts], robot.volumes[hosts], -self.gravity[1])
+        return sharing(bed, guests, hosts)
 
 
 def firm_environment(*, friction: float, relief: float, wavelength: float, terrain_seed: int) -> Environment:

@@ -1,6 +1,7 @@
 """Beds of a medium, level or on a terrain, at rest under their own weight."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +43,15 @@ class Bed:
         spacing = np.array([np.diff(np.unique(np.round(axis, 12))).min(initial=np.inf) for axis in lattice.T])
         reach = lattice.max(axis=0) + np.where(np.isfinite(spacing), spacing / 2, lattice.max(axis=0))
         positions = lattice * (box / reach)
-        volumes = np.full(len(positions), box.prod() / len(positions))
+        return self.at_rest(positions, np.full(len(positions), box.prod() / len(positions)), gravity)
+
+    def at_rest(self, positions: Array, room: Array, gravity: float) -> MediumBed:
+        """The bed's matter at `positions` `[n, 3]` [m], at rest there in so much `room` `[n]` [m^3]."""
         load = self.material.density * gravity * (self.thickness - positions[:, 1])
         strains = rest_strains(self.material, load)
         if isinstance(self.material, WaterMaterial):
-            volumes = volumes / np.exp(strains.sum(axis=1))
-        return MediumBed.at_rest(self.material, positions, volumes, strains)
+            room = room / np.exp(strains.sum(axis=1))
+        return MediumBed.at_rest(self.material, positions, room, strains)
 
 
 def rest_strains(material: Medium, load: Array) -> Array:
@@ -90,5 +94,18 @@ def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBe
     edge = fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3)
     distance, _ = KDTree(body).query(bed.positions, distance_upper_bound=edge)
     stays = ~(distance < _ROOM * edge)
-    kept = {item.name: getattr(bed, item.name) for item in fields(bed)}
-    return replace(bed, **{name: value[stays] for name, value in kept.items() if isinstance(value, np.ndarray)})
+    return replace(bed, **{name: value[stays] for name, value in _arrays(bed).items()})
+
+
+def sharing(bed: MediumBed, guests: MediumBed, hosts: NDArray[np.int64]) -> MediumBed:
+    """The bed with `guests`, particles that share the places of the robot's particles `hosts` `[n]`."""
+    alone = np.full(bed.particle_count, -1)
+    theirs = _arrays(guests)
+    joined: dict[str, Any] = {name: np.concatenate([mine, theirs[name]]) for name, mine in _arrays(bed).items()}
+    return replace(bed, **joined, hosts=np.concatenate([alone, hosts]))
+
+
+def _arrays(bed: MediumBed) -> dict[str, Any]:
+    """What it has of every particle, by name."""
+    values = {item.name: getattr(bed, item.name) for item in fields(bed)}
+    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}

@@ -8,8 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.errors import Divergence, DivergenceError
-from zoobench.problem import Evaluation, Problem
+from zoobench.episode import Evaluation
+from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable
+from zoobench.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -72,14 +73,17 @@ class Method(Protocol):
         ...
 
 
+_FAILURES: dict[str, type[Failure]] = {kind.__name__: kind for kind in (Divergence, Unbuildable)}
+
+
 @dataclass
 class Champion:
-    """The best evaluation so far; one that diverged, or whose score is no number, never wins."""
+    """The best evaluation so far; one that failed, or whose score is no number, never wins."""
 
     params: Array | None = None
     evaluation: Evaluation | None = None
     diverged: int = 0
-    last_divergence: Divergence | None = None
+    last_failure: Failure | None = None
 
     @property
     def score(self) -> float | None:
@@ -88,9 +92,9 @@ class Champion:
 
     def offer(self, params: Array, evaluation: Evaluation) -> None:
         """Take it if it is better; the earlier one wins a tie."""
-        if evaluation.divergence is not None:
+        if evaluation.failure is not None:
             self.diverged += 1
-            self.last_divergence = evaluation.divergence
+            self.last_failure = evaluation.failure
         elif np.isfinite(evaluation.score) and (self.score is None or evaluation.score > self.score):
             self.params, self.evaluation = params.copy(), evaluation
 
@@ -101,30 +105,30 @@ class Champion:
             DivergenceError: every evaluation diverged.
         """
         if self.params is None or self.evaluation is None:
-            if self.last_divergence is None:
+            if self.last_failure is None:
                 raise ValueError("A solution was asked for before anything was evaluated.")
-            raise DivergenceError(self.last_divergence)
+            raise DivergenceError(self.last_failure)
         return Solution(self.params, self.evaluation, {"diverged_evaluations": self.diverged, **facts})
 
     def state(self) -> dict[str, Any]:
         """Plain data for a checkpoint."""
-        last = self.last_divergence
+        last = self.last_failure
         return {
             "params": None if self.params is None else self.params.tolist(),
             "evaluation": None if self.evaluation is None else self.evaluation.state(),
             "diverged": self.diverged,
-            "last_divergence": None if last is None else vars(last),
+            "last_failure": None if last is None else [type(last).__name__, vars(last)],
         }
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> "Champion":
         """The inverse of `state`."""
-        params, evaluation, last = state["params"], state["evaluation"], state["last_divergence"]
+        params, evaluation, last = state["params"], state["evaluation"], state["last_failure"]
         return cls(
             None if params is None else np.array(params),
             None if evaluation is None else Evaluation.from_state(evaluation),
             state["diverged"],
-            None if last is None else Divergence(**last),
+            None if last is None else _FAILURES[last[0]](**last[1]),
         )
 
 

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
-from zoobench.problem import Evaluation, Problem
+from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ class DiffPhysics:
         readings = {"substeps": float(meter.substeps), "diverged": float(champion.diverged)}
         readings.update(ascent.counts())
         norms = [float(np.linalg.norm(slope)) for _, slope in results if np.isfinite(slope).all()]
-        scores = {i: item.score for i, (item, _) in enumerate(results) if item.divergence is None}
+        scores = {i: item.score for i, (item, _) in enumerate(results) if item.failure is None}
         if champion.score is not None:
             readings["score"] = champion.score
         if scores:
@@ -122,9 +123,9 @@ class _Ascent:
             point = self._points[index]
             self.champion.offer(self.points[index], evaluation)
             self._own_best[index].offer(self.points[index], evaluation)
-            healthy = evaluation.divergence is None and bool(np.isfinite(slope).all())
+            healthy = evaluation.failure is None and bool(np.isfinite(slope).all())
             point.grad = torch.as_tensor(self._clipped_slope(slope)) if healthy else None
-            self._unusable += int(not healthy and evaluation.divergence is None)
+            self._unusable += int(not healthy and evaluation.failure is None)
             if not healthy:
                 retreating.append(index)
         self._adam.step()

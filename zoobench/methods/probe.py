@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from zoobench import registry
+from zoobench.episode import Episode
 from zoobench.errors import UsageError
 from zoobench.methods.base import Array, Champion, RunContext, Solution, keep, resume
-from zoobench.problem import Episode, Problem
+from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.spec import Ref
 
@@ -69,11 +70,11 @@ class Probe:
         readings = {"diverged": float(champion.diverged)}
         if champion.score is not None:
             readings["score"] = champion.score
-        if episode.evaluation.divergence is None:
+        if episode.evaluation.failure is None:
             readings["score_current"] = episode.evaluation.score
             readings |= {f"score_{name}": _score(name, episode) for name in self._further()}
         context.report(number + 1, **readings)
-        if close and episode.evaluation.divergence is None:
+        if close and episode.evaluation.failure is None:
             for step, value in enumerate(episode.slope.tolist()):
                 if np.isfinite(value):
                     context.report(step, **{f"slope_{number}": value})

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import torch
 
-from zoobench.sim.rollout import FloatArray, Gradient, Rollout
+from zoobench.sim.rollout import FloatArray, Gradient, ReflexAdjoint, Rollout
 from zoobench.sim.state import IntArray, Parameters, empty_matter
 
 if TYPE_CHECKING:
@@ -33,12 +33,17 @@ class Adjoint:
         longest = max(int(self._counts[segment].sum(axis=0).max()) for segment in self._segments)
         self._tape = empty_matter(solver.scene, longest + 1, worlds, real, device)
         self._state = empty_matter(solver.scene, 1, worlds, real, device)
-        self._parameters = Parameters.zeros(worlds, robot, solver.particle_count, real, device)
+        medium = solver.scene.medium
+        # the mass of a medium depends on nothing, unless it gives way to the robot's
+        weighed = solver.particle_count if medium is not None and medium.hosts is not None else robot
+        self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""
         self._actuation = np.zeros(rollout.actuation.shape)
         self._membership = np.zeros(rollout.body["muscle_membership"].shape)
 
-    def run(self, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> Gradient:
+    def run(
+        self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, reflex: ReflexAdjoint | None = None
+    ) -> Gradient:
         """Walk back from the last frame to the first; `[frames + 1, worlds, robot, 3]` each."""
         solver, rollout = self._solver, self._rollout
         solver.set_body(rollout.body)
@@ -50,13 +55,19 @@ class Adjoint:
             for frame in reversed(self._segments[segment]):
                 self._reverse(segment, frame)
                 self._seed(frame, position_adjoint, velocity_adjoint)
+                if reflex is not None:
+                    self._seed_state(*reflex(frame, self._actuation[frame]))
         return self._collect()
 
     def _seed(self, frame: int, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> None:
+        self._seed_state(position_adjoint[frame], velocity_adjoint[frame])
+
+    def _seed_state(self, positions: FloatArray, velocities: FloatArray) -> None:
+        """Add pulls on the robot's present state, `[worlds, robot, 3]` each."""
         solver, count = self._solver, self._solver.robot_count
         alive = solver.alive[:, None, None]
-        self._state.x[0, :, :count] += solver.tensor(position_adjoint[frame]) * alive
-        self._state.v[0, :, :count] += solver.tensor(velocity_adjoint[frame]) * alive
+        self._state.x[0, :, :count] += solver.tensor(positions) * alive
+        self._state.v[0, :, :count] += solver.tensor(velocities) * alive
 
     def _first_slots(self, segment: int, frame: int) -> IntArray:
         """Slot of the tape at which each world begins a frame of a segment, `[worlds]`."""
@@ -112,8 +123,25 @@ class Adjoint:
             actuation=self._actuation,
             stiffness=array(self._parameters.stiffness),
             density_ratio=mass * body["occupancy"],
-            occupancy=mass * body["density_ratio"] + volume,
+            occupancy=mass * body["density_ratio"] + volume - self._displaced(),
             muscle_membership=self._membership,
             fibres=array(self._parameters.fibre[0]),
             fault=self._fault,
         )
+
+    def _displaced(self) -> np.ndarray:
+        """What the medium that shares the robot's place would be worth there, by the robot's particles
+        `[worlds, robot]`."""
+        solver = self._solver
+        medium, count = solver.scene.medium, solver.robot_count
+        worth = np.zeros((solver.worlds, count))
+        if medium is not None and medium.hosts is not None:
+            guests = medium.hosts >= 0
+            mass, volume = (
+                tensor[:, count:].cpu().double().numpy()[:, guests]
+                for tensor in (self._parameters.mass, self._parameters.volume)
+            )
+            pulls = (mass * medium.material.density + volume) * medium.volumes[guests]
+            for world in range(solver.worlds):
+                np.add.at(worth[world], medium.hosts[guests], pulls[world])
+        return worth

@@ -11,7 +11,7 @@ from zoobench.sim.state import IntArray
 from zoobench.sim.stepping import MOST_REFINEMENT, Condition, StepLimit, step_now
 
 if TYPE_CHECKING:
-    from zoobench.sim.rollout import Rollout
+    from zoobench.sim.rollout import Reflex, Rollout
     from zoobench.sim.solver import Solver
 
 
@@ -54,9 +54,16 @@ class Pace:
 
     Args:
         schedule: `[frames, worlds]` substeps to take; None to choose them.
+        reflex: fills the rollout's actuation as it goes; None if it is there already.
     """
 
-    def __init__(self, solver: "Solver", rollout: "Rollout", schedule: IntArray | None = None) -> None:
+    def __init__(
+        self,
+        solver: "Solver",
+        rollout: "Rollout",
+        schedule: IntArray | None = None,
+        reflex: "Reflex | None" = None,
+    ) -> None:
         self._solver, self._rollout = solver, rollout
         self._schedule = schedule
         if schedule is None and solver.fidelity.step:
@@ -64,6 +71,8 @@ class Pace:
         self._most = MOST_REFINEMENT * solver.substeps_per_frame
         self._before = solver.matter.copy_slot(0)
         self._surveyor = Surveyor(solver)
+        self._reflex = reflex
+        self._react(0)
         solver.set_tension(rollout, 0)
         self._conditions = self._surveyor.look()
 
@@ -78,7 +87,10 @@ class Pace:
             solver.advance(solver.matter, np.zeros_like(pending), pending, stride=0)
             solver.meter.forward += int(pending.sum())
             # the survey is also the look ahead: its stiffness is that of the actuation to come
-            solver.set_tension(rollout, min(frame + 1, rollout.frames - 1))
+            coming = min(frame + 1, rollout.frames - 1)
+            if coming > frame:
+                self._react(coming)
+            solver.set_tension(rollout, coming)
             self._conditions = self._surveyor.look()
             pending = self._go_back(frame, self._failures(frame))
             if pending.any():
@@ -88,6 +100,13 @@ class Pace:
                 self._look_for_tears(world, frame, condition)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
+
+    def _react(self, frame: int) -> None:
+        """The actuation of a frame that is about to begin; none in a world whose state means nothing."""
+        if self._reflex is not None:
+            self._solver.record(self._rollout, frame)
+            felt = self._rollout.positions[frame], self._rollout.velocities[frame]
+            self._rollout.actuation[frame] = np.nan_to_num(self._reflex(frame, *felt))
 
     def _go_back(self, frame: int, failed: dict[int, Finding]) -> IntArray:
         """Put failed worlds back to before the frame; substeps to repeat it with, 0 for the others and the given up."""
@@ -127,7 +146,7 @@ class Pace:
         solver, rollout = self._solver, self._rollout
         if world in rollout.tears or condition.stretch <= largest_separation(solver.fidelity):
             return
-        there = rollout.body["occupancy"][world] > 0.0
+        there = rollout.body["occupancy"][world] > 0.5
         now = solver.matter.x[0, world, : solver.robot_count].cpu().double().numpy()
         if finding := torn(separation(solver.scene.robot.positions[there], now[there]), solver.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())

@@ -250,7 +250,7 @@ def to_grid_adjoint(
     g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the robot's parameters."""
+    """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the parameters that have one."""
     stress = particle_stress(
         C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
     )
@@ -279,6 +279,9 @@ def to_grid_adjoint(
     C_adj[0, w, p] = m * rate_pull
     even = (0.5 * stress_factor) * (affine_pull + affine_pull.transpose())
     pull = volume[w, p] * even
+    if p < mass_adj.shape[1]:
+        mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (rate_pull * C[s, w, p]).sum()
+        volume_adj[w, p] += (even * stress).sum()
     if p < F.shape[2]:
         deform = F[s, w, p]
         F_pull = F_adj[0, w, p] + stiffness[w, p] * neo_hookean_adjoint(deform, pull, mu, lam)
@@ -290,8 +293,6 @@ def to_grid_adjoint(
         if ti.static(damping):
             C_adj[0, w, p] += viscous(pull, eta)
         F_adj[0, w, p] = F_pull
-        mass_adj[w, p] += mass_pull + momentum_pull.dot(v[s, w, p]) + (rate_pull * C[s, w, p]).sum()
-        volume_adj[w, p] += (even * stress).sum()
         stiffness_adj[w, p] += (pull * neo_hookean(deform, mu, lam)).sum()
     elif ti.static(law):
         medium_stress_adjoint(tau_adj, history_adj, C_adj, history, s, w, p - F.shape[2], p, pull, constants, law)

@@ -1,5 +1,6 @@
 """What a simulation gives back: the path of the robot, what went wrong, and the gradient."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,13 @@ from zoobench.errors import Divergence
 from zoobench.sim.state import IntArray, Matter
 
 FloatArray = NDArray[np.floating]
+
+Reflex = Callable[[int, FloatArray, FloatArray], NDArray[np.float64]]
+"""Gives the actuation `[worlds, muscles]` of a frame, from its number and the robot's positions and velocities at its
+beginning, `[worlds, robot, 3]` each."""
+
+ReflexAdjoint = Callable[[int, NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Pulls on the positions and velocities at the beginning of a frame, from its number and the pull on its actuation."""
 
 
 @dataclass

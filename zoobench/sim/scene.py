@@ -107,6 +107,8 @@ class MediumBed:
         history: `[particle_count]` what the law remembers: surplus (sand), plastic volume ratio (snow), J (water).
         stress: `[particle_count, 6]` Kirchhoff stress that goes with b [Pa]; not used by water.
         velocities: `[particle_count, 3]` [m/s]; None for rest.
+        hosts: `[particle_count]` the robot particle whose place it shares, -1 for none: it has the share of its volume
+            that the robot's occupancy leaves; None if none does.
     """
 
     material: Medium
@@ -116,6 +118,7 @@ class MediumBed:
     history: Array
     stress: Array
     velocities: Array | None = None
+    hosts: NDArray[np.int64] | None = None
 
     @property
     def particle_count(self) -> int:
@@ -184,6 +187,13 @@ class Scene:
         if self.ground is not None and self.lower[1] != 0.0:
             raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
         bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
+        if self.medium is not None and self.medium.hosts is not None:
+            hosts = self.medium.hosts
+            if hosts.min() < -1 or hosts.max() >= self.robot.particle_count:
+                raise SceneError(
+                    f"The medium's hosts range from {hosts.min()} to {hosts.max()}; the robot has the particles 0 to "
+                    f"{self.robot.particle_count - 1}, and -1 stands for none."
+                )
         for name, positions in bodies.items():
             outside = np.any((positions < self.lower) | (positions > self.upper), axis=1)
             if outside.any():
@@ -247,6 +257,8 @@ def _check_medium(medium: MediumBed) -> None:
     }
     if medium.velocities is not None:
         shapes["velocities"] = (count, 3)
+    if medium.hosts is not None:
+        shapes["hosts"] = (count,)
     for name, shape in shapes.items():
         _check_array("medium", name, getattr(medium, name), shape)
     if not count or medium.volumes.min() <= 0:

@@ -15,9 +15,9 @@ from zoobench.sim.boundary import WALL_NODES
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.pace import Pace, Surveyor
-from zoobench.sim.rollout import FloatArray, Gradient, Rollout, SubstepMeter
+from zoobench.sim.rollout import FloatArray, Gradient, Reflex, ReflexAdjoint, Rollout, SubstepMeter
 from zoobench.sim.scene import Effect, Scene
-from zoobench.sim.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter
+from zoobench.sim.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter, medium_share
 from zoobench.sim.stepping import StepLimit, choose_step
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
@@ -120,6 +120,7 @@ class Solver:
         body: BodyState | None = None,
         progress: Callable[[int], None] | None = None,
         schedule: IntArray | None = None,
+        reflex: Reflex | None = None,
     ) -> Rollout:
         """Simulate an episode from the scene's initial state.
 
@@ -128,6 +129,7 @@ class Solver:
             body: the design's arrays where they differ from the scene's robot.
             progress: called with the number of frames done.
             schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout; None to choose them.
+            reflex: gives each frame's actuation from the state at its beginning; that of `actuation` is not used.
 
         Raises:
             UsageError: an array of another shape, out of range or not finite.
@@ -141,13 +143,13 @@ class Solver:
             schedule = self._check_schedule(np.asarray(schedule), len(actuation))
         rollout = self._new_rollout(actuation, arrays)
         self._rewind()
-        self._record(rollout, 0)
-        pace = Pace(self, rollout, schedule)
+        self.record(rollout, 0)
+        pace = Pace(self, rollout, schedule, reflex)
         for frame in range(rollout.frames):
             if rollout.interval and frame % rollout.interval == 0:
                 rollout.checkpoints.append(self.matter.copy_slot(0))
             pace.frame(frame)
-            self._record(rollout, frame + 1)
+            self.record(rollout, frame + 1)
             if progress is not None:
                 progress(frame + 1)
             if not self.alive.any():
@@ -183,8 +185,16 @@ class Solver:
                 energy = 0.0
         return Matter(*(tensor[:, :1].clone() for tensor in self.matter.tensors()))
 
-    def backward(self, rollout: Rollout, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> Gradient:
+    def backward(
+        self,
+        rollout: Rollout,
+        position_adjoint: FloatArray,
+        velocity_adjoint: FloatArray,
+        reflex: ReflexAdjoint | None = None,
+    ) -> Gradient:
         """Derivatives of a scalar whose derivatives by the path are given, `[frames + 1, worlds, robot, 3]` each.
+
+        A rollout with a reflex needs its adjoint.
 
         Raises:
             UsageError: the solver was made without gradients.
@@ -192,7 +202,7 @@ class Solver:
         self._check_runtime()
         if not self.gradients:
             raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
-        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint))
+        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), reflex)
 
     def reset(self, body: BodyState | None = None) -> None:
         """Go back to the initial state at rest of all muscles, for a study that moves on by `substeps`."""
@@ -247,8 +257,9 @@ class Solver:
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[0] = self.tensor(arrays["fibres"])
         if medium is not None:
-            self.parameters.volume[:, count:] = self.tensor(medium.volumes)
-            self.parameters.mass[:, count:] = self.tensor(medium.volumes * medium.material.density)
+            room = medium.volumes * medium_share(medium, arrays["occupancy"])
+            self.parameters.volume[:, count:] = self.tensor(room)
+            self.parameters.mass[:, count:] = self.tensor(room * medium.material.density)
 
     def _check_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
         bounds = {
@@ -303,7 +314,7 @@ class Solver:
         return Rollout(
             positions=np.zeros(shape, kind),
             velocities=np.zeros(shape, kind),
-            actuation=actuation,
+            actuation=actuation.copy(),
             muscle_potential=np.zeros((frames + 1, self.worlds, self.muscle_count)),
             body=arrays,
             divergences={},
@@ -338,7 +349,8 @@ class Solver:
             share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
             self.parameters.tension[:] = self.tensor(share * self.scene.robot.material.muscle_strength)
 
-    def _record(self, rollout: Rollout, frame: int) -> None:
+    def record(self, rollout: Rollout, frame: int) -> None:
+        """Put the robot's present state into the rollout as that at the beginning of a frame."""
         count = self.robot_count
         rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
         rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.sim.matter import Law
-from zoobench.sim.scene import Array, Scene
+from zoobench.sim.scene import Array, MediumBed, Scene
 
 IntArray = NDArray[np.int64]
 
@@ -171,6 +171,15 @@ class BodyState:
             else np.repeat(np.asarray(getattr(scene.robot, item.name), dtype=np.float64)[None], worlds, axis=0)
             for item in fields(self)
         }
+
+
+def medium_share(medium: MediumBed, occupancy: Array) -> Array:
+    """Share of its volume that every medium particle has `[worlds, particles]`, by the robot's `[worlds, robot]`."""
+    share = np.ones((len(occupancy), medium.particle_count))
+    if medium.hosts is not None:
+        guests = medium.hosts >= 0
+        share[:, guests] = 1.0 - occupancy[:, medium.hosts[guests]]
+    return share
 
 
 def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str) -> Matter:

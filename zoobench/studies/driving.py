@@ -1,14 +1,11 @@
 """Actuation for studies that compare no methods: a plain wave, or controllers with random parameters."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.problem import FRAME_SECONDS
-
-if TYPE_CHECKING:
-    from zoobench.controllers.base import Controller
+from zoobench.controllers.base import Controller, OpenLoop
+from zoobench.errors import UsageError
+from zoobench.spec import FRAME_SECONDS
 
 Array = NDArray[np.float64]
 
@@ -21,10 +18,19 @@ def travelling_wave(frames: int, muscle_count: int) -> Array:
     return actuation
 
 
-def random_actuation(controller: "Controller", muscle_count: int, frames: int, worlds: int, seed: int) -> Array:
-    """Of the controller with random parameters in every world, `[frames, worlds, muscle_count]`."""
+def random_actuation(controller: Controller, muscle_count: int, frames: int, worlds: int, seed: int) -> Array:
+    """Of the controller with random parameters in every world, `[frames, worlds, muscle_count]`.
+
+    Raises:
+        UsageError: the controller acts by what the robot feels.
+    """
     import torch
 
+    if not isinstance(controller, OpenLoop):
+        raise UsageError(
+            "A controller in a closed loop has no actuation before the robot has moved, but this study asks for one. "
+            "Give a controller with the tag open-loop; `zoobench list controllers` has the tags."
+        )
     rng = np.random.default_rng(seed)
     parameters = torch.as_tensor(np.array([controller.initial(rng, muscle_count) for _ in range(worlds)]))
     times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS

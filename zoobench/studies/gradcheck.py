@@ -84,12 +84,10 @@ def _rows(cell: Cell, frames: int, rng: np.random.Generator, directions: int) ->
     """All groups at one horizon."""
     base = cell.base(frames)
     run = cell.run(base)
-    gradient = cell.gradient(run)
+    slopes, fault = cell.gradient(run, base)
     middle = cell.objective(run)
-    for group in GROUPS:
-        slope: Array = getattr(gradient, group)
-        if not slope.size:
-            continue
+    for group in (name for name in GROUPS if name in slopes and slopes[name].size):
+        slope = slopes[group]
         found = [
             _along(cell, base, run.counts, group, slope, _direction(rng, slope.shape), middle)
             for _ in range(directions)
@@ -106,7 +104,7 @@ def _rows(cell: Cell, frames: int, rng: np.random.Generator, directions: int) ->
             difference=difference,
             relative_error=error,
             kinks=sum(one[3] for one in found) / directions,
-            fault=gradient.fault,
+            fault=fault,
         )
 
 

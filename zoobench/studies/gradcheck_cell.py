@@ -8,23 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.motion import motion_of
-from zoobench.problem import FRAME_SECONDS
+from zoobench.controllers.base import ClosedLoop
+from zoobench.errors import SceneError, Unbuildable
+from zoobench.motion import MotionPull, motion_of
+from zoobench.reflexes import Reflexes
 from zoobench.registry import Kind
-from zoobench.spec import Ref
+from zoobench.robot import Built, Robot
+from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
-    from zoobench.designs.base import Body
     from zoobench.envs.base import Environment
-    from zoobench.sim.rollout import Gradient, Rollout
+    from zoobench.sim.rollout import Rollout
     from zoobench.sim.solver import BodyState
 
 Array = NDArray[np.float64]
 Arrays = dict[str, Array]
 Counts = NDArray[np.int64]
 
-GROUPS = ("actuation", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
+ARRAYS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
+GROUPS = ("actuation", "controller", *ARRAYS, "design")
+"""Groups of parameters: `controller` stands for those of a closed loop, which the actuation follows from, and `design`
+for those of a design space, which the arrays follow from."""
 
 NUDGE = 1e-6
 """Displacement of the initial state whose growth is followed, as a share of the grid spacing."""
@@ -60,8 +65,8 @@ class Cell:
         grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
-        self._body: Body = registry.create(Kind.DESIGN, design).body(grid)
-        scene = environment.scene(self._body, grid)
+        self._robot = Robot.of(registry.create(Kind.DESIGN, design), registry.create(Kind.CONTROLLER, controller), grid)
+        scene = environment.scene(self._robot.body, grid)
         start = settled(scene, grid, environment.settling_frames, frame_seconds=FRAME_SECONDS)
         # bounds a little beyond the design's own values, so that there is a slope on both sides
         self._solver = Solver(
@@ -73,10 +78,9 @@ class Cell:
             stiffness_max=1.1,
             density_ratio_min=0.9,
         )
-        self._masses = self._body.masses(environment.robot.density)
-        self._controller = registry.create(Kind.CONTROLLER, controller)
-        self._parameters = self._controller.initial(np.random.default_rng(seed), self._solver.muscle_count)
-        self._design = {
+        self._density = environment.robot.density
+        self._parameters = self._robot.initial(np.random.default_rng(seed))
+        self._arrays = {
             "stiffness": scene.robot.stiffness[None],
             "density_ratio": scene.robot.density_ratio[None],
             "occupancy": 0.9 * scene.robot.occupancy[None],
@@ -95,13 +99,16 @@ class Cell:
         return sorted({int(np.searchsorted(taken, horizon)) + 1 for horizon in horizons})
 
     def base(self, frames: int) -> Arrays:
-        """The parameters about which derivatives are taken: the design's arrays, and a controller's actuation."""
-        import torch
+        """The parameters about which derivatives are taken, of what moves the body and of the body.
 
-        count = self._solver.muscle_count
-        times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
-        parameters = torch.as_tensor(self._parameters)[None]
-        return {"actuation": 0.9 * self._controller.actuation(parameters, times, count).numpy(), **self._design}
+        The former are the actuation, or the parameters of a controller in a closed loop (the actuation is then an empty
+        frame for what it does); the latter are the design's arrays, or the parameters of a design space.
+        """
+        control, design = np.split(self._parameters, [self._robot.control_count])
+        groups = self._arrays if self._robot.space is None else {"design": design}
+        if self._closes_loop:
+            return {"actuation": np.zeros((frames, 1, self._solver.muscle_count)), "controller": control, **groups}
+        return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
 
     def run(self, arrays: Arrays, schedule: Counts | None = None) -> "Rollout":
         """An episode with these parameters, in steps of its own choice or as another took them.
@@ -112,8 +119,12 @@ class Cell:
         from zoobench.errors import DivergenceError
         from zoobench.sim.solver import BodyState
 
-        body = BodyState(**{name: value for name, value in arrays.items() if name != "actuation"})
-        rollout = self._solver.run(arrays["actuation"], body, schedule=schedule)
+        built = self._build(arrays)
+        body = {name: arrays[name] for name in ARRAYS if name in arrays}
+        body |= {name: value.detach().numpy() for name, value in built.matter.items()}
+        reflexes = self._reflexes(built)
+        reflex = reflexes.act if reflexes else None
+        rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, reflex=reflex)
         if rollout.divergences:
             raise DivergenceError(rollout.divergences[0])
         return rollout
@@ -131,18 +142,23 @@ class Cell:
         except DivergenceError:
             return np.nan
 
-    def gradient(self, rollout: "Rollout") -> "Gradient":
-        """Of the objective, by all parameters."""
-        import torch
-
+    def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
+        """Of the objective by every group of parameters that the rollout was made with, and where it has a fault."""
+        built, count = self._build(arrays), self._robot.control_count
+        reflexes = self._reflexes(built)
         motion = self._motion(rollout, leaf=True)
-        pulls = torch.autograd.grad(
-            self._task.objective(motion).sum(),
-            (motion.positions, motion.velocities),
-            allow_unused=True,
-            materialize_grads=True,
-        )
-        return self._solver.backward(rollout, pulls[0].numpy(), pulls[1].numpy())
+        direct = MotionPull.of(self._task.objective(motion).sum(), motion)
+        reflex = reflexes.adjoint(rollout) if reflexes else None
+        found = self._solver.backward(rollout, direct.positions, direct.velocities, reflex)
+        pulls = {name: getattr(found, name) for name in ("actuation", *ARRAYS)}
+        pulls["occupancy"] = found.occupancy + direct.by_occupancy(rollout, self._robot.body, self._density)
+        pulls["density_ratio"] = found.density_ratio + direct.by_density_ratio(rollout, self._robot.body, self._density)
+        parameters = built.slope({name: pulls[name][0] for name in built.matter})
+        if reflexes:
+            parameters += reflexes.slopes[0]
+            del pulls["actuation"]
+        pulls["controller"], pulls["design"] = np.split(parameters, [count])
+        return {name: pull for name, pull in pulls.items() if name in arrays}, found.fault
 
     def separation(self, frames: int, rng: np.random.Generator, nudge: float = NUDGE) -> tuple[Counts, Array]:
         """How two episodes part whose initial states differ by `nudge` grid spacings, in the steps of the one.
@@ -170,7 +186,31 @@ class Cell:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
-        return motion_of(rollout, self._body, self._masses, slice(None), FRAME_SECONDS, gradient=leaf)
+        return motion_of(rollout, self._robot.body, self._density, slice(None), FRAME_SECONDS, gradient=leaf)
+
+    @property
+    def _closes_loop(self) -> bool:
+        return isinstance(self._robot.controller, ClosedLoop)
+
+    def _reflexes(self, built: Built) -> Reflexes | None:
+        controller = self._robot.controller
+        return Reflexes(self._robot, controller, [built]) if isinstance(controller, ClosedLoop) else None
+
+    def _build(self, arrays: Arrays, frames: int = 0) -> Built:
+        """The robot for groups of parameters; those of controller and design space are drawn where not given.
+
+        Raises:
+            SceneError: it cannot be built.
+        """
+        import torch
+
+        control, design = np.split(self._parameters, [self._robot.control_count])
+        row = np.concatenate([arrays.get("controller", control), arrays.get("design", design)])
+        times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
+        built = self._robot.build(torch.tensor(row[None], requires_grad=True), times)
+        if built.fault:
+            raise SceneError(str(Unbuildable(built.fault)))
+        return built
 
 
 def _body_state(rollout: "Rollout") -> "BodyState":

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
-from zoobench.spec import Ref
+from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.studies.driving import random_actuation
 
 if TYPE_CHECKING:

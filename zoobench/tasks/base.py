@@ -34,6 +34,8 @@ class Motion:
         head, tail: 1 where a particle is labelled so, else 0 `[particle_count]`.
         muscle_work: work that every muscle did on the body in every frame `[frames, worlds, muscle_count]` [J];
             negative where the body stretched it. It carries no gradient.
+        presence: how much of every particle exists, in [0, 1] `[worlds, particle_count]`; None for all of what has
+            mass.
     """
 
     positions: "Tensor"
@@ -44,11 +46,15 @@ class Motion:
     head: "Tensor"
     tail: "Tensor"
     muscle_work: "Tensor"
+    presence: "Tensor | None" = None
 
     @property
     def existing(self) -> "Tensor":
-        """1 where a particle has mass, else 0 `[worlds, particle_count]`."""
-        return (self.masses > 0).to(self.positions.dtype)
+        """How much of a particle counts: all of one with mass, none of one without, a share between them.
+
+        `[worlds, particle_count]`.
+        """
+        return (self.masses > 0).to(self.positions.dtype) if self.presence is None else self.presence
 
     def clock(self) -> "Tensor":
         """Simulated time of every state `[frames + 1]` [s], each the product of two exact numbers: it never drifts."""
@@ -57,7 +63,7 @@ class Motion:
         return torch.arange(len(self.positions), dtype=self.positions.dtype) * self.frame_seconds
 
     def mean_over_existing(self, values: "Tensor") -> "Tensor":
-        """Plain average over the existing particles, the third axis of `values`."""
+        """Average over the existing particles, the third axis of `values`, each by how much of it exists."""
         existing = self.existing.reshape(1, *self.existing.shape, *(1,) * (values.dim() - 3))
         return (values * existing).sum(dim=2) / existing.sum(dim=2)
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.db.rows import RunState, StudyRow
 from zoobench.errors import UsageError
-from zoobench.problem import FRAME_SECONDS
 from zoobench.registry import Kind
-from zoobench.spec import Ref
+from zoobench.spec import FRAME_SECONDS, Ref
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader

@@ -1,0 +1,130 @@
+"""What a parameter vector makes of a robot: the activity of its muscles and, in a design space, its body."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.controllers.base import Controller, OpenLoop
+from zoobench.designs.base import Body, Design
+from zoobench.designs.soundness import Soundness, sound
+from zoobench.designs.space import DesignSpace
+from zoobench.sim.fidelity import Fidelity
+from zoobench.tasks.base import Metric
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Built:
+    """One robot as a function of its parameters: what the simulator takes, still tied to them.
+
+    Attributes:
+        row: `[1, parameter_count]`, the leaf of a gradient.
+        activity: `[frames, 1, muscles]`; in a closed loop all zero, since it follows from the motion.
+        matter: the body's arrays by the simulator's names; none for a body that is what it is.
+        soundness: what a body from a design space is worth as one; None for another.
+        volumes: `[particle_count]` of the particles if they are all there [m^3].
+    """
+
+    row: "Tensor"
+    activity: "Tensor"
+    matter: "dict[str, Tensor]"
+    soundness: Soundness | None
+    volumes: Array
+
+    @property
+    def fault(self) -> str:
+        """Why it cannot be built; empty if it can."""
+        return "" if self.soundness is None else self.soundness.fault
+
+    def metrics(self) -> dict[str, Metric]:
+        """What there is to say about a body from a design space.
+
+        * `body_volume`: of all that is there; `components`: pieces of solid matter, before all but the largest were
+          taken away; `mass_kept`: the largest piece's share of their mass.
+        """
+        if self.soundness is None:
+            return {}
+        return {
+            "body_volume": Metric(float((self.matter["occupancy"].detach()[0].numpy() * self.volumes).sum()), "m^3"),
+            "components": Metric(float(self.soundness.components), "1"),
+            "mass_kept": Metric(self.soundness.mass_kept, "1"),
+        }
+
+    def slope(self, pulls: dict[str, Array]) -> Array:
+        """The gradient `[parameter_count]` for pulls on the activity and on the arrays of the body, by their names.
+
+        What is not pulled at may be left out.
+        """
+        import torch
+
+        outputs = {"activity": self.activity[:, 0], **{name: value[0] for name, value in self.matter.items()}}
+        graded = {name: value for name, value in outputs.items() if name in pulls and value.requires_grad}
+        if not graded:
+            return np.zeros(self.row.shape[1])
+        weights = [torch.as_tensor(pulls[name]) for name in graded]
+        (slope,) = torch.autograd.grad(list(graded.values()), self.row, weights)
+        found: Array = slope[0].numpy()
+        return found
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A brain and a body that share one parameter vector: the controller's part, then the design space's.
+
+    Attributes:
+        controller: what moves the muscles.
+        body: at rest; in a design space the workspace.
+        space: what gives the body its form, or None for a body that is what it is.
+    """
+
+    controller: Controller
+    body: Body
+    space: DesignSpace | None
+
+    @classmethod
+    def of(cls, design: Design, controller: Controller, fidelity: Fidelity) -> "Robot":
+        """The robot of a design at this fidelity.
+
+        Raises:
+            SceneError: the fidelity is too coarse to hold any of the body.
+        """
+        return cls(controller, design.body(fidelity), design if isinstance(design, DesignSpace) else None)
+
+    @property
+    def control_count(self) -> int:
+        """Length of the controller's part."""
+        return self.controller.parameter_count(self.body.muscle_count)
+
+    @property
+    def parameter_count(self) -> int:
+        """Length of the whole vector."""
+        return self.control_count + (self.space.parameter_count(self.body) if self.space else 0)
+
+    def initial(self, rng: np.random.Generator) -> Array:
+        """A draw from the priors of both parts `[parameter_count]`."""
+        control = self.controller.initial(rng, self.body.muscle_count)
+        return np.concatenate([control, self.space.initial(rng, self.body)]) if self.space else control
+
+    def at_rest(self, parameters: Array) -> Array:
+        """The same body with a controller of zeros, which leaves every muscle at rest `[parameter_count]`."""
+        return np.concatenate([np.zeros(self.control_count), parameters[self.control_count :]])
+
+    def build(self, row: "Tensor", times: "Tensor") -> Built:
+        """The robot for the parameters `row` `[1, parameter_count]`, its muscles at the frames' `times` `[frames]` [s].
+
+        It may have a fault and then makes no episode.
+        """
+        activity = row.new_zeros((len(times), 1, self.body.muscle_count))
+        if isinstance(self.controller, OpenLoop):
+            activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
+        if self.space is None:
+            return Built(row, activity, {}, None, self.body.volumes)
+        form = self.space.form(row[:, self.control_count :], self.body)
+        form, (soundness,) = sound(form, self.body, self.space.connected)
+        return Built(row, activity, form.matter(), soundness, self.body.volumes)
