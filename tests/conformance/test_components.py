@@ -26,9 +26,11 @@ def _is_fast(env: str, task: str, design: str) -> bool:
     return design == "caterpillar" or (env in ("ground", "ocean") and task == "movement-speed")
 
 
+# design spaces join when a problem can move their parameters
+FIXED = [name for name in DESIGNS if "space" not in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
     pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
-    for names in itertools.product(ENVS, TASKS, DESIGNS)
+    for names in itertools.product(ENVS, TASKS, FIXED)
 ]
 ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
@@ -72,7 +74,7 @@ def test_a_body_is_whole(name: str, particles_per_cell: int) -> None:
 
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_a_controller_is_a_differentiable_map_into_the_range(name: str) -> None:
-    """Activity has its shape, stays in [-1, 1], is none for zeros, and every parameter matters somewhere."""
+    """Activity has its shape, stays in [-1, 1], is none for zeros, and every parameter, if any, matters somewhere."""
     controller = registry.create(Kind.CONTROLLER, Ref(name))
     draws = [controller.initial(np.random.default_rng(seed), 3) for seed in range(2)]
     assert draws[0].shape == (controller.parameter_count(3),)
@@ -81,7 +83,8 @@ def test_a_controller_is_a_differentiable_map_into_the_range(name: str) -> None:
     activity = controller.actuation(params, times, 3)
     assert activity.shape == (40, 2, 3)
     assert activity.abs().max().item() <= 1.0
-    assert not controller.actuation(torch.zeros_like(params), times, 3).any()
+    if params.numel():
+        assert not controller.actuation(torch.zeros_like(params), times, 3).any()
     weights = torch.as_tensor(np.random.default_rng(0).normal(size=activity.shape))
     (slope,) = torch.autograd.grad((activity * weights).sum(), params)
     assert (slope != 0.0).all()

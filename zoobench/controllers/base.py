@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
 
 class Controller(Protocol):
-    """A policy whose parameters are one flat vector, the same for every method. Zeros leave every muscle at rest."""
+    """A policy whose parameters are one flat vector, the same for every method. Zeros leave every muscle at rest, if
+    there are parameters at all."""
 
     def parameter_count(self, muscle_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles."""
