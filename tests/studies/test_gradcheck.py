@@ -36,6 +36,16 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
+@pytest.mark.parametrize("env", ["ground", "ocean"])
+def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
+    """Through form, mass, the water that gives way and what the score counts, as central differences have it."""
+    body = next(iter(cells([Ref(env)], [Ref("turning")], design=Ref("voxel"))))
+    rows = {row.group: row for row in gradcheck(body, (40,), directions=2)}
+    assert rows.keys() == {"actuation", "design"}
+    assert rows["design"].relative_error < 1e-5
+    assert rows["design"].gradient_norm > 0.0
+
+
 def test_the_first_adjoint_that_is_not_finite_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Substep, particle and quantity are given, and the row is not right however well the numbers agree."""
     seed = Adjoint._seed

@@ -1,7 +1,7 @@
 """What a controller is: parameters to muscle activity, in torch.
 
 In an open loop it follows the clock, in a closed one what the robot feels as well. The parameters are one flat vector,
-the same for every method. Zeros leave every muscle at rest.
+the same for every method. Zeros leave every muscle at rest, if there are parameters at all.
 """
 
 from typing import TYPE_CHECKING, Protocol, runtime_checkable

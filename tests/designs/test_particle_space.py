@@ -1,0 +1,42 @@
+"""The particle-based space: each particle is moved by its own numbers alone."""
+
+import numpy as np
+import torch
+
+from zoobench.designs.particle_space import ParticleSpace
+from zoobench.sim.fidelity import Fidelity
+
+SPACE = ParticleSpace()
+BODY = SPACE.body(Fidelity(1 / 32))
+
+
+def test_it_is_the_formula() -> None:
+    """Sigmoid, sigmoid above the least stiffness, softmax; by hand for one particle."""
+    rows = np.random.default_rng(0).normal(size=(BODY.particle_count, 2 + BODY.muscle_count))
+    form = SPACE.form(torch.as_tensor(rows.reshape(1, -1)), BODY)
+    for particle in (0, 17, 71):
+        fullness, firmness, *muscles = rows[particle]
+        powers = np.exp(muscles)
+        np.testing.assert_allclose(form.occupancy[0, particle], 1 / (1 + np.exp(-fullness)), rtol=1e-12)
+        np.testing.assert_allclose(form.stiffness[0, particle], 0.05 + 0.95 / (1 + np.exp(-firmness)), rtol=1e-12)
+        np.testing.assert_allclose(form.muscle_membership[0, particle], powers / powers.sum(), rtol=1e-12)
+
+
+def test_a_particle_is_its_own() -> None:
+    """Each occupancy depends on one parameter."""
+    start = torch.as_tensor(SPACE.initial(np.random.default_rng(0), BODY)[None])
+    jacobian = torch.autograd.functional.jacobian(lambda rows: SPACE.form(rows, BODY).occupancy[0], start)[:, 0]
+    assert ((jacobian != 0.0).sum(dim=1) == 1).all()
+    assert ((jacobian != 0.0).sum(dim=0) <= 1).all()
+
+
+def test_the_prior_is_near_the_base() -> None:
+    """Nearly full, firm, and every particle keeps the muscle that it had."""
+    draws = np.array([SPACE.initial(np.random.default_rng(seed), BODY) for seed in range(50)])
+    form = SPACE.form(torch.as_tensor(draws), BODY)
+    low, middle, high = np.quantile(form.occupancy, [0.05, 0.5, 0.95])
+    assert 0.8 < low < middle < high < 0.95
+    low, high = np.quantile(form.stiffness, [0.05, 0.95])
+    assert 0.5 < low < high < 0.9
+    own = BODY.muscle_membership.argmax(axis=1)
+    assert (form.muscle_membership.argmax(dim=2).numpy() == own).mean() > 0.99

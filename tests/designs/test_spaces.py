@@ -1,0 +1,152 @@
+"""What every design space owes: shapes, ranges, exact gradients, independent worlds, and a sound start."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial import KDTree
+
+from zoobench import registry
+from zoobench.designs.base import Body
+from zoobench.designs.soundness import sound
+from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form
+from zoobench.errors import UsageError
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
+
+SPACES = [name for name in registry.names(Kind.DESIGN) if "space" in registry.get(Kind.DESIGN, name).tags]
+SMOKE, DRAFT, TINY = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 32, particles_per_cell=1)
+
+every_space = pytest.mark.parametrize("name", SPACES)
+
+
+def made(name: str, **params: str) -> DesignSpace:
+    """A registered space."""
+    space = registry.create(Kind.DESIGN, Ref(name, params=tuple(params.items())))
+    assert isinstance(space, DesignSpace)
+    return space
+
+
+def draws(space: DesignSpace, body: Body, count: int) -> torch.Tensor:
+    """Draws from the prior `[count, parameter_count]`, with gradients."""
+    rows = [space.initial(np.random.default_rng(seed), body) for seed in range(count)]
+    return torch.tensor(np.array(rows), requires_grad=True)
+
+
+def parts(form: Form) -> tuple[torch.Tensor, ...]:
+    """All tensors of a form."""
+    return form.occupancy, form.stiffness, form.muscle_membership, form.fibres
+
+
+@every_space
+@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT], ids=["smoke", "draft"])
+@pytest.mark.parametrize("base", ["block", "caterpillar"])
+def test_a_form_has_its_shapes_and_ranges(name: str, fidelity: Fidelity, base: str) -> None:
+    """Double precision, occupancy in [0, 1], stiffness in (0, 1], shares that add up to 1, fibres of unit length."""
+    space = made(name, base=base)
+    body = space.body(fidelity)
+    assert body.malleable
+    parameters = draws(space, body, 3)
+    assert parameters.shape == (3, space.parameter_count(body))
+    form = space.form(parameters, body)
+    assert form.occupancy.shape == form.stiffness.shape == (3, body.particle_count)
+    assert form.muscle_membership.shape == (3, body.particle_count, body.muscle_count)
+    assert form.fibres.shape == (3, body.particle_count, 3)
+    assert all(part.dtype == torch.float64 and part.isfinite().all() for part in parts(form))
+    occupancy, stiffness, membership, fibres = (part.detach().numpy() for part in parts(form))
+    assert 0.0 <= occupancy.min() <= occupancy.max() <= 1.0
+    assert LEAST_STIFFNESS <= stiffness.min() <= stiffness.max() <= 1.0
+    assert (membership >= 0.0).all()
+    np.testing.assert_allclose(membership.sum(axis=2), 1.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(fibres, axis=2), 1.0, atol=1e-12)
+
+
+@every_space
+@pytest.mark.parametrize("base", ["block", "caterpillar"])
+def test_a_draw_from_the_prior_is_a_sound_body(name: str, base: str) -> None:
+    """At first there is a body in one piece, and its muscles differ: alike, they could not bend it."""
+    space = made(name, base=base)
+    for fidelity in (SMOKE, DRAFT):
+        body = space.body(fidelity)
+        form, reports = sound(space.form(draws(space, body, 8), body), body, connected=False)
+        assert all(report.components == 1 and report.mass_kept == 1.0 and not report.fault for report in reports)
+        assert form.muscle_membership.std(dim=1).mean() > 0.1
+
+
+@every_space
+def test_gradients_are_slopes(name: str) -> None:
+    """Of all that a form has, in random directions, against central differences."""
+    space = made(name)
+    body = space.body(TINY)
+    start = draws(space, body, 2).detach()
+    directions = torch.as_tensor(np.random.default_rng(9).normal(size=(5, *start.shape)))
+
+    def varied(steps: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        form = space.form(start + torch.einsum("d,dwp->wp", steps, directions), body)
+        return tuple(part for part in parts(form) if part.requires_grad)
+
+    steps = torch.zeros(5, dtype=torch.float64, requires_grad=True)
+    assert len(varied(steps)) >= 3
+    assert torch.autograd.gradcheck(varied, steps, eps=1e-6, atol=1e-7, rtol=1e-6)
+
+
+@every_space
+def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
+    """Where matter has been taken away, next to what is left, a slope says how to bring it back."""
+    space = made(name)
+    body = space.body(SMOKE)
+    parameters = draws(space, body, 1)
+    wanted = torch.as_tensor(np.where(body.positions[:, 0] > 0.0, 0.2, 0.9))
+    descent = torch.optim.Adam([parameters], lr=0.1)
+    for _ in range(60):
+        missing = space.form(parameters, body).occupancy[0] - wanted
+        (parameters.grad,) = torch.autograd.grad((missing**2).sum(), parameters)
+        descent.step()
+    form, _ = sound(space.form(parameters, body), body, connected=True)
+    solid = form.occupancy[0].detach().numpy() > 0.5
+    near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 / 64
+    surface = np.flatnonzero(near & ~solid)
+    assert len(surface) > 3
+    for particle in surface:
+        (slope,) = torch.autograd.grad(form.occupancy[0, particle], parameters, retain_graph=True)
+        assert slope.abs().max() > 1e-4
+
+
+@every_space
+def test_worlds_do_not_depend_on_each_other(name: str) -> None:
+    """A form and its slope in a batch are, bit for bit, what they are alone."""
+    space = made(name)
+    body = space.body(DRAFT)
+    together = draws(space, body, 3)
+    rng = np.random.default_rng(4)
+    pulls = [torch.as_tensor(rng.normal(size=part.shape[1:])) for part in parts(space.form(together, body))]
+
+    def slope(parameters: torch.Tensor) -> torch.Tensor:
+        values = zip(parts(space.form(parameters, body)), pulls, strict=True)
+        return torch.autograd.grad(sum((part * pull).sum() for part, pull in values), parameters)[0]
+
+    slopes = slope(together)
+    for world in range(3):
+        alone = together[world : world + 1].detach().clone().requires_grad_()
+        for whole, one in zip(parts(space.form(together, body)), parts(space.form(alone, body)), strict=True):
+            assert torch.equal(whole[world], one[0])
+        assert torch.equal(slopes[world], slope(alone)[0])
+
+
+@every_space
+def test_the_prior_is_a_function_of_the_generator(name: str) -> None:
+    """Equal seeds give equal draws and forms, others others."""
+    space = made(name)
+    body = space.body(SMOKE)
+    first, again, other = (space.initial(np.random.default_rng(seed), body) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).mean() > 0.5
+    forms = [space.form(torch.as_tensor(row[None]), body) for row in (first, again)]
+    assert all(torch.equal(one, two) for one, two in zip(*map(parts, forms), strict=True))
+
+
+@every_space
+def test_a_space_is_no_base(name: str) -> None:
+    """A workspace is taken from a fixed body; the message says which to give."""
+    with pytest.raises(UsageError, match=r"is a design space.*base=block"):
+        made("particle", base=name)

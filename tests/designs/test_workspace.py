@@ -1,0 +1,75 @@
+"""Workspaces: the particles of a fixed design, and what a network sees of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from zoobench import registry
+from zoobench.designs.caterpillar import Caterpillar
+from zoobench.designs.workspace import extent, features, workspace
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
+
+DRAFT = Fidelity(1 / 64)
+
+
+def test_it_is_the_whole_base() -> None:
+    """Particles, labels, muscles and density are the base's; all is full, as stiff as can be, with fibres ahead."""
+    base = registry.create(Kind.DESIGN, Ref("orca")).body(DRAFT)
+    body = workspace("orca", DRAFT)
+    assert body.malleable
+    assert not base.malleable
+    for name in ("positions", "volumes", "density_ratio", "muscle_membership", "head", "tail"):
+        np.testing.assert_array_equal(getattr(body, name), getattr(base, name))
+    assert body.muscles == base.muscles
+    assert (body.occupancy == 1.0).all()
+    assert (body.stiffness == 1.0).all()
+    assert (body.fibres == (1.0, 0.0, 0.0)).all()
+
+
+def test_a_base_may_have_a_version_and_a_parameter() -> None:
+    """As on the command line."""
+    long = workspace("caterpillar-v1[length=0.2]", DRAFT)
+    np.testing.assert_array_equal(long.positions, Caterpillar(length=0.2).body(DRAFT).positions)
+
+
+def test_an_unknown_base_is_refused() -> None:
+    """With what there is."""
+    with pytest.raises(UnknownNameError, match="'caterpillar'"):
+        workspace("caterpilar", DRAFT)
+
+
+def test_a_file_must_be_named_with_its_content(tmp_path: Path) -> None:
+    """A run's key holds the base's name, which must tell what is in the file; the message has the name to use."""
+    path = tmp_path / "ball.stl"
+    trimesh.creation.icosphere(radius=0.03).export(path)
+    with pytest.raises(UsageError, match="is in its file") as refusal:
+        workspace(f"mesh[path={path}]", DRAFT)
+    whole = str(refusal.value).rpartition("base=")[2].removesuffix(".")
+    assert workspace(whole, DRAFT).particle_count > 50
+
+
+@pytest.mark.parametrize("base", ["block", "panda"])
+def test_the_box_is_the_body_however_it_is_sampled(base: str) -> None:
+    """Centre and half extent agree between grids to half a particle of the coarser."""
+    (centre, half), (fine_centre, fine_half) = (extent(workspace(base, Fidelity(h))) for h in (1 / 64, 1 / 192))
+    np.testing.assert_allclose(centre, fine_centre, atol=1 / 256)
+    np.testing.assert_allclose(half, fine_half, atol=1 / 256)
+
+
+def test_a_network_sees_places_and_distances() -> None:
+    """Within half a particle of the box's faces, and the distances are those of the formulas, one by one."""
+    body = workspace("block", DRAFT)
+    seen = features(body)
+    assert seen.shape == (body.particle_count, 7)
+    np.testing.assert_allclose(np.abs(seen[:, :3]).max(axis=0), [11 / 12, 5 / 6, 5 / 6], atol=0.01)
+    np.testing.assert_allclose(seen[:, :3].mean(axis=0), 0.0, atol=1e-12)
+    for x, y, z, xy, xz, yz, radius in seen[::50]:
+        assert xy == pytest.approx((x * x + y * y) ** 0.5)
+        assert xz == pytest.approx((x * x + z * z) ** 0.5)
+        assert yz == pytest.approx((y * y + z * z) ** 0.5)
+        assert radius == pytest.approx((x * x + y * y + z * z) ** 0.5)

@@ -1,0 +1,76 @@
+"""The voxel-based design space (specification H.2): the particles of one cube of the workspace together."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.designs.base import Array, Body
+from zoobench.designs.fields import grow, rows_like, width_of
+from zoobench.designs.space import Form
+from zoobench.designs.workspace import base_design, extent, workspace
+from zoobench.errors import UsageError
+from zoobench.registry import Kind, register
+from zoobench.sim.fidelity import Fidelity
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+_SMALLEST, _LARGEST = 0.001, 1.0  # edges of a voxel [m]
+
+
+@register(Kind.DESIGN, "voxel", tags=("space",))
+@dataclass(frozen=True, kw_only=True)
+class VoxelSpace:
+    """A design space in which every voxel of the workspace has its own occupancy, stiffness and muscle.
+
+    As `particle`, but all particles in a voxel are alike. Voxels are cubes, centred on the workspace; those without
+    particles have no parameters, so that their number depends on the fidelity where they are smaller than its
+    particles. The prior is that of `particle`, with the mean of the base's muscles in each voxel.
+
+    * `base`: the fixed design whose particles are the workspace.
+    * `edge`: of a voxel [m].
+    * `connected`: whether only the largest connected piece is built.
+    """
+
+    base: str = "block"
+    edge: float = 0.0125
+    connected: bool = True
+
+    def __post_init__(self) -> None:
+        base_design(self.base)  # one that cannot be used is refused now
+        if not _SMALLEST <= self.edge <= _LARGEST:
+            raise UsageError(
+                f"Voxels of {self.edge:g} m are not offered. Give an edge of {_SMALLEST:g} to {_LARGEST:g} m."
+            )
+
+    def body(self, fidelity: Fidelity) -> Body:
+        """The workspace."""
+        return workspace(self.base, fidelity)
+
+    def parameter_count(self, body: Body) -> int:
+        """A row of numbers for each voxel that holds particles."""
+        return int(self._voxels(body).max() + 1) * width_of(body)
+
+    def initial(self, rng: np.random.Generator, body: Body) -> Array:
+        """A body near the base."""
+        voxels = self._voxels(body)
+        shares = np.stack([np.bincount(voxels, share) for share in body.muscle_membership.T], axis=1)
+        return rows_like(shares / np.bincount(voxels)[:, None], rng).ravel()
+
+    def form(self, parameters: "Tensor", body: Body) -> Form:
+        """The forms for `parameters` `[worlds, parameter_count]`."""
+        import torch
+
+        voxels = torch.as_tensor(self._voxels(body))
+        return grow(parameters, body, lambda row: row.reshape(-1, width_of(body))[voxels])
+
+    def _voxels(self, body: Body) -> NDArray[np.int64]:
+        """The number of each particle's voxel `[particle_count]`, counted over those that hold particles."""
+        centre, half = extent(body)
+        counts = np.ceil(2 * half / self.edge - 1e-9).astype(int)
+        # a particle on a border is in the upper voxel, however its place was rounded
+        places = np.floor((body.positions - centre) / self.edge + counts / 2 + 1e-9).astype(int)
+        numbers = np.ravel_multi_index(tuple(places.T), tuple(counts))
+        return np.unique(numbers, return_inverse=True)[1].astype(np.int64)
