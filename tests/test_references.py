@@ -37,9 +37,9 @@ def test_references_are_those_of_the_cell() -> None:
 @pytest.mark.parametrize(
     ("scores", "expected"),
     [
-        ([0.5, 1.0, 2.0] + [-math.inf] * (DRAWS - 2), {"idle_score": 0.5, "random_score": 1.5}),
-        ([-math.inf] + [1.0] * DRAWS, {"random_score": 1.0}),
-        ([-math.inf] * (1 + DRAWS), {}),
+        ([1.0, 2.0] + [-math.inf] * (DRAWS - 2) + [0.5], {"idle_score": 0.5, "random_score": 1.5}),
+        ([1.0] * DRAWS + [-math.inf], {"random_score": 1.0}),
+        ([-math.inf] * (DRAWS + 1), {}),
     ],
 )
 def test_what_diverged_is_no_reference(
@@ -47,8 +47,10 @@ def test_what_diverged_is_no_reference(
 ) -> None:
     """All finite draws count alike, and with none there is no reference."""
 
+    left = iter(scores)
+
     def evaluate(self: Problem, batch: list[np.ndarray]) -> list[Evaluation]:
-        return [Evaluation(score, {}, np.zeros(0)) for score, _ in zip(scores, batch, strict=True)]
+        return [Evaluation(next(left), {}, np.zeros(0)) for _ in batch]
 
     monkeypatch.setattr(Problem, "evaluate_batch", evaluate)
     assert {name: metric.value for name, metric in reference_scores(cell()).items()} == expected
@@ -60,15 +62,22 @@ def test_references_are_computed_once(tmp_path: Path, monkeypatch: pytest.Monkey
 
     def evaluate(self: Problem, batch: list[np.ndarray]) -> list[Evaluation]:
         calls.append(len(batch))
-        return [Evaluation(0.1 * number, {}, np.zeros(0)) for number in range(1 + DRAWS)]
+        return [Evaluation(0.1 * number, {}, np.zeros(0)) for number in range(len(batch))]
 
     monkeypatch.setattr(Problem, "evaluate_batch", evaluate)
     first = reference_scores(cell())
     assert reference_scores(replace(cell(), seed=5)) == first
-    assert calls == [1 + DRAWS]
+    assert calls == [DRAWS, 1]
     reference_scores(cell(frames=7))
-    assert len(calls) == 2
+    assert len(calls) == 4
     for path in (tmp_path / "references").iterdir():
         path.write_text("{")
     assert reference_scores(cell()) == first
-    assert len(calls) == 3
+    assert len(calls) == 6
+
+
+def test_a_body_that_is_always_driven_is_idle_without_its_controller() -> None:
+    """What a fixed controller does is no rest: the reference is the first body drawn, its muscles still."""
+    references = reference_scores(cell(design="voxel", controller="fixed-sine"))
+    assert references["idle_score"].value != references["random_score"].value
+    assert abs(references["idle_score"].value) < 0.05

@@ -111,10 +111,6 @@ class Robot:
         control = self.controller.initial(rng, self.body.muscle_count)
         return np.concatenate([control, self.space.initial(rng, self.body)]) if self.space else control
 
-    def at_rest(self, parameters: Array) -> Array:
-        """The same body with a controller of zeros, which leaves every muscle at rest `[parameter_count]`."""
-        return np.concatenate([np.zeros(self.control_count), parameters[self.control_count :]])
-
     def build(self, row: "Tensor", times: "Tensor") -> Built:
         """The robot for the parameters `row` `[1, parameter_count]`, its muscles at the frames' `times` `[frames]` [s].
 
