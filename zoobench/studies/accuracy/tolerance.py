@@ -18,6 +18,9 @@ from zoobench.studies.accuracy.records import Measurements, label
 PUBLISHED = "published.json"
 """What `zoobench accuracy --publish` wrote when the fidelities were last measured; beside this file."""
 
+CONFIDENCE = 0.95
+"""With which an error is within the tolerance, for controllers like those that it was measured with."""
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -28,8 +31,8 @@ class Choice:
 
 
 def choose(env: Ref, task: str, tolerance: float) -> Choice:
-    """The cheapest level whose score error in this environment and task, with the reference's own uncertainty, is
-    within `tolerance` (a share of the scores' root mean square).
+    """The cheapest level whose score error in this environment and task, at `CONFIDENCE` and with the reference's own
+    uncertainty, is within `tolerance` (a share of the scores' root mean square).
 
     Raises:
         UsageError: no level is, or this environment and task were not measured as they are now; with the figures.
@@ -111,11 +114,28 @@ def _rows(env: Ref, task: str) -> list[LevelRow]:
 
 
 def _bound(row: LevelRow) -> float:
-    """How wrong a score may be: its distance to the reference, and the reference's own."""
-    return math.inf if row.error is None or row.unknown is None else math.hypot(row.error, row.unknown)
+    """How wrong a score may be: its distance to the reference, at `CONFIDENCE`, and the reference's own."""
+    surely = _surely(row)
+    return math.inf if surely is None or row.unknown is None else math.hypot(surely, row.unknown)
+
+
+def _surely(row: LevelRow) -> float | None:
+    """What the error is below at `CONFIDENCE`: it was measured on a few controllers, and others may fare worse.
+
+    The upper limit of a root mean square e of n independent normal errors: e sqrt(n / chi^2) with the lower quantile of
+    chi^2 with n degrees of freedom; 1.5 e for twelve.
+    """
+    from scipy.stats import chi2
+
+    judged = int(row.draws.partition(",")[0])
+    if row.error is None or not judged:
+        return None
+    return float(row.error * math.sqrt(judged / chi2.ppf(1.0 - CONFIDENCE, judged)))
 
 
 def _describe(row: LevelRow) -> str:
     unknown = "unknown" if row.unknown is None else f"{row.unknown:.2g}"
     seconds = "" if row.seconds is None else f", {row.seconds:.2g} s per simulated second"
-    return f"{row.fidelity} with an error of {row.error:.2g} (reference known to {unknown}{seconds})"
+    surely = _surely(row)
+    limit = "" if surely is None else f"below {surely:.2g} at {CONFIDENCE:.0%}; "
+    return f"{row.fidelity} with an error of {row.error:.2g} ({limit}reference known to {unknown}{seconds})"
