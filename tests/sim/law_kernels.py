@@ -6,8 +6,16 @@ import taichi as ti
 import torch
 
 from zoobench.sim import runtime
-from zoobench.sim.array_types import Matrices, Nodes, Scalars, Vectors
+from zoobench.sim.array_types import Matrices, Nodes, Pairs, Scalars, Vectors
 from zoobench.sim.dispersal import dispersal, dispersal_adjoint
+from zoobench.sim.drift import (
+    mean_ratio,
+    mean_ratio_adjoint,
+    returned_ratio,
+    returned_ratio_adjoint,
+    scatter_ratio,
+    scatter_ratio_adjoint,
+)
 from zoobench.sim.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
 from zoobench.sim.media import (
@@ -94,6 +102,26 @@ def water_ratio_all(
     for p in range(J.shape[0]):
         after[p] = water_ratio(J[p], growth[p], crowd[p], share)
         J_back[p], growth_back[p], crowd_back[p] = water_ratio_adjoint(J[p], growth[p], crowd[p], share, pull[p])
+
+
+@ti.kernel
+def ratios_all(
+    ratios: Pairs, ratios_back: Pairs, x: Vectors, J: Scalars, pull: Scalars,
+    after: Scalars, x_back: Vectors, J_back: Scalars, share: float, h: float, mass: float, width: ti.template(),
+):  # fmt: skip
+    """J of particles of water after its return to the mean around, and the adjoints for the pull."""
+    ti.loop_config(serialize=True)
+    for p in range(x.shape[0]):
+        scatter_ratio(ratios, 0, x[p], J[p], mass, 1.0 / h, width)
+    for p in range(x.shape[0]):
+        mean = mean_ratio(ratios, 0, x[p], 1.0 / h, width)
+        after[p] = returned_ratio(J[p], mean, share)
+        J_back[p], mean_pull = returned_ratio_adjoint(J[p], mean, share, pull[p])
+        x_back[p] = mean_ratio_adjoint(ratios, ratios_back, 0, x[p], mean, mean_pull, 1.0 / h, width)
+    for p in range(x.shape[0]):
+        place_pull, J_pull = scatter_ratio_adjoint(ratios_back, 0, x[p], J[p], mass, 1.0 / h, width)
+        x_back[p] += place_pull
+        J_back[p] += J_pull
 
 
 @ti.kernel

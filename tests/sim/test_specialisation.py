@@ -134,7 +134,7 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
     """Nodes that no particle touched keep a sentinel through an episode and its reverse, on all three grids."""
     solver = Solver(scenes.SCENES[name](), scenes.fidelity(), gradients=True, checkpoint_interval=3, parallel=parallel)
     launcher = solver.launcher
-    launcher._reverse_grids = (*(torch.empty_like(launcher._grid) for _ in range(2)), launcher._before)
+    launcher._reverse_grids = (*(torch.empty_like(launcher._grid) for _ in range(2)), *launcher._grids[1:])
     grids = (launcher._grid, *launcher._reverse_grids[:2])
     for grid in grids:
         grid.fill_(SENTINEL)

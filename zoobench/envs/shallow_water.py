@@ -5,7 +5,7 @@ from zoobench.registry import Kind, register
 from zoobench.sim.matter import WaterMaterial
 
 
-@register(Kind.ENV, "shallow-water", version=3, tags=("land", "fluid"))
+@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"))
 def shallow_water(
     *,
     friction: float = 0.5,

@@ -76,7 +76,7 @@ def particle_part(
         if p < F.shape[2]:
             F[1, w, p] = matmul(step, F[0, w, p])
         elif ti.static(law):
-            deform_medium(b, history, tau, 0, 1, w, p - F.shape[2], step, 1.0, inverse_spacing, dt, constants, law)
+            deform_medium(b, history, tau, 0, 1, w, p - F.shape[2], step, 1.0, 1.0, inverse_spacing, dt, constants, law)
     if ti.static(part == DECOMPOSITION):
         if p >= F.shape[2]:
             step = identity() + dt * C[0, w, p]

@@ -9,6 +9,7 @@ All arrays are torch tensors, shared without copying:
     terrain    [nx, nz, 4] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
     before     the same of the motion before forces, for AFLIP; empty with other transfers
+    ratios     [slabs, nx, ny, nz, 2] mass times J, and mass, of water; empty without
 
 The worlds are taken in turn through one slab. A launch does a whole run of substeps, because it costs as much as the
 work of a thousand particles. The adds are plain ones in a fixed order, and so are bit-reproducible and six times faster
@@ -17,7 +18,7 @@ than atomic ones.
 
 import taichi as ti
 
-from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
 from zoobench.sim.flip import divide_node, divide_node_adjoint
 from zoobench.sim.media import WATER
 from zoobench.sim.particles import (
@@ -42,11 +43,20 @@ def clear_window(grid: ti.template(), window: ti.template(), s, w):
                 grid[0, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
 
 
+@ti.func
+def clear_ratios(ratios: ti.template(), window: ti.template(), s, w):
+    """`clear_window` of the water's volume ratios."""
+    for i in range(window[s, w, 0], window[s, w, 3]):
+        for j in range(window[s, w, 1], window[s, w, 4]):
+            for k in range(window[s, w, 2], window[s, w, 5]):
+                ratios[0, i, j, k] = ti.Vector([0.0, 0.0])
+
+
 @ti.kernel
 def advance(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
     stride: int, h: float,
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
@@ -66,10 +76,12 @@ def advance(
             clear_window(grid, window, s, w)
             if ti.static(transfer == AFLIP):
                 clear_window(before, window, s, w)
+            if ti.static(law == WATER):
+                clear_ratios(ratios, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, before, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+                    grid, before, ratios, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
                     muscle, damping, law, width, transfer,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
@@ -87,7 +99,7 @@ def advance(
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
                 base = from_grid(
-                    x, v, C, F, b, history, tau, grid, before, 0, s, t, w, p, inverse_spacing, dt,
+                    x, v, C, F, b, history, tau, grid, before, ratios, 0, s, t, w, p, inverse_spacing, dt,
                     constants, law, width, transfer,
                 )  # fmt: skip
                 low = ti.min(low, base)
@@ -101,8 +113,8 @@ def advance(
 def reverse(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
-    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
+    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes, ratios_adjoint: Pairs,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
@@ -131,10 +143,13 @@ def reverse(
             if ti.static(transfer == AFLIP):
                 clear_window(before, window, s, w)
                 clear_window(before_adjoint, window, s, w)
+            if ti.static(law == WATER):
+                clear_ratios(ratios, window, s, w)
+                clear_ratios(ratios_adjoint, window, s, w)
             for p in range(x.shape[2]):
                 to_grid(
                     x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, before, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+                    grid, before, ratios, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
                     muscle, damping, law, width, transfer,
                 )  # fmt: skip
             for i in range(window[s, w, 0], window[s, w, 3]):
@@ -150,7 +165,7 @@ def reverse(
                             press_node(grid_velocity, 0, i, j, k, ground)
             for p in range(x.shape[2]):
                 from_grid_adjoint(
-                    x, v, C, F, b, history, grid_velocity, before, grid_adjoint, before_adjoint,
+                    x, v, C, F, b, history, grid_velocity, before, ratios, grid_adjoint, before_adjoint, ratios_adjoint,
                     x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
                     0, s, t, w, p, inverse_spacing, dt, constants, law, width, transfer,
                 )  # fmt: skip
@@ -167,7 +182,8 @@ def reverse(
                             divide_node_adjoint(before, before_adjoint, 0, i, j, k)
             for p in range(x.shape[2]):
                 to_grid_adjoint(
-                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint, before_adjoint,
+                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                    grid_adjoint, before_adjoint, ratios_adjoint,
                     x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                     mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
                     0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,

@@ -5,7 +5,7 @@ Arrays are those of `kernels`. The adds are atomic, so that the last bits change
 
 import taichi as ti
 
-from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
 from zoobench.sim.flip import divide_node, divide_node_adjoint
 from zoobench.sim.media import WATER
 from zoobench.sim.particles import (
@@ -34,7 +34,7 @@ def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
 def advance_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
     n: int, stride: int, h: float,
     mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     g_x: float, g_y: float, g_z: float, mu_ground: float,
@@ -47,12 +47,14 @@ def advance_parallel(
             grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
             if ti.static(transfer == AFLIP):
                 before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            if ti.static(law == WATER):
+                ratios[w, i, j, k] = ti.Vector([0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n * stride
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, before, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
+                grid, before, ratios, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
                 muscle, damping, law, width, transfer,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -75,7 +77,7 @@ def advance_parallel(
             s = plan[w, 0] + n * stride
             t = s + stride
             base = from_grid(
-                x, v, C, F, b, history, tau, grid, before, w, s, t, w, p, 1.0 / h, dts[w],
+                x, v, C, F, b, history, tau, grid, before, ratios, w, s, t, w, p, 1.0 / h, dts[w],
                 ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
             )  # fmt: skip
             for d in ti.static(range(3)):
@@ -87,8 +89,8 @@ def advance_parallel(
 def reverse_parallel(
     x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
     mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes,
-    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes,
+    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
+    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes, ratios_adjoint: Pairs,
     x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
     b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
     mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
@@ -107,12 +109,15 @@ def reverse_parallel(
             if ti.static(transfer == AFLIP):
                 before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
                 before_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+            if ti.static(law == WATER):
+                ratios[w, i, j, k] = ti.Vector([0.0, 0.0])
+                ratios_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0])
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             to_grid(
                 x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, before, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
+                grid, before, ratios, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
                 muscle, damping, law, width, transfer,
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
@@ -129,7 +134,7 @@ def reverse_parallel(
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             from_grid_adjoint(
-                x, v, C, F, b, history, grid_velocity, before, grid_adjoint, before_adjoint,
+                x, v, C, F, b, history, grid_velocity, before, ratios, grid_adjoint, before_adjoint, ratios_adjoint,
                 x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
                 w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
             )  # fmt: skip
@@ -149,7 +154,8 @@ def reverse_parallel(
         if n < plan[w, 1]:
             s = plan[w, 0] + n
             to_grid_adjoint(
-                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre, grid_adjoint, before_adjoint,
+                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
+                grid_adjoint, before_adjoint, ratios_adjoint,
                 x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
                 mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
                 w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),

@@ -11,7 +11,7 @@ from zoobench.errors import SceneError
 from zoobench.sim import kernels, kernels_parallel, runtime, survey
 from zoobench.sim.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.fidelity import Fidelity, Transfer
-from zoobench.sim.matter import DECOMPOSED, lame_parameters
+from zoobench.sim.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.scene import Effect, Scene
 from zoobench.sim.state import Matter, Parameters, Plan
 from zoobench.sim.transfer import AFLIP, APIC, PIC
@@ -66,11 +66,13 @@ class Launcher:
         self.terrain = self._sample_terrain()
         self._grid = self._new_grid()
         self._before = self._new_grid(transfer == AFLIP)
+        self._ratios = self._new_grid(law == Law.WATER, 2)
+        self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
 
     def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid, self._before)
+        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, *self._grids)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
@@ -88,10 +90,9 @@ class Launcher:
     ) -> None:
         """The adjoint of the planned substeps, last to first; the adjoints are updated in place."""
         if not self._reverse_grids:
-            flips = self._before.numel() > 0
-            self._reverse_grids = (self._new_grid(), self._new_grid(), self._new_grid(flips))
+            self._reverse_grids = (self._new_grid(), *(self._new_grid(g.numel() > 0, g.shape[-1]) for g in self._grids))
         arrays = (
-            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, self._grid, self._before,
+            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, *self._grids,
             *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
         )  # fmt: skip
         self._note("reverse", plan)
@@ -142,12 +143,12 @@ class Launcher:
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
         return torch.as_tensor(np.ascontiguousarray(columns), dtype=self._real, device=self._device)
 
-    def _new_grid(self, needed: bool = True) -> Tensor:
-        """A zeroed grid `[slabs, nx, ny, nz, 4]`, empty if it is not needed; only the window in use is ever touched.
+    def _new_grid(self, needed: bool = True, components: int = 4) -> Tensor:
+        """A zeroed grid `[slabs, nx, ny, nz, components]`, empty if not needed; only the window in use is touched.
 
         NumPy's zeros take no memory before they are touched, torch's do: a wide arena costs what the robot visits.
         """
-        shape = (self._worlds if self._parallel else 1, *self.shape, 4) if needed else (0, 0, 0, 0, 4)
+        shape = (self._worlds if self._parallel else 1, *self.shape, components) if needed else (0, 0, 0, 0, components)
         if self._device == "cpu":
             return torch.from_numpy(np.zeros(shape, runtime.host_real(self._real)))
         return torch.zeros(shape, dtype=self._real, device=self._device)

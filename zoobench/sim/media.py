@@ -14,6 +14,7 @@ principal values meet. `constants` are (mu, lambda, then the law's own), as the 
 
 import taichi as ti
 
+from zoobench.sim.drift import returned_ratio, returned_ratio_adjoint
 from zoobench.sim.linalg import assemble, cofactor, eigen_symmetric, identity, matmul, pack, sinhc, unpack
 from zoobench.sim.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, Law
 from zoobench.sim.water import correction_share, water_pressure, water_ratio, water_ratio_adjoint
@@ -242,16 +243,16 @@ def medium_stress_adjoint(
 
 @ti.func
 def deform_medium(
-    b: ti.template(), history: ti.template(), tau: ti.template(), s, t, w, q, step, crowd, inverse_spacing, dt,
+    b: ti.template(), history: ti.template(), tau: ti.template(), s, t, w, q, step, crowd, mean, inverse_spacing, dt,
     constants, law: ti.template(),
 ):  # fmt: skip
     """Carry a medium particle from slot s to t through the deformation increment `step` = I + dt C.
 
-    `crowd` is the density around it over that at rest; only water heeds it.
+    `crowd` is the density around it over that at rest, `mean` the mean J; only water heeds them.
     """
     if ti.static(law == WATER):
         share = correction_share(inverse_spacing, dt, constants)
-        history[t, w, q] = water_ratio(history[s, w, q], step.determinant(), crowd, share)
+        history[t, w, q] = water_ratio(returned_ratio(history[s, w, q], mean, share), step.determinant(), crowd, share)
     else:
         trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
         b_new, after, stress = 0.0 * trial, 0.0 * trial[0, 0], 0.0 * trial
@@ -267,16 +268,17 @@ def deform_medium(
 @ti.func
 def deform_medium_adjoint(
     b: ti.template(), history: ti.template(), b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
-    s, w, q, step, crowd, inverse_spacing, dt, constants, law: ti.template(),
+    s, w, q, step, crowd, mean, inverse_spacing, dt, constants, law: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step` and `crowd`."""
-    step_pull, crowd_pull = 0.0 * step, 0.0 * dt
+    """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step`, `crowd` and `mean`."""
+    step_pull, crowd_pull, mean_pull = 0.0 * step, 0.0 * dt, 0.0 * dt
     if ti.static(law == WATER):
         share = correction_share(inverse_spacing, dt, constants)
-        before = history_adj[0, w, q]
-        history_adj[0, w, q], growth_pull, crowd_pull = water_ratio_adjoint(
-            history[s, w, q], step.determinant(), crowd, share, before
+        J = history[s, w, q]
+        J_pull, growth_pull, crowd_pull = water_ratio_adjoint(
+            returned_ratio(J, mean, share), step.determinant(), crowd, share, history_adj[0, w, q]
         )
+        history_adj[0, w, q], mean_pull = returned_ratio_adjoint(J, mean, share, J_pull)
         step_pull = growth_pull * cofactor(step)
     else:
         old = unpack(b[s, w, q])
@@ -294,4 +296,4 @@ def deform_medium_adjoint(
         step_pull = 2.0 * matmul(pull, matmul(step, old))
         b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(pull, step)))
         history_adj[0, w, q] = after
-    return step_pull, crowd_pull
+    return step_pull, crowd_pull, mean_pull

@@ -2,13 +2,15 @@
 
 Arrays are those of `kernels`. `s` is the slot read, `t` the slot written, `w` the world, `g` its slab of the grid.
 Particles below `F.shape[2]` are the robot's, the rest the medium's. What `muscle`, `damping`, `law`, `ground` and
-`transfer` switch off is not compiled. `before` is the slab of AFLIP, empty with other transfers.
+`transfer` switch off is not compiled. `before` is the slab of AFLIP, empty with other transfers,
+and `ratios` that of water.
 """
 
 import taichi as ti
 
 from zoobench.sim.boundary import behind_wall, contact, contact_adjoint, press, press_adjoint
 from zoobench.sim.dispersal import crowd_adjoint, dispersal
+from zoobench.sim.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio, scatter_ratio_adjoint
 from zoobench.sim.flip import FLIP_SHARE, gather_velocity, gather_velocity_adjoint
 from zoobench.sim.linalg import identity, matmul
 from zoobench.sim.materials import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
@@ -42,7 +44,8 @@ def to_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid: ti.template(), before: ti.template(), g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
+    grid: ti.template(), before: ti.template(), ratios: ti.template(),
+    g, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
     muscle: ti.template(), damping: ti.template(), law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """Scatter one particle's mass, momentum and stress."""
@@ -57,6 +60,9 @@ def to_grid(
     scatter(grid, g, x[s, w, p], m * v[s, w, p], affine, m, inverse_spacing, width, transfer)
     if ti.static(transfer == AFLIP):
         scatter(before, g, x[s, w, p], m * v[s, w, p], m * C[s, w, p], m, inverse_spacing, width, transfer)
+    if ti.static(law == WATER):
+        if p >= F.shape[2]:
+            scatter_ratio(ratios, g, x[s, w, p], history[s, w, p - F.shape[2]], m, inverse_spacing, width)
 
 
 @ti.func
@@ -126,7 +132,7 @@ def press_node_adjoint(
 def from_grid(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     b: ti.template(), history: ti.template(), tau: ti.template(),
-    grid: ti.template(), before: ti.template(), g, s, t, w, p, inverse_spacing, dt, constants,
+    grid: ti.template(), before: ti.template(), ratios: ti.template(), g, s, t, w, p, inverse_spacing, dt, constants,
     law: ti.template(), width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """Gather, move and deform one particle; returns the first node of its new stencil.
@@ -134,11 +140,12 @@ def from_grid(
     F is updated at the end of the substep with the new C: the other order puts F one step ahead of x.
     """
     velocity, affine = gather(grid, g, x[s, w, p], inverse_spacing, width, transfer)
-    crowd, place = 0.0 * dt, x[s, w, p] + dt * velocity
+    crowd, mean, place = 0.0 * dt, 0.0 * dt, x[s, w, p] + dt * velocity
     if ti.static(law == WATER):
         if p >= F.shape[2]:
             # slots s and t may be the same: before anything is written
             crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3], width)
+            mean = mean_ratio(ratios, g, x[s, w, p], inverse_spacing, width)
             share = correction_share(inverse_spacing, dt, constants)
             place += dispersal(grid, g, x[s, w, p], history[s, w, p - F.shape[2]], crowd, share, inverse_spacing, width)
     kept = velocity
@@ -151,14 +158,15 @@ def from_grid(
     if p < F.shape[2]:
         F[t, w, p] = matmul(step, F[s, w, p])
     elif ti.static(law):
-        deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, crowd, inverse_spacing, dt, constants, law)
+        deform_medium(b, history, tau, s, t, w, p - F.shape[2], step, crowd, mean, inverse_spacing, dt, constants, law)
     return base_node(place, inverse_spacing, grid, width)
 
 
 @ti.func
 def from_grid_adjoint(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(), b: ti.template(), history: ti.template(),
-    grid_velocity: ti.template(), before: ti.template(), grid_adjoint: ti.template(), before_adjoint: ti.template(),
+    grid_velocity: ti.template(), before: ti.template(), ratios: ti.template(),
+    grid_adjoint: ti.template(), before_adjoint: ti.template(), ratios_adjoint: ti.template(),
     x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
     b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
     g, s, t, w, p, inverse_spacing, dt, constants,
@@ -177,11 +185,12 @@ def from_grid_adjoint(
         F_adj[0, w, p] = matmul(step.transpose(), pull)
     elif ti.static(law):
         q = p - F.shape[2]
-        crowd = 0.0 * dt
+        crowd, mean = 0.0 * dt, 0.0 * dt
         if ti.static(law == WATER):
             crowd = crowding(grid_velocity, g, x[s, w, p], inverse_spacing, constants[3], width)
-        step_pull, crowd_pull = deform_medium_adjoint(
-            b, history, b_adj, history_adj, tau_adj, s, w, q, step, crowd, inverse_spacing, dt, constants, law
+            mean = mean_ratio(ratios, g, x[s, w, p], inverse_spacing, width)
+        step_pull, crowd_pull, mean_pull = deform_medium_adjoint(
+            b, history, b_adj, history_adj, tau_adj, s, w, q, step, crowd, mean, inverse_spacing, dt, constants, law
         )
         affine_pull += dt * step_pull
         if ti.static(law == WATER):
@@ -190,6 +199,10 @@ def from_grid_adjoint(
                 inverse_spacing, dt, constants, width,
             )  # fmt: skip
             history_adj[0, w, q] += J_pull
+            if mean_pull != 0.0:
+                place_pull += mean_ratio_adjoint(
+                    ratios, ratios_adjoint, g, x[s, w, p], mean, mean_pull, inverse_spacing, width
+                )
     x_pull = x_adj[0, w, p]
     velocity = v[t, w, p]
     if ti.static(transfer == AFLIP):
@@ -242,7 +255,7 @@ def to_grid_adjoint(
     x: ti.template(), v: ti.template(), C: ti.template(), F: ti.template(),
     history: ti.template(), tau: ti.template(),
     mass: ti.template(), volume: ti.template(), stiffness: ti.template(), tension: ti.template(), fibre: ti.template(),
-    grid_adjoint: ti.template(), before_adjoint: ti.template(),
+    grid_adjoint: ti.template(), before_adjoint: ti.template(), ratios_adjoint: ti.template(),
     x_adj: ti.template(), v_adj: ti.template(), C_adj: ti.template(), F_adj: ti.template(),
     history_adj: ti.template(), tau_adj: ti.template(),
     mass_adj: ti.template(), volume_adj: ti.template(), stiffness_adj: ti.template(),
@@ -295,4 +308,10 @@ def to_grid_adjoint(
         F_adj[0, w, p] = F_pull
         stiffness_adj[w, p] += (pull * neo_hookean(deform, mu, lam)).sum()
     elif ti.static(law):
+        if ti.static(law == WATER):
+            more_x, J_pull = scatter_ratio_adjoint(
+                ratios_adjoint, g, x[s, w, p], history[s, w, p - F.shape[2]], m, inverse_spacing, width
+            )
+            x_adj[0, w, p] += more_x
+            history_adj[0, w, p - F.shape[2]] += J_pull
         medium_stress_adjoint(tau_adj, history_adj, C_adj, history, s, w, p - F.shape[2], p, pull, constants, law)

@@ -6,7 +6,8 @@ free of divergence. Two one-sided rules tie it to the density on the grid. J abo
 matter around is really so thin, and never beyond `LARGEST_RATIO`: spray that meets again has its own volume. And where
 the density exceeds what J says by more than the share `CROWDED`, J falls at a steady rate, so that pressure rises and
 drives the crowd apart; the rate is slow beside sound, so that nothing rings. What pressure cannot part, because it lies
-within one cell, `dispersal` does. All matter counts, by its mass: a robot should be about as dense.
+within one cell, `dispersal` does; and where J strays from that of the water around, `drift` brings it back. All matter
+counts, by its mass: a robot should be about as dense.
 """
 
 import taichi as ti
