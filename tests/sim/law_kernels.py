@@ -114,12 +114,12 @@ def ratios_all(
     for p in range(x.shape[0]):
         scatter_ratio(ratios, 0, x[p], J[p], mass, 1.0 / h, width)
     for p in range(x.shape[0]):
-        mean = mean_ratio(ratios, 0, x[p], 1.0 / h, width)
+        mean = mean_ratio(ratios, 0, x[p], J[p], 1.0 / h, width)
         after[p] = returned_ratio(J[p], mean, share)
         J_back[p], mean_pull = returned_ratio_adjoint(J[p], mean, share, pull[p])
         x_back[p] = mean_ratio_adjoint(ratios, ratios_back, 0, x[p], mean, mean_pull, 1.0 / h, width)
     for p in range(x.shape[0]):
-        place_pull, J_pull = scatter_ratio_adjoint(ratios_back, 0, x[p], J[p], mass, 1.0 / h, width)
+        place_pull, J_pull, _ = scatter_ratio_adjoint(ratios_back, 0, x[p], J[p], mass, 1.0 / h, width)
         x_back[p] += place_pull
         J_back[p] += J_pull
 

@@ -41,9 +41,9 @@ def scatter_ratio(ratios: ti.template(), g, position, J, mass, inverse_spacing, 
 def scatter_ratio_adjoint(
     ratios_adjoint: ti.template(), g, position, J, mass, inverse_spacing, width: ti.template()
 ):  # fmt: skip
-    """Adjoint of `scatter_ratio`: pulls on the position and J."""
+    """Adjoint of `scatter_ratio`: pulls on the position, J and the mass."""
     pull, slope = gather_ratio(ratios_adjoint, g, position, inverse_spacing, ti.Vector([J, 1.0]), width)
-    return mass * slope, mass * pull[0]
+    return mass * slope, mass * pull[0], J * pull[0] + pull[1]
 
 
 @ti.func
@@ -67,8 +67,8 @@ def gather_ratio(ratios: ti.template(), g, position, inverse_spacing, factors, w
 
 
 @ti.func
-def mean_ratio(ratios: ti.template(), g, position, inverse_spacing, width: ti.template()):
-    """Mean J of the water around a place where there is some."""
+def mean_ratio(ratios: ti.template(), g, position, J, inverse_spacing, width: ti.template()):
+    """Mean J of the water around a particle's place; its own `J` where no water has any mass."""
     base = base_node(position, inverse_spacing, ratios, width)
     w = weights(position * inverse_spacing - base, width)
     product, mass = 0.0 * inverse_spacing, 0.0 * inverse_spacing
@@ -79,7 +79,10 @@ def mean_ratio(ratios: ti.template(), g, position, inverse_spacing, width: ti.te
                 held = ratios[g, base[0] + i, base[1] + j, base[2] + k]
                 product += w_i * w[j, 1] * w[k, 2] * held[0]
                 mass += w_i * w[j, 1] * w[k, 2] * held[1]
-    return product / mass
+    mean = J
+    if mass > 0.0:
+        mean = product / mass
+    return mean
 
 
 @ti.func

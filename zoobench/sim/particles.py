@@ -145,7 +145,7 @@ def from_grid(
         if p >= F.shape[2]:
             # slots s and t may be the same: before anything is written
             crowd = crowding(grid, g, x[s, w, p], inverse_spacing, constants[3], width)
-            mean = mean_ratio(ratios, g, x[s, w, p], inverse_spacing, width)
+            mean = mean_ratio(ratios, g, x[s, w, p], history[s, w, p - F.shape[2]], inverse_spacing, width)
             share = correction_share(inverse_spacing, dt, constants)
             place += dispersal(grid, g, x[s, w, p], history[s, w, p - F.shape[2]], crowd, share, inverse_spacing, width)
     kept = velocity
@@ -188,7 +188,7 @@ def from_grid_adjoint(
         crowd, mean = 0.0 * dt, 0.0 * dt
         if ti.static(law == WATER):
             crowd = crowding(grid_velocity, g, x[s, w, p], inverse_spacing, constants[3], width)
-            mean = mean_ratio(ratios, g, x[s, w, p], inverse_spacing, width)
+            mean = mean_ratio(ratios, g, x[s, w, p], history[s, w, q], inverse_spacing, width)
         step_pull, crowd_pull, mean_pull = deform_medium_adjoint(
             b, history, b_adj, history_adj, tau_adj, s, w, q, step, crowd, mean, inverse_spacing, dt, constants, law
         )
@@ -309,9 +309,11 @@ def to_grid_adjoint(
         stiffness_adj[w, p] += (pull * neo_hookean(deform, mu, lam)).sum()
     elif ti.static(law):
         if ti.static(law == WATER):
-            more_x, J_pull = scatter_ratio_adjoint(
+            more_x, J_pull, more_mass = scatter_ratio_adjoint(
                 ratios_adjoint, g, x[s, w, p], history[s, w, p - F.shape[2]], m, inverse_spacing, width
             )
             x_adj[0, w, p] += more_x
             history_adj[0, w, p - F.shape[2]] += J_pull
+            if p < mass_adj.shape[1]:
+                mass_adj[w, p] += more_mass
         medium_stress_adjoint(tau_adj, history_adj, C_adj, history, s, w, p - F.shape[2], p, pull, constants, law)
