@@ -18,6 +18,19 @@ SPACES = [name for name in registry.names(Kind.DESIGN) if "space" in registry.ge
 SMOKE, DRAFT, TINY = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 32, particles_per_cell=1)
 
 every_space = pytest.mark.parametrize("name", SPACES)
+every_workspace = pytest.mark.parametrize(
+    ("name", "params"),
+    [
+        pytest.param(name, params, id="-".join([name, *params.values()]))
+        for name in SPACES
+        # some spaces live in the workspace of a fixed design, some in one of their own
+        for params in (
+            [{"base": "block"}, {"base": "caterpillar"}]
+            if "base" in registry.get(Kind.DESIGN, name).parameters
+            else [{}]
+        )
+    ],
+)
 
 
 def made(name: str, **params: str) -> DesignSpace:
@@ -38,12 +51,11 @@ def parts(form: Form) -> tuple[torch.Tensor, ...]:
     return form.occupancy, form.stiffness, form.muscle_membership, form.fibres
 
 
-@every_space
+@every_workspace
 @pytest.mark.parametrize("fidelity", [SMOKE, DRAFT], ids=["smoke", "draft"])
-@pytest.mark.parametrize("base", ["block", "caterpillar"])
-def test_a_form_has_its_shapes_and_ranges(name: str, fidelity: Fidelity, base: str) -> None:
+def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fidelity: Fidelity) -> None:
     """Double precision, occupancy in [0, 1], stiffness in (0, 1], shares that add up to 1, fibres of unit length."""
-    space = made(name, base=base)
+    space = made(name, **params)
     body = space.body(fidelity)
     assert body.malleable
     parameters = draws(space, body, 3)
@@ -61,11 +73,10 @@ def test_a_form_has_its_shapes_and_ranges(name: str, fidelity: Fidelity, base: s
     np.testing.assert_allclose(np.linalg.norm(fibres, axis=2), 1.0, atol=1e-12)
 
 
-@every_space
-@pytest.mark.parametrize("base", ["block", "caterpillar"])
-def test_a_draw_from_the_prior_is_a_sound_body(name: str, base: str) -> None:
+@every_workspace
+def test_a_draw_from_the_prior_is_a_sound_body(name: str, params: dict[str, str]) -> None:
     """At first there is a body in one piece, and its muscles differ: alike, they could not bend it."""
-    space = made(name, base=base)
+    space = made(name, **params)
     for fidelity in (SMOKE, DRAFT):
         body = space.body(fidelity)
         form, reports = sound(space.form(draws(space, body, 8), body), body, connected=False)

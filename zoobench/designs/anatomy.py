@@ -152,17 +152,15 @@ class Animal:
         """The body at this resolution; tissues, shares and fibres are smooth functions of place."""
         positions, volumes = self.shape.sample(fidelity)
         drawn = positions / self.scale
-        tissue = self._tissue(drawn)
-        density = tissue @ [part.density_ratio for part in self.parts]
-        shares = [tissue[:, [n]] * part.muscles.shares(drawn) for n, part in enumerate(self.parts)]
+        density = self._tissue(drawn) @ [part.density_ratio for part in self.parts]
         return Body(
             positions=positions,
             volumes=volumes,
-            stiffness=tissue @ [part.stiffness for part in self.parts],
+            stiffness=self.stiffness(positions),
             # light and heavy tissues balance: an animal weighs what as much muscle weighs, and neither sinks nor rises
             density_ratio=density / density.mean(),
             occupancy=np.ones(len(positions)),
-            muscle_membership=np.hstack(shares),
+            muscle_membership=self.membership(positions),
             fibres=self.fibres(positions),
             head=drawn[:, 0] > self.neck,
             tail=drawn[:, 0] < self.rump,
@@ -176,6 +174,18 @@ class Animal:
         weights = np.maximum(1.0 - (distances - distances.min(axis=1, keepdims=True)) / _MARGIN, 0.0)
         found: Array = weights / weights.sum(axis=1, keepdims=True)
         return found
+
+    def stiffness(self, points: Array) -> Array:
+        """Multiplier of Young's modulus `[n]` [-] at points `[n, 3]` [m]."""
+        found: Array = self._tissue(points / self.scale) @ [part.stiffness for part in self.parts]
+        return found
+
+    def membership(self, points: Array) -> Array:
+        """Share of each muscle `[n, muscle_count]` [-] at points `[n, 3]` [m]; less than 1 together where matter is
+        passive."""
+        drawn = points / self.scale
+        tissue = self._tissue(drawn)
+        return np.hstack([tissue[:, [n]] * part.muscles.shares(drawn) for n, part in enumerate(self.parts)])
 
     def fibres(self, points: Array) -> Array:
         """Unit directions `[n, 3]` in which the muscles contract: the mean over the tissues at points `[n, 3]` [m]."""

@@ -1,0 +1,147 @@
+"""The barycenter space: the ends of the simplex, volume kept between them, and gradients."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from zoobench.designs.barycenter import Barycenter, keep_volume
+from zoobench.designs.base import Body
+from zoobench.designs.sdf_lerp import SdfLerp
+from zoobench.designs.space import DesignSpace, Form
+from zoobench.sim.fidelity import Fidelity
+
+SPACE = Barycenter()
+COUNT = 4
+ORCA, TUNA = 0, 3
+
+
+@cache
+def workspace(cells: int) -> Body:
+    """Of cells of 1 / `cells` m, made once."""
+    return SPACE.body(Fidelity(1 / cells))
+
+
+def mixture(weights: NDArray[np.float64], cells: int) -> Form:
+    """The form in which geometry, stiffness and muscles have these weights `[COUNT]`."""
+    return SPACE.form(torch.log(torch.as_tensor(weights) + 1e-40).repeat(3)[None], workspace(cells))
+
+
+def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
+    """Intersection over union of two sets of particles [-]."""
+    return float((one & other).sum() / (one | other).sum())
+
+
+def test_it_is_a_design_space() -> None:
+    """Three coefficients for each primitive; fibres ahead."""
+    assert isinstance(SPACE, DesignSpace)
+    body = workspace(32)
+    assert SPACE.parameter_count(body) == 3 * COUNT == len(SPACE.initial(np.random.default_rng(0), body))
+    form = mixture(np.full(COUNT, 0.25), 32)
+    np.testing.assert_array_equal(form.fibres[0], np.tile([1.0, 0.0, 0.0], (body.particle_count, 1)))
+
+
+@pytest.mark.parametrize(("cells", "least"), [(64, 0.92), (128, 0.95)])
+@pytest.mark.parametrize("end", range(COUNT))
+def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
+    """All but a few of its particles and no others but a few, its tissues, its volume."""
+    body = workspace(cells)
+    tissues = SPACE._primitives.tissues(body)
+    form = mixture(np.eye(COUNT)[end], cells)
+    occupancy = form.occupancy[0].numpy()
+    assert overlap(occupancy > 0.5, tissues.distances[end].numpy() < 0.0) >= least
+    assert (occupancy * body.volumes).sum() == pytest.approx(SPACE._primitives.volumes[end], rel=1e-9)
+    np.testing.assert_allclose(form.stiffness[0], tissues.stiffness[end], atol=1e-12)
+    np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
+
+
+@pytest.mark.parametrize("cells", [64, 128])
+def test_volume_is_kept_between_primitives(cells: int) -> None:
+    """From the orca to the tuna, where SDF-Lerp loses more than 5 %; by the particles that are half there or more,
+    too: it is no haze that keeps it."""
+    body, volumes = workspace(cells), SPACE._primitives.volumes
+    for share in (0.25, 0.5, 0.75):
+        weights = np.zeros(COUNT)
+        weights[[ORCA, TUNA]] = 1.0 - share, share
+        occupancy = mixture(weights, cells).occupancy[0].numpy()
+        assert (occupancy * body.volumes).sum() == pytest.approx(weights @ volumes, rel=1e-9)
+        assert ((occupancy > 0.5) * body.volumes).sum() == pytest.approx(weights @ volumes, rel=0.05)
+
+
+def test_space_is_empty_or_full() -> None:
+    """Half way between four, no haze: what is neither is a skin, relative to what is full up to a quarter more than
+    that of the primitives' own, by SDF-Lerp."""
+
+    def skin(occupancy: NDArray[np.float64]) -> float:
+        return float(((occupancy > 0.1) & (occupancy < 0.9)).sum() / (occupancy >= 0.9).sum())
+
+    occupancy = mixture(np.full(COUNT, 0.25), 128).occupancy[0].numpy()
+    ends = torch.as_tensor(np.tile(100.0 * np.eye(COUNT), (1, 3)))
+    own = [skin(end.numpy()) for end in SdfLerp().form(ends, workspace(128)).occupancy]
+    assert skin(occupancy) <= 1.25 * np.mean(own)
+    assert occupancy.max() > 0.99
+    assert occupancy.min() < 1e-6
+
+
+def test_left_and_right_are_mirror_images() -> None:
+    """Whatever the coefficients: a symmetric body does not turn of itself."""
+    body = workspace(64)
+    parameters = torch.tensor(SPACE.initial(np.random.default_rng(3), body)[None])
+    occupancy = SPACE.form(parameters, body).occupancy[0].numpy()
+    twin = KDTree(body.positions).query(body.positions * (1.0, 1.0, -1.0))[1]
+    np.testing.assert_allclose(occupancy[twin], occupancy, atol=1e-9)
+
+
+def test_the_gradient_is_right() -> None:
+    """Of everything that a form says, with respect to all parameters."""
+    space = Barycenter(primitives="orca+tuna")
+    body = space.body(Fidelity(1 / 32))
+    parameters = torch.tensor(space.initial(np.random.default_rng(1), body)[None], requires_grad=True)
+    rng = np.random.default_rng(0)
+
+    def parts(parameters: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        form = space.form(parameters, body)
+        return form.occupancy, form.stiffness, form.muscle_membership
+
+    probes = [torch.as_tensor(rng.normal(size=part.shape)) for part in parts(parameters)]
+
+    def readings(parameters: torch.Tensor) -> torch.Tensor:
+        return torch.stack([(part * probe).sum() for part, probe in zip(parts(parameters), probes, strict=True)])
+
+    assert torch.autograd.gradcheck(readings, parameters)
+
+
+@pytest.mark.parametrize("parameters", [[0.0] * 12, [60.0, -60.0, 0.0, 0.0] * 3, [800.0, 0.0, 0.0, -800.0] * 3])
+def test_gradients_are_finite_everywhere(parameters: list[float]) -> None:
+    """At the middle of the simplex, and at ends where a coefficient underflows."""
+    body = workspace(64)
+    free = torch.tensor([parameters], dtype=torch.float64, requires_grad=True)
+    (slope,) = torch.autograd.grad(SPACE.form(free, body).occupancy.square().sum(), free)
+    assert torch.isfinite(slope).all()
+
+
+def test_empty_space_near_the_skin_has_a_gradient() -> None:
+    """A particle just outside knows that it is about to be reached."""
+    body = workspace(64)
+    free = torch.zeros((1, 12), dtype=torch.float64, requires_grad=True)
+    occupancy = SPACE.form(free, body).occupancy[0]
+    full = body.positions[occupancy.detach().numpy() > 0.5]
+    gap = KDTree(full).query(body.positions)[0]
+    outside = np.flatnonzero((occupancy.detach().numpy() < 0.5) & (gap < 1.1 / 128))
+    assert len(outside) > 50
+    for n in outside[::30]:
+        (slope,) = torch.autograd.grad(occupancy[n], free, retain_graph=True)
+        assert slope.abs().max() > 0.0
+
+
+def test_the_level_at_which_a_volume_is_kept() -> None:
+    """Any volume between none and all, and the gradient that keeps it."""
+    field = torch.as_tensor(np.random.default_rng(0).normal(size=40)).requires_grad_()
+    volumes = torch.as_tensor(np.random.default_rng(1).uniform(0.5, 1.5, size=40))
+    for share in (0.01, 0.4, 0.99):
+        volume = (share * volumes.sum()).requires_grad_()
+        assert (volumes * keep_volume(field, volumes, volume)).sum().item() == pytest.approx(volume.item(), rel=1e-12)
+        assert torch.autograd.gradcheck(lambda f, v: keep_volume(f, volumes, v), (field, volume))

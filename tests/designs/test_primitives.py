@@ -1,0 +1,166 @@
+"""The primitives in their workspace: the box, what each is inside and outside its skin, and names that cannot be."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial import KDTree
+
+from zoobench import registry
+from zoobench.designs.anatomy import Animal
+from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, simplex
+from zoobench.errors import SceneError, UnknownNameError, UsageError
+from zoobench.registry import Kind
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
+
+DRAFT, PAPER = Fidelity(1 / 64), Fidelity(1 / 128)
+
+
+@cache
+def primitives(names: str = DEFAULT_PRIMITIVES, length: float = 0.1) -> Primitives:
+    """Made once."""
+    return Primitives(names, length)
+
+
+@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+fish+shark"])
+def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> None:
+    """Each primitive's particles are among those of the workspace, and there are some beyond in every direction."""
+    made = primitives(names)
+    body = made.workspace(PAPER)
+    assert body.malleable
+    assert body.positions[:, 1].min() > 0.0
+    tree = KDTree(body.positions)
+    for animal in made.animals:
+        own = animal.body(PAPER).positions
+        shift = tree.query(own)[0]
+        assert shift.max() <= PAPER.grid_spacing / 4 * np.sqrt(3.0) + 1e-9
+        assert (own.max(axis=0) < body.positions.max(axis=0)).all()
+        assert (own.min(axis=0)[[0, 2]] > body.positions.min(axis=0)[[0, 2]]).all()
+
+
+def test_the_workspace_is_the_same_box_at_every_fidelity() -> None:
+    """125 x 62.5 x 62.5 mm, tiled with whole cells, each particle with its share of a cell."""
+    for name in registry.names(Kind.FIDELITY):
+        fidelity = registry.create(Kind.FIDELITY, Ref(name))
+        body = primitives().workspace(fidelity)
+        assert body.volumes.sum() == pytest.approx(0.125 * 0.0625**2, rel=1e-9)
+        assert body.volumes[0] == pytest.approx(fidelity.grid_spacing**3 / 8, rel=1e-12)
+
+
+def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
+    """A form's stiffness is a share of that."""
+    made = primitives()
+    body = made.workspace(DRAFT)
+    assert (body.stiffness == 2.0).all()
+    assert (made.tissues(body).stiffness.amax(dim=1) == 1.0).all()
+    assert made.tissues(body).stiffness.min() >= 0.25
+
+
+def test_inside_its_skin_a_primitive_is_itself() -> None:
+    """Stiffness everywhere, muscles and fibres where it has muscle, and the sign of the distance."""
+    made = primitives()
+    body = made.workspace(PAPER)
+    tissues = made.tissues(body)
+    for n, animal in enumerate(made.animals):
+        inside = animal.shape.inside(body.positions)
+        np.testing.assert_array_equal(tissues.distances[n].numpy() <= 0.0, inside)
+        np.testing.assert_allclose(2.0 * tissues.stiffness[n][inside], animal.stiffness(body.positions[inside]))
+        own = animal.membership(body.positions)
+        muscled = inside & (own.sum(axis=1) > 1.0 - 1e-9)
+        assert muscled.sum() > 0.3 * inside.sum()
+        np.testing.assert_allclose(tissues.membership[n][muscled], own[muscled])
+        np.testing.assert_allclose(tissues.fibres[n][muscled], animal.fibres(body.positions[muscled]), atol=1e-9)
+
+
+def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
+    """Found by brute force among the particles of a fine body: nowhere does another muscle lie clearly nearer."""
+    made = primitives()
+    body = made.workspace(DRAFT)
+    tissues = made.tissues(body)
+    for n, animal in enumerate(made.animals):
+        fine = animal.body(Fidelity(1 / 400))
+        sure = fine.muscle_membership.max(axis=1) > 1.0 - 1e-9
+        owner, away = fine.muscle_membership[sure].argmax(axis=1), fine.positions[sure]
+        gaps = np.stack([KDTree(away[owner == k]).query(body.positions)[0] for k in range(len(animal.muscles))], axis=1)
+        chosen = tissues.membership[n].numpy().argmax(axis=1)
+        assert (gaps[np.arange(len(gaps)), chosen] - gaps.min(axis=1)).max() <= 0.0056
+
+
+@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda"])
+def test_tissues_are_whole_and_mirrored(names: str) -> None:
+    """Shares are 1 together, fibres of unit length, left the mirror image of right."""
+    made = primitives(names)
+    body = made.workspace(DRAFT)
+    tissues = made.tissues(body)
+    np.testing.assert_allclose(tissues.membership.sum(dim=2), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(tissues.fibres.norm(dim=2), 1.0, rtol=1e-12)
+    flip = np.array([1.0, 1.0, -1.0])
+    gap, twin = KDTree(body.positions).query(body.positions * flip)
+    assert gap.max() < 1e-9
+    np.testing.assert_allclose(tissues.distances[:, twin], tissues.distances, atol=1e-12)
+    np.testing.assert_allclose(tissues.stiffness[:, twin], tissues.stiffness, atol=1e-12)
+    np.testing.assert_allclose(tissues.fibres[:, twin], tissues.fibres * torch.as_tensor(flip), atol=1e-9)
+
+
+def test_muscles_are_matched_by_number() -> None:
+    """Names that agree stay; the others are numbered; a primitive with fewer leaves the last ones unused."""
+    agreed = primitives("shark+tuna+fish")
+    assert agreed.muscles == agreed.animals[0].muscles
+    assert primitives().muscles == tuple(f"muscle-{n + 1}" for n in range(8))
+    mixed = primitives("orca+panda")
+    counts = [len(animal.muscles) for animal in mixed.animals]
+    assert len(mixed.muscles) == max(counts)
+    used = mixed.tissues(mixed.workspace(DRAFT)).membership.sum(dim=1) > 0.0
+    for n, count in enumerate(counts):
+        assert used[n, :count].all()
+        assert not used[n, count:].any()
+
+
+def test_a_longer_workspace_is_the_same_workspace() -> None:
+    """Twice the length on a grid twice as coarse: the same tissues, distances twice as long."""
+    small, large = primitives(length=0.1), primitives(length=0.2)
+    one, two = small.tissues(small.workspace(PAPER)), large.tissues(large.workspace(DRAFT))
+    np.testing.assert_allclose(two.distances, 2.0 * one.distances, atol=1e-12)
+    np.testing.assert_allclose(two.membership, one.membership, atol=1e-12)
+
+
+def test_coefficients_are_on_the_simplex() -> None:
+    """Positive and 1 together in each block, whatever the parameters."""
+    weights = simplex(torch.tensor([1000.0, -1000.0, 0.0, 1.0, 2.0, 3.0], dtype=torch.float64), 2)
+    assert weights.shape == (2, 3)
+    np.testing.assert_allclose(weights.sum(dim=1), 1.0, rtol=1e-12)
+    np.testing.assert_array_equal(weights[0], [1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("space", ["sdf-lerp", "barycenter"])
+@pytest.mark.parametrize(
+    ("names", "error", "message"),
+    [
+        ("orca", UsageError, "two or more"),
+        ("orca+orca", UsageError, "two or more"),
+        ("orca+", UsageError, "Cannot read"),
+        ("orca+unicorn", UnknownNameError, "unicorn"),
+        ("orca+caterpillar", UsageError, "signed distance"),
+        ("orca+mesh", UsageError, "signed distance"),
+        ("orca+sdf-lerp", UsageError, "signed distance"),
+    ],
+)
+def test_names_that_cannot_be_mixed_are_refused(space: str, names: str, error: type[UsageError], message: str) -> None:
+    """When the design is made, with what to do instead."""
+    with pytest.raises(error, match=message):
+        registry.create(Kind.DESIGN, Ref(space, params=(("primitives", names),)))
+
+
+def test_a_grid_that_holds_no_primitive_is_refused() -> None:
+    """As for every design."""
+    with pytest.raises(SceneError, match="finer fidelity"):
+        primitives().workspace(Fidelity(0.5))
+
+
+def test_all_primitives_are_animals_of_one_length() -> None:
+    """Scaled, not cut."""
+    for animal in primitives(length=0.07).animals:
+        assert isinstance(animal, Animal)
+        assert animal.length == 0.07

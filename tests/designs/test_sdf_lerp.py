@@ -1,0 +1,125 @@
+"""SDF-Lerp: the ends of the simplex, the volume between them, mean lines, and gradients."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from zoobench.designs.base import Body
+from zoobench.designs.sdf_lerp import SdfLerp, mean_line
+from zoobench.designs.space import DesignSpace, Form
+from zoobench.sim.fidelity import Fidelity
+
+SPACE = SdfLerp()
+COUNT = 4
+ORCA, TUNA = 0, 3
+
+
+@cache
+def workspace(cells: int) -> Body:
+    """Of cells of 1 / `cells` m, made once."""
+    return SPACE.body(Fidelity(1 / cells))
+
+
+def mixture(weights: NDArray[np.float64], cells: int) -> Form:
+    """The form in which geometry, stiffness and muscles have these weights `[COUNT]`."""
+    return SPACE.form(torch.log(torch.as_tensor(weights) + 1e-40).repeat(3)[None], workspace(cells))
+
+
+def lines(count: int, size: int, seed: int = 0) -> torch.Tensor:
+    """Random unit vectors `[count, size, 3]`."""
+    drawn = np.random.default_rng(seed).normal(size=(count, size, 3))
+    return torch.as_tensor(drawn / np.linalg.norm(drawn, axis=2, keepdims=True))
+
+
+def test_it_is_a_design_space() -> None:
+    """Three coefficients for each primitive."""
+    assert isinstance(SPACE, DesignSpace)
+    body = workspace(32)
+    assert SPACE.parameter_count(body) == 3 * COUNT == len(SPACE.initial(np.random.default_rng(0), body))
+
+
+@pytest.mark.parametrize("end", range(COUNT))
+def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
+    """Its particles, all and no others, its tissues, its volume within 5 %."""
+    body, tissues = workspace(128), SPACE._primitives.tissues(workspace(128))
+    form = mixture(np.eye(COUNT)[end], 128)
+    np.testing.assert_array_equal(form.occupancy[0] > 0.5, tissues.distances[end] < 0.0)
+    volume = (form.occupancy[0].numpy() * body.volumes).sum()
+    assert volume == pytest.approx(SPACE._primitives.volumes[end], rel=0.05)
+    np.testing.assert_allclose(form.stiffness[0], tissues.stiffness[end], atol=1e-12)
+    np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
+    along = (form.fibres[0] * tissues.fibres[end]).sum(dim=1).abs()
+    np.testing.assert_allclose(along, 1.0, atol=1e-9)
+
+
+def test_volume_is_lost_between_primitives() -> None:
+    """Half way from the orca to the tuna, fins that do not meet are gone: more than 5 % of the mean volume."""
+    weights = np.zeros(COUNT)
+    weights[[ORCA, TUNA]] = 0.5
+    volume = (mixture(weights, 128).occupancy[0].numpy() * workspace(128).volumes).sum()
+    assert volume < 0.95 * weights @ SPACE._primitives.volumes
+
+
+def test_the_mean_line_is_the_chordal_mean_of_half_turns() -> None:
+    """Against SciPy's mean of rotations, with random lines and weights."""
+    directions = lines(4, 50)
+    weights = np.array([0.4, 0.1, 0.2, 0.3])
+    found = mean_line(torch.as_tensor(weights), directions)
+    np.testing.assert_allclose(found.norm(dim=1), 1.0, rtol=1e-12)
+    for n in range(50):
+        theirs = Rotation.from_rotvec(np.pi * directions[:, n].numpy()).mean(weights).as_rotvec()
+        assert abs(theirs @ found[n].numpy()) == pytest.approx(np.pi, rel=1e-9)
+
+
+def test_the_sense_of_a_line_has_no_meaning() -> None:
+    """The same mean from d as from -d, bit for bit."""
+    directions = lines(3, 20)
+    weights = torch.tensor([0.5, 0.3, 0.2], dtype=torch.float64)
+    senses = torch.as_tensor(np.random.default_rng(1).choice([-1.0, 1.0], size=(3, 20, 1)))
+    torch.testing.assert_close(mean_line(weights, senses * directions), mean_line(weights, directions), rtol=0, atol=0)
+
+
+def test_half_way_between_two_lines() -> None:
+    """Equal weights bisect the smaller angle."""
+    angle = np.radians(70.0)
+    two = torch.tensor([[[1.0, 0.0, 0.0]], [[-np.cos(angle), -np.sin(angle), 0.0]]], dtype=torch.float64)
+    found = mean_line(torch.tensor([0.5, 0.5], dtype=torch.float64), two)[0]
+    assert abs(found @ torch.tensor([np.cos(angle / 2), np.sin(angle / 2), 0.0])) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_gradient_of_a_mean_line_is_right() -> None:
+    """With respect to the weights, at the ends of the simplex too."""
+    directions = lines(3, 6)
+    for weights in ([0.5, 0.3, 0.2], [1.0, 0.0, 0.0]):
+        free = torch.tensor(weights, dtype=torch.float64, requires_grad=True)
+        assert torch.autograd.gradcheck(lambda w: mean_line(w, directions), free)
+
+
+def test_lines_at_right_angles_have_a_finite_gradient() -> None:
+    """No line is nearest there; the gradient is bounded all the same."""
+    free = torch.tensor([0.5, 0.5], dtype=torch.float64, requires_grad=True)
+    mean_line(free, torch.eye(3, dtype=torch.float64)[:2, None]).sum().backward()
+    assert free.grad is not None
+    assert torch.isfinite(free.grad).all()
+
+
+def test_the_gradient_is_right() -> None:
+    """Of everything that a form says, with respect to all parameters."""
+    body = workspace(32)
+    parameters = torch.tensor(SPACE.initial(np.random.default_rng(0), body)[None], requires_grad=True)
+    rng = np.random.default_rng(0)
+
+    def parts(parameters: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        form = SPACE.form(parameters, body)
+        return form.occupancy, form.stiffness, form.muscle_membership, form.fibres
+
+    probes = [torch.as_tensor(rng.normal(size=part.shape)) for part in parts(parameters)]
+
+    def readings(parameters: torch.Tensor) -> torch.Tensor:
+        return torch.stack([(part * probe).sum() for part, probe in zip(parts(parameters), probes, strict=True)])
+
+    assert torch.autograd.gradcheck(readings, parameters)
