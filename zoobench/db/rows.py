@@ -244,8 +244,8 @@ class Batch:
 class Ending:
     """How an attempt ended.
 
-    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, and `params`,
-    the best parameters that were found.
+    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, and
+    `params`, the best parameters that were found.
     """
 
     outcome: RunState

@@ -7,8 +7,8 @@ line with a `type`:
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
-* one of `done` (`finals`, `params`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last one, with
-  `peak_memory` [bytes].
+* one of `done` (`finals`, `params`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last
+  one, with `peak_memory` [bytes].
 
 Anything that other code prints goes to standard error, which is the run's log.
 """

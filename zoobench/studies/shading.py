@@ -1,10 +1,14 @@
-"""Colour and light of drawn particles."""
+"""Colour and light of drawn particles, and of what they stand on."""
 
 import colorsys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from zoobench.sim.scene import Scene
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]
@@ -15,9 +19,31 @@ LIGHT = np.array([0.35, 0.85, 0.4]) / np.linalg.norm([0.35, 0.85, 0.4])
 AMBIENT = 0.6
 """Share of the light that comes from everywhere."""
 
-
 PASSIVE = 0.66
 """Grey of matter without muscle."""
+
+_MEDIA: dict[str, Colour] = {
+    "sand": (0.88, 0.74, 0.48),
+    "clay": (0.72, 0.45, 0.34),
+    "mud": (0.46, 0.38, 0.27),
+    "snow": (0.97, 0.98, 1.0),
+    "water": (0.36, 0.62, 0.88),
+}
+_ROUGH: Colour = (0.62, 0.59, 0.54)
+_SLIPPERY: Colour = (0.74, 0.88, 0.96)
+_LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
+
+
+def medium_colour(scene: "Scene") -> Colour:
+    """Of the medium of a scene that has one."""
+    assert scene.medium is not None
+    return _MEDIA[scene.medium.material.law.name.lower()]
+
+
+def ground_colour(scene: "Scene") -> Colour:
+    """Of the ground of a scene that has one."""
+    assert scene.ground is not None
+    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.medium is None else _ROUGH
 
 
 def palette(names: Sequence[str]) -> list[Colour]:

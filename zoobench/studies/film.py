@@ -1,0 +1,130 @@
+"""A film of one episode, simulated again: where everything is at its moments, as plain data."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import DivergenceError, UsageError
+from zoobench.problem import FRAME_SECONDS, Episode, Evaluation, Problem
+from zoobench.spec import RunSpec
+
+if TYPE_CHECKING:
+    from zoobench.designs.base import Body
+    from zoobench.sim.scene import Scene
+    from zoobench.tasks.paths import Path as Route
+
+Array = NDArray[np.float64]
+Places = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Film:
+    """An episode, at some of the boundaries of its control frames, here called moments.
+
+    Attributes:
+        spec: what was simulated.
+        evaluation: what it scored.
+        scene: its matter and ground; the positions in it are those before it came to rest.
+        body: the robot at rest in its own frame, as it was simulated.
+        particle_edge: edge of the cube that a particle stands for [m].
+        lattice: edge of the cubic lattice whose points the robot's particles are, or some of them [m].
+        times: `[moments]` since the episode began [s].
+        robot: `[moments, robot_count, 3]` where the robot's particles are [m].
+        medium: `[moments, medium_count, 3]` where the medium's are [m]; none on bare ground.
+        activity: `[moments, muscle_count]` of every muscle in the frame that ends then, in [-1, 1]; 0 at the start.
+        centre: `[moments, 3]` the robot's centre of mass [m].
+        target: `[moments, 3]` where the target is then [m]; None if the task has none that moves.
+    """
+
+    spec: RunSpec
+    evaluation: Evaluation
+    scene: "Scene"
+    body: "Body"
+    particle_edge: float
+    lattice: float
+    times: Array
+    robot: Places
+    medium: Places
+    activity: Array
+    centre: Array
+    target: Array | None
+
+    @property
+    def activation(self) -> Array:
+        """Of every robot particle, by its share of each muscle `[moments, robot_count]`; above 0 it contracts."""
+        found: Array = self.activity @ self.body.muscle_membership.T
+        return found
+
+
+def film(
+    spec: RunSpec,
+    params: Sequence[float],
+    *,
+    moments: Sequence[int] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Film:
+    """Simulate the episode of a controller again.
+
+    Args:
+        spec: of the run that found the parameters.
+        params: `[parameter_count]` of the controller.
+        moments: those to keep, counted in control frames from the start (0), in rising order; all if None.
+        progress: called with the number of control frames simulated so far.
+
+    Raises:
+        UnknownNameError, UsageError: the spec or the parameters are not of this zoobench.
+        DivergenceError: the episode blows up, which it did not when it was scored.
+    """
+    problem = Problem(spec, worlds=1)
+    if len(params) != problem.parameter_count:
+        raise UsageError(
+            f"The stored solution has {len(params)} parameters, and {spec.controller} for {spec.design} now takes "
+            f"{problem.parameter_count}. Do the run again with this version."
+        )
+    kept = np.arange(spec.frames + 1) if moments is None else np.asarray(moments)
+    wanted, places, seen = set(kept.tolist()), [], 0
+
+    def watch(place: Array) -> None:
+        nonlocal seen
+        if seen in wanted:
+            places.append(place.astype(np.float32))
+        if progress is not None:
+            progress(seen)
+        seen += 1
+
+    problem.prepare()
+    episode = problem.observe(np.asarray(params), watch=watch)
+    if episode.evaluation.divergence is not None:
+        raise DivergenceError(episode.evaluation.divergence)
+    return _film(problem, episode, np.array(places), kept)
+
+
+def evenly(frames: int, count: int) -> list[int]:
+    """At most `count` moments of an episode, the start and the end among them."""
+    found: list[int] = np.unique(np.linspace(0, frames, count).round().astype(int)).tolist()
+    return found
+
+
+def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.int64]) -> Film:
+    robot_count = problem.scene.robot.particle_count
+    centre = episode.motion.centre_of_mass()[:, 0].detach().numpy()
+    route: Route | None = getattr(problem.task, "route", None)
+    times = kept.astype(np.float64) * FRAME_SECONDS
+    fidelity = problem.fidelity
+    return Film(
+        spec=problem.spec,
+        evaluation=episode.evaluation,
+        scene=problem.scene,
+        body=replace(problem.body, occupancy=episode.occupancy, muscle_membership=episode.muscle_membership),
+        particle_edge=fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3),
+        lattice=fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9),
+        times=times,
+        robot=places[:, :robot_count],
+        medium=places[:, robot_count:],
+        activity=np.vstack([np.zeros_like(episode.actuation[:1]), episode.actuation])[kept],
+        centre=centre[kept],
+        target=None if route is None else centre[0] + route.positions(times),
+    )
