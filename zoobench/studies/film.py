@@ -31,12 +31,13 @@ class Film:
         body: the robot at rest in its own frame, as it was simulated.
         particle_edge: edge of the cube that a particle stands for [m].
         lattice: edge of the cubic lattice whose points the robot's particles are, or some of them [m].
+        kept: `[moments]` which boundaries, counted in control frames from the start.
         times: `[moments]` since the episode began [s].
         robot: `[moments, robot_count, 3]` where the robot's particles are [m].
         medium: `[moments, medium_count, 3]` where the medium's are [m]; none on bare ground.
         activity: `[moments, muscle_count]` of every muscle in the frame that ends then, in [-1, 1]; 0 at the start.
-        centre: `[moments, 3]` the robot's centre of mass [m].
-        target: `[moments, 3]` where the target is then [m]; None if the task has none that moves.
+        centre: `[frames + 1, 3]` the robot's centre of mass at all boundaries, kept or not [m].
+        target: `[frames + 1, 3]` where the target is then [m]; None if the task has none that moves.
     """
 
     spec: RunSpec
@@ -45,6 +46,7 @@ class Film:
     body: "Body"
     particle_edge: float
     lattice: float
+    kept: NDArray[np.int64]
     times: Array
     robot: Places
     medium: Places
@@ -112,7 +114,7 @@ def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.i
     robot_count = problem.scene.robot.particle_count
     centre = episode.motion.centre_of_mass()[:, 0].detach().numpy()
     route: Route | None = getattr(problem.task, "route", None)
-    times = kept.astype(np.float64) * FRAME_SECONDS
+    clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
     fidelity = problem.fidelity
     return Film(
         spec=problem.spec,
@@ -121,10 +123,11 @@ def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.i
         body=replace(problem.body, occupancy=episode.occupancy, muscle_membership=episode.muscle_membership),
         particle_edge=fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3),
         lattice=fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9),
-        times=times,
+        kept=kept,
+        times=clock[kept],
         robot=places[:, :robot_count],
         medium=places[:, robot_count:],
         activity=np.vstack([np.zeros_like(episode.actuation[:1]), episode.actuation])[kept],
-        centre=centre[kept],
-        target=None if route is None else centre[0] + route.positions(times),
+        centre=centre,
+        target=None if route is None else centre[0] + route.positions(clock),
     )

@@ -80,7 +80,7 @@ def put_medium(pyvista: Any, plotter: Any, stage: Stage, pixels_per_metre: float
 
     def update(moment: int) -> None:
         places = film.medium[moment, shown].astype(float)
-        bright = brightness(places, reach)
+        bright = brightness(places, reach, upward=reach)
         if not stage.immersed:
             robot = film.robot[moment, exists].astype(float)
             bright = np.where(covered(places, robot, 0.8 * film.particle_edge)[:, None], _SHADOW * bright, bright)
@@ -132,12 +132,12 @@ def put_ways(pyvista: Any, plotter: Any, stage: Stage, towards: Array) -> Update
     updates = []
     if film.target is not None:
         _put_line(pyvista, plotter, film.target + nearer, TARGET)
-        updates.append(_put_ball(pyvista, plotter, film.target + 1.1 * nearer, TARGET))
+        updates.append(_put_ball(pyvista, plotter, film.target[film.kept] + 1.1 * nearer, TARGET))
     line = _put_line(pyvista, plotter, film.centre + nearer, WAY)
-    updates.append(_put_ball(pyvista, plotter, film.centre + 1.2 * nearer, WAY))
+    updates.append(_put_ball(pyvista, plotter, film.centre[film.kept] + 1.2 * nearer, WAY))
 
     def update(moment: int) -> None:
-        line.points = film.centre[np.minimum(np.arange(len(film.centre)), moment)] + nearer
+        line.points = film.centre[np.minimum(np.arange(len(film.centre)), film.kept[moment])] + nearer
         for each in updates:
             each(moment)
 
@@ -186,7 +186,7 @@ def _put_tank(pyvista: Any, plotter: Any, stage: Stage) -> None:
         [[low[0], level, cut], [high[0], level, cut], [high[0], level, high[2]], [low[0], level, high[2]]]
     )
     pane = pyvista.PolyData(corners, [4, 0, 1, 2, 3])
-    plotter.add_mesh(pane, color=colour, opacity=0.3, lighting=False)
+    plotter.add_mesh(pane, color=colour, opacity=0.2, lighting=False)
     floor = corners * [1.0, 0.0, 1.0]
     for line in ([*corners, corners[0]], [floor[2], corners[2]], [floor[3], corners[3]]):
         plotter.add_mesh(pyvista.lines_from_points(np.array(line)), color="#555555", line_width=1.5, lighting=False)

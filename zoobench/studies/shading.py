@@ -65,8 +65,11 @@ def tints(membership: Array, muscles: Sequence[str]) -> Array:
     return found
 
 
-def outward(points: Array, radius: float) -> Array:
-    """Unit normals of the surface `[n, 3]`: away from the mean of the neighbours; of no meaning inside."""
+def outward(points: Array, radius: float, *, upward: float = 0.0) -> Array:
+    """Unit normals of the surface `[n, 3]`: away from the mean of the neighbours; of no meaning inside.
+
+    `upward` [m] decides where the neighbours do not, as in a single layer, and little elsewhere.
+    """
     from scipy.spatial import KDTree
 
     pairs = KDTree(points).query_pairs(radius, output_type="ndarray")
@@ -74,6 +77,7 @@ def outward(points: Array, radius: float) -> Array:
     gap = points[pairs[:, 0]] - points[pairs[:, 1]]
     np.add.at(offset, pairs[:, 0], gap)
     np.add.at(offset, pairs[:, 1], -gap)
+    offset[:, 1] += upward
     normal: Array = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-12)
     return normal
 
@@ -89,7 +93,7 @@ def covered(points: Array, robot: Array, radius: float) -> NDArray[np.bool_]:
     return shadow
 
 
-def brightness(points: Array, radius: float) -> Array:
-    """Diffuse light from above and some from everywhere `[n, 1]`."""
-    lit: Array = np.maximum(outward(points, radius) @ LIGHT, 0.0)
+def brightness(points: Array, radius: float, *, upward: float = 0.0) -> Array:
+    """Diffuse light from above and some from everywhere `[n, 1]`; `upward` as in `outward`."""
+    lit: Array = np.maximum(outward(points, radius, upward=upward) @ LIGHT, 0.0)
     return np.asarray(AMBIENT + (1.0 - AMBIENT) * lit)[:, None]
