@@ -7,7 +7,7 @@ import pytest
 
 from tests.cli.conftest import Command
 from tests.report.content import add_ended
-from tests.studies.filmed import SPEC, params, short_film
+from tests.studies.filmed import SPEC, needs_drawing, params, short_film
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 
@@ -33,8 +33,7 @@ def test_a_run_is_filmed_from_what_is_stored(zoobench: Command, tmp_path: Path) 
 
 def test_a_picture_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     """A run is known by the start of its key too; another score than the stored one is told."""
-    pytest.importorskip("pyvista")
-    pytest.importorskip("imageio")
+    needs_drawing()
     stored(tmp_path / "zoobench.db", 5.0)
     reply = zoobench("render", SPEC.key()[:8], "-o", "run.png", "--width", 640)
     assert (reply.code, reply.out) == (0, "run.png\n"), reply.err

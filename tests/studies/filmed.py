@@ -3,11 +3,15 @@
 from functools import cache
 
 import numpy as np
+import pytest
 
 from tests.conformance.cells import cell
+from zoobench.errors import UsageError
 from zoobench.problem import Problem
 from zoobench.spec import RunSpec
 from zoobench.studies.film import Film, film
+from zoobench.studies.film_files import check_tools
+from zoobench.studies.film_formats import FilmFormat
 
 SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10)
 
@@ -22,3 +26,13 @@ def params() -> tuple[float, ...]:
 def short_film() -> Film:
     """The start, the middle and the end."""
     return film(SPEC, params(), moments=[0, 5, 10])
+
+
+def needs_drawing() -> None:
+    """Skip the test where the extra `render` is not installed, or a system without OpenGL cannot draw."""
+    for module in ("pyvista", "imageio", "imageio_ffmpeg", "skimage"):
+        pytest.importorskip(module)
+    try:
+        check_tools(FilmFormat.PNG)
+    except UsageError as error:
+        pytest.skip(str(error))

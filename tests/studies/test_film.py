@@ -42,6 +42,13 @@ def test_parameters_of_another_body_are_refused() -> None:
         film(SPEC, (0.0, 1.0, 2.0))
 
 
+def test_a_film_that_no_memory_holds_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before it is simulated, with what to keep of it."""
+    monkeypatch.setattr("zoobench.studies.film._LARGEST", 10_000)
+    with pytest.raises(UsageError, match="Keep fewer: --every"):
+        film(SPEC, params())
+
+
 def test_moments_are_spread_from_start_to_end() -> None:
     """A short episode has fewer than were asked for."""
     assert evenly(200, 6) == [0, 40, 80, 120, 160, 200]

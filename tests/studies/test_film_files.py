@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.studies.filmed import SPEC, short_film
+from tests.studies.filmed import SPEC, needs_drawing, short_film
 from zoobench.errors import UsageError
 from zoobench.spec import RunSpec
 from zoobench.studies.film_files import check_tools, moments_of, write
@@ -61,7 +61,7 @@ def _colours(picture: "np.ndarray[tuple[int, ...], np.dtype[np.uint8]]") -> dict
 @pytest.mark.parametrize("form", [FilmFormat.MP4, FilmFormat.GIF])
 def test_moving_pictures_show_the_robot_in_its_medium(tmp_path: Path, form: FilmFormat) -> None:
     """A picture for each moment, of the width asked for, that differs from the one before."""
-    pytest.importorskip("pyvista")
+    needs_drawing()
     imageio = pytest.importorskip("imageio.v2")
     with imageio.get_reader(written(tmp_path, form, width=320)) as reader:
         pictures = [np.asarray(picture) for picture in reader]
@@ -72,7 +72,7 @@ def test_moving_pictures_show_the_robot_in_its_medium(tmp_path: Path, form: Film
 
 def test_a_sheet_shows_all_moments_and_the_robot_in_colour(tmp_path: Path) -> None:
     """Two side by side; the robot at rest is grey, and coloured once its muscles are active."""
-    pytest.importorskip("pyvista")
+    needs_drawing()
     imageio = pytest.importorskip("imageio.v2")
     sheet = imageio.imread(written(tmp_path, FilmFormat.PNG, width=640))
     assert sheet.shape == (2 * 180, 640, 3)
@@ -120,8 +120,7 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 
 def test_no_medium_and_no_target_are_no_trouble(tmp_path: Path) -> None:
     """Bare ground, and a task that only wants speed."""
-    pytest.importorskip("pyvista")
-    pytest.importorskip("imageio.v2")
+    needs_drawing()
     film = short_film()
     bare = replace(film, medium=film.medium[:, :0], target=None, scene=replace(film.scene, medium=None))
     path = tmp_path / "bare.png"

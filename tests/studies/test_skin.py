@@ -1,12 +1,15 @@
 """The skin follows the particles."""
 
 import numpy as np
+import pytest
 
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.skin import normals, skin
+
+pytest.importorskip("skimage")
 
 EDGE = 1 / 64 / 2  # of the lattice of `draft`
 

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Places = NDArray[np.float32]
 
+_LARGEST = 4 * 2**30
+"""Bytes that the positions of a film may take."""
+
 
 @dataclass(frozen=True)
 class Film:
@@ -77,7 +80,7 @@ def film(
         progress: called with the number of control frames simulated so far.
 
     Raises:
-        UnknownNameError, UsageError: the spec or the parameters are not of this zoobench.
+        UnknownNameError, UsageError: the spec or the parameters are not of this zoobench, or the film is too large.
         DivergenceError: the episode blows up, which it did not when it was scored.
     """
     problem = Problem(spec, worlds=1)
@@ -87,27 +90,43 @@ def film(
             f"{problem.parameter_count}. Do the run again with this version."
         )
     kept = np.arange(spec.frames + 1) if moments is None else np.asarray(moments)
-    wanted, places, seen = set(kept.tolist()), [], 0
+    places, frame = _room(len(kept), problem.scene.particle_count), 0
+    rows = {kept_frame: row for row, kept_frame in enumerate(kept.tolist())}
 
     def watch(place: Array) -> None:
-        nonlocal seen
-        if seen in wanted:
-            places.append(place.astype(np.float32))
+        nonlocal frame
+        if frame in rows:
+            places[rows[frame]] = place
         if progress is not None:
-            progress(seen)
-        seen += 1
+            progress(frame)
+        frame += 1
 
     problem.prepare()
     episode = problem.observe(np.asarray(params), watch=watch)
     if episode.evaluation.divergence is not None:
         raise DivergenceError(episode.evaluation.divergence)
-    return _film(problem, episode, np.array(places), kept)
+    return _film(problem, episode, places, kept)
 
 
 def evenly(frames: int, count: int) -> list[int]:
     """At most `count` moments of an episode, the start and the end among them."""
     found: list[int] = np.unique(np.linspace(0, frames, count).round().astype(int)).tolist()
     return found
+
+
+def _room(moments: int, particle_count: int) -> Places:
+    """Room for all that is kept `[moments, particle_count, 3]`.
+
+    Raises:
+        UsageError: no computer is meant to hold so much.
+    """
+    size = 12 * moments * particle_count
+    if size > _LARGEST:
+        raise UsageError(
+            f"{moments} moments of {particle_count:,} particles take {size / 2**30:.0f} GiB, and "
+            f"{_LARGEST // 2**30} GiB are the most. Keep fewer: --every {2 * -(-size // _LARGEST)}."
+        )
+    return np.zeros((moments, particle_count, 3), np.float32)
 
 
 def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.int64]) -> Film:
