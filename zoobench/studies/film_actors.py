@@ -187,7 +187,7 @@ def _put_tank(pyvista: Any, plotter: Any, stage: Stage) -> None:
     )
     pane = pyvista.PolyData(corners, [4, 0, 1, 2, 3])
     plotter.add_mesh(pane, color=colour, opacity=0.2, lighting=False)
-    floor = corners * [1.0, 0.0, 1.0]
+    floor = corners * np.array([1.0, 0.0, 1.0]) + np.array([0.0, 2 * _HAIR, 0.0])
     for line in ([*corners, corners[0]], [floor[2], corners[2]], [floor[3], corners[3]]):
         plotter.add_mesh(pyvista.lines_from_points(np.array(line)), color="#555555", line_width=1.5, lighting=False)
     front = np.array([floor[1], floor[2], floor[3], floor[0]])

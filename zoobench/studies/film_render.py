@@ -86,7 +86,7 @@ class FilmPainter:
             actor.prop.font_size = round(size * letters)
             return actor
 
-        for words, y in (("muscle activation", 0.82), ("contracts", 0.77), ("extends", 0.2)):
+        for words, y in (("activation", 0.82), ("contracts", 0.77), ("extends", 0.2)):
             text(words, 0.89, y)
         text(title, 0.02, 0.94, size=1.15)
         self._clock = text("", 0.02, 0.885, size=1.15)
