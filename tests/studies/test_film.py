@@ -5,7 +5,8 @@ import pytest
 
 from tests.studies.filmed import SPEC, params, short_film
 from zoobench.errors import UsageError
-from zoobench.problem import FRAME_SECONDS, Problem
+from zoobench.problem import Problem
+from zoobench.spec import FRAME_SECONDS
 from zoobench.studies.film import evenly, film
 
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.episode import Episode, Evaluation
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.problem import FRAME_SECONDS, Episode, Evaluation, Problem
-from zoobench.spec import RunSpec
+from zoobench.problem import Problem
+from zoobench.spec import FRAME_SECONDS, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body
@@ -37,7 +38,8 @@ class Film:
         kept: `[moments]` which boundaries, counted in control frames from the start.
         times: `[moments]` since the episode began [s].
         robot: `[moments, robot_count, 3]` where the robot's particles are [m].
-        medium: `[moments, medium_count, 3]` where the medium's are [m]; none on bare ground.
+        medium: `[moments, medium_count, 3]` where the medium's are [m], without those whose place the robot takes; none
+            on bare ground.
         activity: `[moments, muscle_count]` of every muscle in the frame that ends then, in [-1, 1]; 0 at the start.
         centre: `[frames + 1, 3]` the robot's centre of mass at all boundaries, kept or not [m].
         target: `[frames + 1, 3]` where the target is then [m]; None if the task has none that moves.
@@ -71,11 +73,11 @@ def film(
     moments: Sequence[int] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Film:
-    """Simulate the episode of a controller again.
+    """Simulate the episode of a solution again.
 
     Args:
         spec: of the run that found the parameters.
-        params: `[parameter_count]` of the controller.
+        params: `[parameter_count]` of controller and design.
         moments: those to keep, counted in control frames from the start (0), in rising order; all if None.
         progress: called with the number of control frames simulated so far.
 
@@ -86,7 +88,7 @@ def film(
     problem = Problem(spec, worlds=1)
     if len(params) != problem.parameter_count:
         raise UsageError(
-            f"The stored solution has {len(params)} parameters, and {spec.controller} for {spec.design} now takes "
+            f"The stored solution has {len(params)} parameters, and {spec.controller} with {spec.design} now takes "
             f"{problem.parameter_count}. Do the run again with this version."
         )
     kept = np.arange(spec.frames + 1) if moments is None else np.asarray(moments)
@@ -103,14 +105,24 @@ def film(
 
     problem.prepare()
     episode = problem.observe(np.asarray(params), watch=watch)
-    if episode.evaluation.divergence is not None:
-        raise DivergenceError(episode.evaluation.divergence)
+    if episode.evaluation.failure is not None:
+        raise DivergenceError(episode.evaluation.failure)
     return _film(problem, episode, places, kept)
 
 
 def evenly(frames: int, count: int) -> list[int]:
     """At most `count` moments of an episode, the start and the end among them."""
     found: list[int] = np.unique(np.linspace(0, frames, count).round().astype(int)).tolist()
+    return found
+
+
+def _there(scene: "Scene", occupancy: Array) -> NDArray[np.bool_]:
+    """Whether a medium particle has most of its place `[particle_count]`: in a design space the robot may have it."""
+    from zoobench.sim.state import medium_share
+
+    if scene.medium is None:
+        return np.zeros(0, bool)
+    found: NDArray[np.bool_] = medium_share(scene.medium, occupancy[None])[0] > 0.5
     return found
 
 
@@ -130,7 +142,7 @@ def _room(moments: int, particle_count: int) -> Places:
 
 
 def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.int64]) -> Film:
-    robot_count = problem.scene.robot.particle_count
+    robot_count, occupancy = problem.scene.robot.particle_count, episode.body["occupancy"]
     centre = episode.motion.centre_of_mass()[:, 0].detach().numpy()
     route: Route | None = getattr(problem.task, "route", None)
     clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
@@ -139,13 +151,13 @@ def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.i
         spec=problem.spec,
         evaluation=episode.evaluation,
         scene=problem.scene,
-        body=replace(problem.body, occupancy=episode.occupancy, muscle_membership=episode.muscle_membership),
+        body=replace(problem.body, occupancy=occupancy, muscle_membership=episode.body["muscle_membership"]),
         particle_edge=fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3),
         lattice=fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9),
         kept=kept,
         times=clock[kept],
         robot=places[:, :robot_count],
-        medium=places[:, robot_count:],
+        medium=places[:, robot_count:][:, _there(problem.scene, occupancy)],
         activity=np.vstack([np.zeros_like(episode.actuation[:1]), episode.actuation])[kept],
         centre=centre,
         target=None if route is None else centre[0] + route.positions(clock),
