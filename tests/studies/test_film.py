@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
+from tests.conformance.cells import cell
 from tests.studies.filmed import SPEC, params, short_film
 from zoobench.errors import UsageError
 from zoobench.problem import Problem
@@ -35,6 +37,22 @@ def test_a_particle_shows_the_activity_of_its_muscle() -> None:
     for particle in (0, len(membership) // 2, len(membership) - 1):
         expected = sum(share * shown.activity[1, muscle] for muscle, share in enumerate(membership[particle]))
         assert shown.activation[1, particle] == pytest.approx(expected)
+
+
+def test_a_body_of_a_design_space_has_its_place_to_itself() -> None:
+    """Where the workspace is solid no water is shown, and where it is empty there is water."""
+    spec = cell(environment="ocean", design="particle", frames=1)
+    problem = Problem(spec)
+    draw = problem.initial(np.random.default_rng(0))
+    draw[problem.robot.control_count :] += np.random.default_rng(1).normal(
+        0.0, 3.0, len(draw) - problem.robot.control_count
+    )
+    shown = film(spec, draw.tolist())
+    solid = shown.body.occupancy > 0.5
+    assert 0 < solid.sum() < len(solid)
+    gap, _ = KDTree(shown.medium[0]).query(shown.robot[0])
+    assert gap[solid].min() > 0.4 * shown.particle_edge
+    assert gap[~solid].max() < 0.1 * shown.particle_edge
 
 
 def test_parameters_of_another_body_are_refused() -> None:

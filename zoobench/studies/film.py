@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.designs.soundness import SOLID
 from zoobench.episode import Episode, Evaluation
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.problem import Problem
@@ -58,6 +59,11 @@ class Film:
     activity: Array
     centre: Array
     target: Array | None
+
+    @property
+    def solid(self) -> NDArray[np.bool_]:
+        """Whether a robot particle is there `[robot_count]`: the others are empty space of a design."""
+        return self.body.occupancy > SOLID
 
     @property
     def activation(self) -> Array:

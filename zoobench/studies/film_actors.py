@@ -70,7 +70,6 @@ def put_medium(pyvista: Any, plotter: Any, stage: Stage, pixels_per_metre: float
         shown = film.medium[0, :, 2] < film.centre[0, 2]
         _put_tank(pyvista, plotter, stage)
     colour, reach = np.array(medium_colour(film.scene)), 1.8 * film.particle_edge
-    exists = film.body.occupancy > 0
     cloud = pyvista.PolyData(film.medium[0, shown])
     cloud["colour"] = np.zeros((cloud.n_points, 3), np.uint8)
     plotter.add_mesh(
@@ -82,7 +81,7 @@ def put_medium(pyvista: Any, plotter: Any, stage: Stage, pixels_per_metre: float
         places = film.medium[moment, shown].astype(float)
         bright = brightness(places, reach, upward=reach)
         if not stage.immersed:
-            robot = film.robot[moment, exists].astype(float)
+            robot = film.robot[moment, film.solid].astype(float)
             bright = np.where(covered(places, robot, 0.8 * film.particle_edge)[:, None], _SHADOW * bright, bright)
         cloud.points = places
         cloud["colour"] = _bytes(colour * bright)

@@ -138,7 +138,7 @@ def _write_series(film: "Film", path: Path, progress: Progress) -> None:
     pyvista = pyvista_or_advice(opengl=False)
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
-    exists = film.body.occupancy > 0
+    exists = film.solid
     is_robot = np.repeat([1, 0], [int(exists.sum()), film.medium.shape[1]]).astype(np.uint8)
     passive = np.zeros(film.medium.shape[1])
     entries = []

@@ -51,7 +51,8 @@ class Stage:
 def stage_of(film: "Film") -> Stage:
     """The whole bed of a medium, or as much of the bare ground as the robot and its target come near to."""
     lower, upper = np.array(film.scene.lower), np.array(film.scene.upper)
-    tallest = float(film.robot[..., 1].max())
+    robot = film.robot[:, film.solid]
+    tallest = float(robot[..., 1].max())
     level, immersed, apron = 0.0, False, 0.0
     if film.medium.shape[1]:
         ground = film.scene.ground
@@ -60,10 +61,10 @@ def stage_of(film: "Film") -> Stage:
             heights = heights - ground.terrain.heights_below(film.medium[0].astype(float))
         apron = _APRON
         level = float(np.quantile(heights, 0.99)) + film.particle_edge / 2  # splashes are no surface
-        immersed = bool(film.medium[0, :, 1].max() > film.robot[0, :, 1].max())
+        immersed = bool(film.medium[0, :, 1].max() > robot[0, :, 1].max())
         tallest = max(tallest, float(film.medium[0, :, 1].max()))
     else:
-        ways = [film.robot.reshape(-1, 3)] + ([] if film.target is None else [film.target])
+        ways = [robot.reshape(-1, 3)] + ([] if film.target is None else [film.target])
         least = np.array([_LEAST[0], 0.0, _LEAST[1]]) / 2
         seen_low = np.min([way.min(axis=0) for way in ways], axis=0) - _MARGIN
         seen_high = np.max([way.max(axis=0) for way in ways], axis=0) + _MARGIN

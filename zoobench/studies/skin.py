@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.designs.soundness import SOLID
 from zoobench.studies.shading import Array
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body
 
 _NEIGHBOURS = 24
-_EXISTS = 0.5  # occupancy from which on a particle is drawn
 _THIN = 1e-3  # share of a neighbourhood's widest spread below which it counts as flat there
 
 
@@ -32,7 +32,7 @@ class Skin:
 
 
 def skin(body: "Body", edge: float) -> Skin:
-    """The surface around the particles that exist.
+    """The surface around the particles that are there.
 
     A vertex moves as an affine map, fitted by least squares to the motion of its neighbours, takes it from its place at
     rest: moving least squares (Levin 1998), which carry translation, rotation and uniform strain exactly.
@@ -49,8 +49,9 @@ def skin(body: "Body", edge: float) -> Skin:
 
     from zoobench.designs.export import surface
 
-    own = np.flatnonzero(body.occupancy > _EXISTS)
-    vertices, faces = surface(replace(body, occupancy=(body.occupancy > _EXISTS).astype(float)), edge)
+    solid = body.occupancy > SOLID
+    own = np.flatnonzero(solid)
+    vertices, faces = surface(replace(body, occupancy=solid.astype(float)), edge)
     rest = body.positions[own]
     distance, nearest = KDTree(rest).query(vertices, k=min(_NEIGHBOURS, len(own)))
     distance, nearest = distance.reshape(len(vertices), -1), nearest.reshape(len(vertices), -1)
