@@ -99,6 +99,7 @@ def _write_pictures(film: "Film", target: Destination, title: str, width: int, r
         options: dict[str, Any] = {"duration": 1000.0 / rate, "loop": 0}
         if target.form is FilmFormat.MP4:
             options = {"fps": rate, "quality": _QUALITY, "macro_block_size": 2, "ffmpeg_log_level": "error"}
+            options["output_params"] = ["-preset", "veryfast"]  # a little larger, and drawing need not wait for it
         with imageio.get_writer(path, mode="I", **options) as writer:
             for picture in pictures:
                 writer.append_data(picture)
