@@ -99,6 +99,23 @@ def test_parameters_that_cannot_be_used_are_refused() -> None:
     assert problem.meter.substeps == 0
 
 
+def test_what_is_watched_is_what_is_simulated() -> None:
+    """The robot's particles pass by where the motion has them, the medium's after them; the numbers do not change."""
+    problem = Problem(cell(environment="desert"))
+    (draw,) = _draws(problem, 1)
+    seen: list[np.ndarray] = []
+    for _ in range(2):  # an episode that follows another begins at its own start
+        seen.clear()
+        episode = problem.observe(draw, watch=seen.append)
+    count = problem.scene.robot.particle_count
+    assert [len(places) for places in seen] == [problem.scene.particle_count] * (problem.spec.frames + 1)
+    np.testing.assert_allclose([places[:count] for places in seen], episode.motion.positions[:, 0], atol=1e-6)
+    assert np.abs(seen[-1][count:] - seen[0][count:]).max() > 0.0
+    assert episode.evaluation.score == problem.evaluate(draw).score
+    assert episode.actuation.shape == (problem.spec.frames, problem.body.muscle_count)
+    np.testing.assert_array_equal(episode.body["muscle_membership"], problem.body.muscle_membership)
+
+
 def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gait too fast for the step is recorded, with a NaN gradient; the world beside it is unharmed."""
     monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)

@@ -1,6 +1,7 @@
 """What an evaluation gives back: the score with its readings, and for a study the whole episode."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -47,11 +48,15 @@ class Episode:
     Attributes:
         slope: gradient `[parameter_count]` of the loss; all NaN without one.
         record: how the robot moved, one world; None of a design that cannot be built.
+        actuation: activity of every muscle as it was applied `[frames, muscle_count]` [-]; empty then.
+        body: the robot's arrays as they were simulated, by the simulator's names, one world; none then.
     """
 
     evaluation: Evaluation
     slope: Array
     record: Motion | None
+    actuation: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    body: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def motion(self) -> Motion:

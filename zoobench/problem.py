@@ -1,7 +1,7 @@
 """The only door from a method to physics: every simulated substep passes through here and is counted."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +23,7 @@ from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
-    from zoobench.sim.solver import Rollout, Solver
+    from zoobench.sim.solver import BodyState, Rollout, Solver
     from zoobench.sim.state import Matter
 
 Array = NDArray[np.float64]
@@ -36,6 +36,10 @@ _GRADIENT_MEMORY = 2**30
 
 _PARTICLE_BYTES = 200
 """Generous size of a particle's state in double precision: x, v, C, F."""
+
+
+Watch = Callable[[Array], None]
+"""What is handed the positions of all particles of the first world, frame by frame."""
 
 
 class Problem:
@@ -134,20 +138,24 @@ class Problem:
         """Settle the scene and build the solver of one world: an `observe` after it does nothing but simulate."""
         self._solver(1, gradient)
 
-    def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
-        """Simulate one episode and keep all of it. Raises as `evaluate_batch`."""
-        return next(iter(self._evaluate([parameters], gradient=gradient)))
+    def observe(self, parameters: Array, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
+        """Simulate one episode and keep all of it. Raises as `evaluate_batch`.
 
-    def _evaluate(self, batch: Sequence[Array], *, gradient: bool) -> Iterator[Episode]:
+        `watch` is handed where all particles are `[particle_count, 3]` [m], the robot's first and then the medium's, at
+        the start and after every frame.
+        """
+        return next(iter(self._evaluate([parameters], gradient=gradient, watch=watch)))
+
+    def _evaluate(self, batch: Sequence[Array], *, gradient: bool, watch: Watch | None = None) -> Iterator[Episode]:
         parameters = self._check(batch)
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
         self.meter.start_clock()
         width = self._width(gradient)
         for begin in range(0, len(batch), width):
-            yield from self._simulate(parameters[begin : begin + width], gradient)
+            yield from self._simulate(parameters[begin : begin + width], gradient, watch)
 
-    def _simulate(self, parameters: Array, gradient: bool) -> Iterator[Episode]:
+    def _simulate(self, parameters: Array, gradient: bool, watch: Watch | None) -> Iterator[Episode]:
         """One solver's worth of worlds, `[worlds, parameter_count]`.
 
         Controller, design and task see one world at a time: the rounding of a batched sum depends on the batch's width,
@@ -158,7 +166,7 @@ class Problem:
         times = torch.arange(self.spec.frames, dtype=torch.float64) * FRAME_SECONDS
         built = [self.robot.build(torch.tensor(row[None], requires_grad=gradient), times) for row in parameters]
         able = [one for one in built if not one.fault]
-        episodes = iter(self._run(able, gradient) if able else ())
+        episodes = iter(self._run(able, gradient, watch) if able else ())
         for one in built:
             if one.fault:
                 self.meter.episodes += 1
@@ -168,7 +176,7 @@ class Problem:
             else:
                 yield next(episodes)
 
-    def _run(self, built: Sequence[Built], gradient: bool) -> Iterator[Episode]:
+    def _run(self, built: Sequence[Built], gradient: bool, watch: Watch | None) -> Iterator[Episode]:
         """Simulate robots side by side."""
         from zoobench.sim.solver import BodyState
 
@@ -179,7 +187,9 @@ class Problem:
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
         reflexes = self._reflexes(built)
-        rollout = solver.run(activity, BodyState(**matter), reflex=reflexes.act if reflexes else None)
+        body = BodyState(**matter)
+        show = _on_frame(solver, body, watch)
+        rollout = solver.run(activity, body, progress=show, reflex=reflexes.act if reflexes else None)
         # a robot in pieces has no score: throwing one off would be a way to win
         broken = {**rollout.tears, **rollout.divergences}
         motions = [self._motion(rollout, world, gradient) for world in range(len(built))]
@@ -196,7 +206,13 @@ class Problem:
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
         for world, motion in enumerate(motions):
-            yield Episode(self._read(motion, built[world], broken.get(world)), slopes[world], motion)
+            yield Episode(
+                self._read(motion, built[world], broken.get(world)),
+                slopes[world],
+                motion,
+                rollout.actuation[:, world].astype(np.float64),
+                {name: array[world] for name, array in rollout.body.items()},
+            )
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
         worlds = slice(world, world + 1)
@@ -291,3 +307,16 @@ class Problem:
             f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "
             "Give a larger budget or fewer frames."
         )
+
+
+def _on_frame(solver: "Solver", body: "BodyState", watch: Watch | None) -> Callable[[int], None] | None:
+    """What the solver calls after every frame, so that `watch` sees it; the start is shown at once."""
+    if watch is None:
+        return None
+
+    def show(_: int) -> None:
+        watch(solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)
+
+    solver.reset(body)
+    show(0)
+    return show

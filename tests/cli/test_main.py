@@ -13,9 +13,9 @@ from zoobench import __version__
 from zoobench.cli.main import app
 
 README = Path(__file__).parents[2] / "README.md"
-COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "doctor", "bench")
+COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "render", "doctor", "bench")
 COMMANDS += ("gradcheck", "effects", "picture", "reach", "accuracy", "stability", "validate", "design")
-HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch"}
+HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "pyvista", "scipy", "sqlalchemy", "taichi", "torch"}
 
 
 def loaded_by(*words: str) -> set[str]:

@@ -4,6 +4,7 @@ import math
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -128,6 +129,22 @@ def test_a_done_run_has_its_finals_and_no_checkpoint(store: Store) -> None:
     assert attempt.provenance == {"machine": "test"}
     with store._database.read() as session:
         assert session.scalar(text("SELECT count(*) FROM checkpoints")) == 0
+
+
+def test_a_done_run_has_its_solution_to_the_last_bit(store: Store) -> None:
+    """The parameters come back as they were; a run that is done again has none meanwhile, and then the new ones."""
+    store.enqueue([spec()])
+    claim = _claim(store)
+    assert store.solution(claim.run_id) is None
+    params = (0.1 + 0.2, -1e-300, sys.float_info.max, 3.0)
+    store.finish(claim, replace(DONE, params=params), Batch())
+    found = store.solution(claim.run_id)
+    assert found is not None
+    assert [value.hex() for value in found] == [value.hex() for value in params]
+    store.retry([claim.run_id], states=[RunState.DONE])
+    assert store.solution(claim.run_id) is None
+    store.finish(_claim(store), replace(DONE, params=(2.5,)), Batch())
+    assert store.solution(claim.run_id) == (2.5,)
 
 
 @pytest.mark.parametrize("outcome", [RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT])

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 
@@ -11,6 +12,7 @@ from zoobench.db.store import Store
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
 from zoobench.harness.launch import launch
+from zoobench.problem import Problem
 from zoobench.spec import Budget, Ref, RunSpec
 
 _ITERATIONS = 150
@@ -56,3 +58,8 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         assert {"idle_score", "random_score"} <= set(finals)
         assert finals["score"] == max(point.value for point in store.metrics(other.id, "score_current"))
         assert other.score == finals["score"]
+        params = store.solution(other.id)
+    assert params is not None
+    assert Problem(other.spec).evaluate(np.array(params)).score == finals["score"]
+    with Store(battered) as store:
+        assert store.solution(row.id) == params

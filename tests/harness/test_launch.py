@@ -40,6 +40,7 @@ def test_runs_are_done_and_recorded(path: Path) -> None:
             assert [point.step for point in curve] == list(range(1, 21))
             finals = {final.name: final for final in store.finals(row.id)}
             assert (finals["score"].value, finals["score"].unit) == (curve[-1].value, "m")
+            assert store.solution(row.id) == (curve[-1].value,)
             assert [line.text for line in store.logs(row.id)] == ["a word on standard output"]
             (attempt,) = store.attempts(row.id)
             assert (attempt.outcome, attempt.exit_code) == (RunState.DONE, 0)

@@ -108,6 +108,16 @@ def test_normals_point_out_of_a_ball() -> None:
     assert cosine.min() > 0.9
 
 
+def test_a_single_layer_is_lit_from_above() -> None:
+    """Its neighbours lie on both sides, so that their mean does not say which way is out."""
+    axis = np.linspace(0.0, 1.0, 11)
+    x, z = np.meshgrid(axis, axis)
+    layer = np.stack([x.ravel(), np.zeros(121), z.ravel()], axis=1)
+    layer += np.random.default_rng(0).normal(0.0, 0.002, layer.shape)
+    inner = ((layer[:, [0, 2]] > 0.15) & (layer[:, [0, 2]] < 0.85)).all(axis=1)
+    assert outward(layer, 0.18, upward=0.18)[inner, 1].min() > 0.9
+
+
 def test_the_shadow_falls_straight_down() -> None:
     """Under the robot, not beside it."""
     ground = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.05], [0.2, 0.0, 0.0]])

@@ -16,6 +16,7 @@ from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.reach import reach
+from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
@@ -58,6 +59,7 @@ app.command("status")(status)
 app.command("results")(results)
 app.command("table")(table)
 app.command("logs")(logs)
+app.command("render")(render)
 app.command("doctor")(doctor)
 app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)

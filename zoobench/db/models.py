@@ -112,6 +112,15 @@ class FinalRecord(Base):
     unit: Mapped[str] = mapped_column(String(30))
 
 
+class SolutionRecord(Base):
+    """The best parameters that a run has found, written with its finals; `params` as `rows.encode_params` gives it."""
+
+    __tablename__ = "solutions"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    params: Mapped[bytes] = mapped_column(LargeBinary)
+
+
 class CheckpointRecord(Base):
     """The newest state from which a run can go on; removed when the run is done."""
 

@@ -17,9 +17,20 @@ from zoobench.db.models import (
     MetricRecord,
     ProvenanceRecord,
     RunRecord,
+    SolutionRecord,
     SpecRecord,
 )
-from zoobench.db.rows import AttemptRow, FinalRow, LogRow, MetricRow, RunRow, RunState, StudyRun, decode_value
+from zoobench.db.rows import (
+    AttemptRow,
+    FinalRow,
+    LogRow,
+    MetricRow,
+    RunRow,
+    RunState,
+    StudyRun,
+    decode_params,
+    decode_value,
+)
 from zoobench.db.schema import prepare
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
@@ -109,6 +120,17 @@ class Reader:
                 row = FinalRow(record.name, decode_value(record.value, record.kind), record.unit)
                 finals.setdefault(record.run_id, []).append(row)
         return finals
+
+    def solution(self, run_id: int) -> tuple[float, ...] | None:
+        """The best parameters that a run has found; None unless it is DONE, or if an earlier zoobench kept none."""
+        statement = (
+            select(SolutionRecord.params)
+            .join(RunRecord, RunRecord.id == SolutionRecord.run_id)
+            .where(SolutionRecord.run_id == run_id, RunRecord.state == RunState.DONE)
+        )
+        with self._database.read() as session:
+            stored = session.scalar(statement)
+            return None if stored is None else decode_params(stored)
 
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
         """The learning curves of a run, or the one of that name, by name and step.

@@ -1,8 +1,9 @@
 """What the database says and is told, as frozen values: no SQL and no SQLAlchemy here."""
 
 import math
+import struct
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -49,6 +50,16 @@ def encode_value(value: float) -> tuple[float | None, ValueKind]:
 def decode_value(value: float | None, kind: str) -> float:
     """The inverse of `encode_value`."""
     return float(kind) if value is None else value
+
+
+def encode_params(params: Sequence[float]) -> bytes:
+    """Numbers as they are stored where there are many: in double precision, the lowest byte first."""
+    return struct.pack(f"<{len(params)}d", *params)
+
+
+def decode_params(data: bytes) -> tuple[float, ...]:
+    """The inverse of `encode_params`."""
+    return struct.unpack(f"<{len(data) // 8}d", data)
 
 
 @dataclass(frozen=True)
@@ -233,12 +244,14 @@ class Batch:
 class Ending:
     """How an attempt ended.
 
-    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals.
+    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, and
+    `params`, the best parameters that were found.
     """
 
     outcome: RunState
     reason: str | None = None
     finals: tuple[FinalRow, ...] = ()
+    params: tuple[float, ...] = ()
     traceback: str | None = None
     exit_code: int | None = None
     signal: int | None = None

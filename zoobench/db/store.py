@@ -21,6 +21,7 @@ from zoobench.db.models import (
     LogRecord,
     MetricRecord,
     RunRecord,
+    SolutionRecord,
     SpecRecord,
 )
 from zoobench.db.owner import Owner
@@ -34,6 +35,7 @@ from zoobench.db.rows import (
     EnqueueReport,
     RunState,
     StudyRow,
+    encode_params,
     encode_value,
 )
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
@@ -160,7 +162,7 @@ class Store(Reader):
     def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
         """Close the attempt: settle the run, or queue it again if it was lost or interrupted.
 
-        The batch, the finals of a DONE run and the new state are one transaction.
+        The batch, the finals and the solution of a DONE run, and the new state are one transaction.
 
         Raises:
             ClaimLostError: the claim is not valid any more; nothing is stored.
@@ -171,9 +173,12 @@ class Store(Reader):
             close_attempt(session, claim.run_id, claim.attempt, ending)
             if ending.outcome is RunState.DONE:  # a run that is done again replaces what it gave before
                 session.execute(delete(FinalRecord).where(FinalRecord.run_id == claim.run_id))
+                session.execute(delete(SolutionRecord).where(SolutionRecord.run_id == claim.run_id))
             for final in ending.finals:
                 value, kind = encode_value(final.value)
                 session.add(FinalRecord(run_id=claim.run_id, name=final.name, value=value, kind=kind, unit=final.unit))
+            if ending.params:
+                session.add(SolutionRecord(run_id=claim.run_id, params=encode_params(ending.params)))
             if ending.outcome is RunState.DONE:
                 session.execute(delete(CheckpointRecord).where(CheckpointRecord.run_id == claim.run_id))
 

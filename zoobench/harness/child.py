@@ -7,8 +7,8 @@ line with a `type`:
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
-* one of `done` (`finals`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last one, with
-  `peak_memory` [bytes].
+* one of `done` (`finals`, `params`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last
+  one, with `peak_memory` [bytes].
 
 Anything that other code prints goes to standard error, which is the run's log.
 """
@@ -19,7 +19,7 @@ import os
 import threading
 import traceback
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from zoobench import registry
 from zoobench.errors import DivergenceError, ZoobenchError
@@ -37,6 +37,13 @@ if TYPE_CHECKING:
 
 Final = tuple[str, float, str]
 """Name, value and unit of a final result."""
+
+
+class Outcome(NamedTuple):
+    """What a run that is done has to show: its final results and the best parameters that it found."""
+
+    finals: list[Final]
+    params: list[float]
 
 
 class Wire:
@@ -88,7 +95,7 @@ def _is_study(spec: RunSpec) -> bool:
     return FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
 
 
-def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
+def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     """Do the run that the spec describes: build its problem, run its method on it, and find what to compare it with."""
     from zoobench.problem import Problem
     from zoobench.references import reference_scores
@@ -98,7 +105,8 @@ def solve(spec: RunSpec, context: ChildContext) -> list[Final]:
     solution = method.run(problem, context)
     # a run that was asked to stop has no results
     needs_references = not (context.should_stop() or _is_study(spec))
-    return finals_of(problem, solution, reference_scores(spec) if needs_references else {})
+    references = reference_scores(spec) if needs_references else {}
+    return Outcome(finals_of(problem, solution, references), solution.params.tolist())
 
 
 def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
@@ -124,7 +132,7 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
 
 
-def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
+def serve(solve: Callable[[RunSpec, ChildContext], Outcome]) -> None:
     """Read the job from standard input, do it with `solve`, and say how it ended."""
     lifeline = Lifeline()
     line = lifeline.line()
@@ -139,7 +147,7 @@ def serve(solve: Callable[[RunSpec, ChildContext], list[Final]]) -> None:
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
-        last_word = {"kind": "done", "finals": solve(spec, ChildContext(spec, wire, checkpoint, stop))}
+        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop))._asdict()}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
     except Exception as error:

@@ -134,7 +134,8 @@ class _Supervisor:
             exit_facts["peak_memory"] = word.contents["peak_memory"]
         if word is not None and word.kind == "done":
             finals = tuple(FinalRow(name, value, unit) for name, value, unit in word.contents["finals"])
-            return Ending(RunState.DONE, finals=finals, **exit_facts)
+            params = tuple(word.contents["params"])
+            return Ending(RunState.DONE, finals=finals, params=params, **exit_facts)
         if word is not None and word.kind == "diverged":
             return Ending(RunState.DIVERGED, word.contents["reason"], **exit_facts)
         if word is not None and word.kind == "failed":

@@ -8,21 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench.errors import UsageError
-from zoobench.studies.shading import AMBIENT, LIGHT, Array, Colour, brightness, covered, palette, tints
+from zoobench.studies.shading import (
+    AMBIENT,
+    LIGHT,
+    Array,
+    Colour,
+    brightness,
+    covered,
+    ground_colour,
+    medium_colour,
+    palette,
+    tints,
+)
 
 if TYPE_CHECKING:
     from zoobench.studies.picture import Snapshot
 
-_MEDIA: dict[str, Colour] = {
-    "sand": (0.88, 0.74, 0.48),
-    "clay": (0.72, 0.45, 0.34),
-    "mud": (0.46, 0.38, 0.27),
-    "snow": (0.97, 0.98, 1.0),
-    "water": (0.36, 0.62, 0.88),
-}
-_ROUGH: Colour = (0.62, 0.59, 0.54)
-_SLIPPERY: Colour = (0.74, 0.88, 0.96)
-_LOW_FRICTION = 0.2  # ground with less is drawn as ice
 _BACKDROP = "#eceef1"
 
 _PATCH = (0.3125, 0.1875)
@@ -153,7 +154,7 @@ def _ground(axes: Any, shot: "Snapshot", low: Array, high: Array) -> None:
     ground = shot.scene.ground
     if ground is None:
         return
-    colour = _ROUGH if ground.friction >= _LOW_FRICTION or len(shot.medium) else _SLIPPERY
+    colour = ground_colour(shot.scene)
     if ground.terrain is None:
         _sheet(axes, low, high, 0.0, colour, 1.0, 0)
     else:
@@ -203,7 +204,7 @@ def _tank(axes: Any, shot: "Snapshot", low: Array, high: Array) -> None:
     """The surface of a medium that was cut open, and the outline of the part in front."""
     level = float(np.quantile(shot.medium[:, 1], 0.99)) + shot.particle_edge / 2  # splashes are no surface
     cut = np.array([low[0], 0.0, shot.robot[:, 2].mean()])
-    _sheet(axes, cut, high, level, _colour(shot), 0.35, 4)
+    _sheet(axes, cut, high, level, medium_colour(shot.scene), 0.35, 4)
     corners = [(low[0], high[2]), (high[0], high[2])]
     for x, z in corners:
         axes.plot([x, x], [z, z], [0.0, level], color="0.35", linewidth=0.8, zorder=5)
@@ -216,12 +217,6 @@ def _sheet(axes: Any, low: Array, high: Array, level: float, colour: Colour, alp
     """A horizontal rectangle."""
     x, z = np.meshgrid([low[0], high[0]], [low[2], high[2]])
     axes.plot_surface(x, z, np.full((2, 2), level), color=(*colour, alpha), shade=False, linewidth=0, zorder=order)
-
-
-def _colour(shot: "Snapshot") -> Colour:
-    medium = shot.scene.medium
-    assert medium is not None
-    return _MEDIA[medium.material.law.name.lower()]
 
 
 def _particles(shot: "Snapshot") -> tuple[Array, Array]:
@@ -239,7 +234,7 @@ def _particles(shot: "Snapshot") -> tuple[Array, Array]:
     else:
         bright = brightness(medium, reach)
         bright = np.where(covered(medium, robot, 0.8 * shot.particle_edge)[:, None], 0.7 * bright, bright)
-    return np.vstack([medium, robot]), np.vstack([np.array(_colour(shot)) * bright, colours])
+    return np.vstack([medium, robot]), np.vstack([np.array(medium_colour(shot.scene)) * bright, colours])
 
 
 def _area(axes: Any, diameter: float) -> float:

@@ -1,10 +1,14 @@
-"""Colour and light of drawn particles."""
+"""Colour and light of drawn particles, and of what they stand on."""
 
 import colorsys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from zoobench.sim.scene import Scene
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]
@@ -15,9 +19,31 @@ LIGHT = np.array([0.35, 0.85, 0.4]) / np.linalg.norm([0.35, 0.85, 0.4])
 AMBIENT = 0.6
 """Share of the light that comes from everywhere."""
 
-
 PASSIVE = 0.66
 """Grey of matter without muscle."""
+
+_MEDIA: dict[str, Colour] = {
+    "sand": (0.88, 0.74, 0.48),
+    "clay": (0.72, 0.45, 0.34),
+    "mud": (0.46, 0.38, 0.27),
+    "snow": (0.97, 0.98, 1.0),
+    "water": (0.36, 0.62, 0.88),
+}
+_ROUGH: Colour = (0.62, 0.59, 0.54)
+_SLIPPERY: Colour = (0.74, 0.88, 0.96)
+_LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
+
+
+def medium_colour(scene: "Scene") -> Colour:
+    """Of the medium of a scene that has one."""
+    assert scene.medium is not None
+    return _MEDIA[scene.medium.material.law.name.lower()]
+
+
+def ground_colour(scene: "Scene") -> Colour:
+    """Of the ground of a scene that has one."""
+    assert scene.ground is not None
+    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.medium is None else _ROUGH
 
 
 def palette(names: Sequence[str]) -> list[Colour]:
@@ -39,8 +65,11 @@ def tints(membership: Array, muscles: Sequence[str]) -> Array:
     return found
 
 
-def outward(points: Array, radius: float) -> Array:
-    """Unit normals of the surface `[n, 3]`: away from the mean of the neighbours; of no meaning inside."""
+def outward(points: Array, radius: float, *, upward: float = 0.0) -> Array:
+    """Unit normals of the surface `[n, 3]`: away from the mean of the neighbours; of no meaning inside.
+
+    `upward` [m] decides where the neighbours do not, as in a single layer, and little elsewhere.
+    """
     from scipy.spatial import KDTree
 
     pairs = KDTree(points).query_pairs(radius, output_type="ndarray")
@@ -48,6 +77,7 @@ def outward(points: Array, radius: float) -> Array:
     gap = points[pairs[:, 0]] - points[pairs[:, 1]]
     np.add.at(offset, pairs[:, 0], gap)
     np.add.at(offset, pairs[:, 1], -gap)
+    offset[:, 1] += upward
     normal: Array = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-12)
     return normal
 
@@ -63,7 +93,7 @@ def covered(points: Array, robot: Array, radius: float) -> NDArray[np.bool_]:
     return shadow
 
 
-def brightness(points: Array, radius: float) -> Array:
-    """Diffuse light from above and some from everywhere `[n, 1]`."""
-    lit: Array = np.maximum(outward(points, radius) @ LIGHT, 0.0)
+def brightness(points: Array, radius: float, *, upward: float = 0.0) -> Array:
+    """Diffuse light from above and some from everywhere `[n, 1]`; `upward` as in `outward`."""
+    lit: Array = np.maximum(outward(points, radius, upward=upward) @ LIGHT, 0.0)
     return np.asarray(AMBIENT + (1.0 - AMBIENT) * lit)[:, None]

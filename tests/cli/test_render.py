@@ -1,0 +1,69 @@
+"""`render`."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from tests.report.content import add_ended
+from tests.studies.filmed import SPEC, needs_drawing, params, short_film
+from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.store import Store
+
+
+def stored(path: Path, score: float) -> Path:
+    """A database whose run 1 is that of the short film, with this score."""
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", score, "m"),), params=params())
+    with Store(path) as store:
+        add_ended(store, SPEC, ending)
+    return path
+
+
+def test_a_run_is_filmed_from_what_is_stored(zoobench: Command, tmp_path: Path) -> None:
+    """The file's name is the data; the episode is the one that was scored, so nothing is said about the score."""
+    stored(tmp_path / "zoobench.db", short_film().evaluation.score)
+    reply = zoobench("render", "1", "-o", "run", "--format", "npz", "--every", 5)
+    assert (reply.code, reply.out) == (0, "run.npz\n"), reply.err
+    assert "simulating 10 frames" in reply.err
+    assert "is stored" not in reply.err
+    with np.load(tmp_path / "run.npz") as found:
+        np.testing.assert_array_equal(found["robot"], short_film().robot)
+
+
+def test_a_picture_is_drawn(zoobench: Command, tmp_path: Path) -> None:
+    """A run is known by the start of its key too; another score than the stored one is told."""
+    needs_drawing()
+    stored(tmp_path / "zoobench.db", 5.0)
+    reply = zoobench("render", SPEC.key()[:8], "-o", "run.png", "--width", 640)
+    assert (reply.code, reply.out) == (0, "run.png\n"), reply.err
+    assert "and 5 is stored" in reply.err
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        ("1", "kept no solutions. Do it again with: zoobench run"),
+        ("9", "Run 9 is diverged and has no solution. `zoobench logs 9`"),
+        ("10", "Run 10 is failed and has no solution"),
+        ("11", "Run 11 is running and has no solution yet"),
+        ("12", "Run 12 is queued and has no solution yet"),
+        ("99", "No run matches '99'"),
+    ],
+)
+def test_a_run_without_a_solution_says_why(
+    zoobench: Command, database: Path, tmp_path: Path, run: str, message: str
+) -> None:
+    """Exit code 2, and no file."""
+    reply = zoobench("render", run, "-o", "run.npz")
+    assert (reply.code, reply.out) == (2, "")
+    assert message in reply.err
+    assert not (tmp_path / "run.npz").exists()
+
+
+def test_an_unknown_ending_is_refused_before_anything_else(zoobench: Command) -> None:
+    """Even where there is no database."""
+    reply = zoobench("render", "1", "-o", "run.avi")
+    assert reply.code == 2
+    assert ".mp4" in reply.err

@@ -1,0 +1,127 @@
+"""`zoobench render`: a film of what a run has found."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Argument, Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.output import console, say
+from zoobench.errors import UsageError
+from zoobench.studies.film_formats import FilmFormat
+
+if TYPE_CHECKING:
+    from zoobench.db.rows import RunRow
+    from zoobench.db.store import Store
+
+Step = Callable[[str, int, int], None]
+"""Shows what is going on: the name of the work, how much of it is done, and how much there is."""
+
+
+def render(
+    run: Annotated[str, Argument(help="A run that is done, by its number or the start of its key.")],
+    out: Annotated[Path, Option("--out", "-o", help="The file: .mp4, .gif, .png (a sheet), .npz or .pvd.")],
+    form: Annotated[
+        FilmFormat | None, Option("--format", help="What to write, where the file's ending does not say it.")
+    ] = None,
+    every: Annotated[int, Option("--every", min=1, help="Keep each so many control frames.")] = 1,
+    rate: Annotated[float, Option("--fps", min=1.0, max=120.0, help="Kept frames shown per second.")] = 25.0,
+    width: Annotated[
+        int | None, Option("--width", min=320, max=7680, help="Of the picture, in pixels.", show_default="by format")
+    ] = None,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Film a run that is done: its best episode, simulated again.
+
+    Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and where the target
+    goes. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk) is
+    an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
+    """
+    from zoobench.db.store import Store
+    from zoobench.studies.film import film
+    from zoobench.studies.film_files import check_tools, moments_of, write
+    from zoobench.studies.film_formats import destination
+
+    target = destination(out, form)
+    check_tools(target.form)
+    with Store(db, create=False) as store:
+        found = store.run(run)
+        params = _solution(store, found)
+        score = next(final for final in store.finals(found.id) if final.name == "score")
+    spec = found.spec
+    moments = moments_of(target.form, spec.frames, every)
+    with _progress() as step:
+        step("simulating", 0, spec.frames)
+        episode = film(spec, params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
+        if episode.evaluation.score != score.value:
+            say(
+                f"Simulated again it scores {episode.evaluation.score:.6g}, and {score.value:.6g} is stored: "
+                "code or processor are not those of the run."
+            )
+        title = f"run {found.id}: {spec}, {spec.fidelity.name}, score {score.value:.4g} {score.unit}"
+        write(
+            episode,
+            target,
+            title=title,
+            width=width,
+            rate=rate,
+            progress=lambda done: step("writing", done, len(moments)),
+        )
+    print(target.path)
+
+
+def _solution(store: "Store", run: "RunRow") -> tuple[float, ...]:
+    """The parameters that a run has found.
+
+    Raises:
+        UsageError: it has none.
+    """
+    from zoobench.db.rows import OPEN_STATES, RunState
+    from zoobench.report.views import repeat_command
+
+    if run.state in OPEN_STATES:
+        raise UsageError(
+            f"Run {run.id} is {run.state} and has no solution yet. Wait until `zoobench status` counts it as done."
+        )
+    if run.state is not RunState.DONE:
+        raise UsageError(f"Run {run.id} is {run.state} and has no solution. `zoobench logs {run.id}` says why.")
+    params = store.solution(run.id)
+    if params is None:
+        raise UsageError(
+            f"Run {run.id} was done by an earlier zoobench, which kept no solutions. Do it again with: "
+            f"{repeat_command(run.spec)} --rerun '*'"
+        )
+    return params
+
+
+@contextmanager
+def _progress() -> Iterator[Step]:
+    """A bar for each piece of work on a terminal, a line elsewhere; on standard error."""
+    if not console(stderr=True).is_terminal:
+        yield _Lines()
+        return
+    from rich.progress import Progress, TaskID
+
+    bars: dict[str, TaskID] = {}
+    with Progress(console=console(stderr=True)) as progress:
+
+        def step(name: str, done: int, total: int) -> None:
+            if name not in bars:
+                bars[name] = progress.add_task(name, total=total)
+            progress.update(bars[name], completed=done)
+
+        yield step
+
+
+class _Lines:
+    """Says what begins, once."""
+
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def __call__(self, name: str, done: int, total: int) -> None:
+        if name not in self._told:
+            self._told.add(name)
+            say(f"{name} {total} frames")

@@ -1,0 +1,21 @@
+"""What a run that is done has found."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0003"
+down_revision = "0002"
+
+
+def upgrade() -> None:
+    """Make the table of solutions."""
+    op.create_table(
+        "solutions",
+        sa.Column("run_id", sa.Integer(), nullable=False),
+        sa.Column("params", sa.LargeBinary(), nullable=False),
+        sa.ForeignKeyConstraint(
+            ["run_id"],
+            ["runs.id"],
+        ),
+        sa.PrimaryKeyConstraint("run_id"),
+    )
