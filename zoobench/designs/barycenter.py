@@ -24,7 +24,7 @@ _WIDTH = 1.0  # of the entropic kernel [voxels]
 _ITERATIONS = 100  # 0.1 s; four times as many change the ends of the simplex by 1 % of their particles
 
 # A particle sees the density through a filter as wide as itself, or its gradient would vanish beside the skin.
-_FILTER = 0.3  # [particle spacings]
+_FILTER = 0.4  # [particle spacings]
 _LEAST_FILTER = 0.5  # [voxels]
 
 _TEMPERATURE = 0.5  # of the sigmoid: full in the middle of a primitive, where the density is twice the level
