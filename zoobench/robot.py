@@ -1,6 +1,6 @@
 """What a parameter vector makes of a robot: the activity of its muscles and, in a design space, its body."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.designs.base import Body, Design
-from zoobench.designs.soundness import Soundness, sound
+from zoobench.designs.soundness import SOLID, Soundness, sound
 from zoobench.designs.space import DesignSpace
+from zoobench.errors import SceneError, Unbuildable
 from zoobench.sim.fidelity import Fidelity
 from zoobench.tasks.base import Metric
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 Array = NDArray[np.float64]
+
+_LASTING = ("positions", "volumes", "density_ratio", "head", "tail")
+"""Arrays of a body that all forms in a workspace share."""
 
 
 @dataclass(frozen=True)
@@ -124,3 +128,22 @@ class Robot:
         form = self.space.form(row[:, self.control_count :], self.body)
         form, (soundness,) = sound(form, self.body, self.space.connected)
         return Built(row, activity, form.matter(), soundness, self.body.volumes)
+
+    def formed(self, parameters: Array) -> Body:
+        """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
+
+        Raises:
+            SceneError: it cannot be built.
+        """
+        import torch
+
+        if self.space is None:
+            return self.body
+        row = torch.as_tensor(parameters[None, self.control_count :])
+        form, (soundness,) = sound(self.space.form(row, self.body), self.body, self.space.connected)
+        if soundness.fault:
+            raise SceneError(str(Unbuildable(soundness.fault)))
+        there = form.occupancy[0].numpy() > SOLID
+        named = {name: value[0].numpy()[there] for name, value in vars(form).items()}
+        kept = {name: getattr(self.body, name)[there] for name in _LASTING}
+        return replace(self.body, **named, **kept, malleable=False)

@@ -9,6 +9,7 @@ from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, say
+from zoobench.cli.solutions import may_be_run, names_run
 from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def list_components(
 
 def show(
     name: Annotated[str, Argument(help="A component (desert, diffphysics-v1), or a run by number or key.")],
-    picture: Annotated[Path | None, Option("--picture", help="Draw a design into this PNG file.")] = None,
+    picture: Annotated[Path | None, Option("--picture", help="Draw a design, or a run's body, into this PNG.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -62,7 +63,7 @@ def show(
     card: list[dict[str, Any]] | dict[str, Any]
     card = [_component_card(component, name) for component in found] if found else _run_card(name, db)
     if picture is not None:
-        _draw(name, found, picture)
+        _draw(name, found, db, picture)
     if form is Format.JSON:
         print(to_json(card))
     elif isinstance(card, list):
@@ -76,33 +77,35 @@ def _components(text: str) -> list["Component"]:
     from zoobench import registry
     from zoobench.spec import Ref
 
-    if _may_be_run(text):
+    if may_be_run(text):
         return []
     ref = Ref.parse(text)
     kinds = [kind for kind in registry.Kind if ref.name in registry.names(kind)]
     return [registry.get(kind, ref.name, ref.version) for kind in kinds]
 
 
-def _draw(name: str, found: "list[Component]", path: Path) -> None:
+def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
+    """A design at a resolution for the eye, or the body that a run has found."""
+    from zoobench.cli.solutions import body_of_run
     from zoobench.registry import Kind
     from zoobench.spec import Ref
+    from zoobench.studies.bodies import body_at
     from zoobench.studies.portrait import portrait
 
-    if not any(component.kind is Kind.DESIGN for component in found):
-        raise UsageError(f"--picture draws designs, and {name!r} is none. See `zoobench list designs`.")
-    portrait(Ref.parse(name), path)
+    if not found:
+        body, grid, title = body_of_run(name, db)
+    elif any(component.kind is Kind.DESIGN for component in found):
+        (body, grid), title = body_at(Ref.parse(name), Ref("fine")), name
+    else:
+        raise UsageError(f"--picture draws designs and what runs found, and {name!r} is neither. See `zoobench list`.")
+    portrait(body, grid, title, path)
     say(f"Drawn: {path}")
-
-
-def _may_be_run(text: str) -> bool:
-    return text[:1].isdigit()
 
 
 def _run_card(text: str, db: str) -> dict[str, Any]:
     from zoobench import registry
 
-    is_key = len(text) >= 4 and set(text.lower()) <= set("0123456789abcdef")
-    if not _may_be_run(text) and not (is_key and ("://" in db or Path(db).exists())):
+    if not names_run(text, db):
         known = [name for kind in registry.Kind for name in registry.names(kind)]
         raise UnknownNameError("component", text, known)
 

@@ -3,18 +3,14 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import console, say
-from zoobench.errors import UsageError
+from zoobench.cli.solutions import solution_of
 from zoobench.studies.film_formats import FilmFormat
-
-if TYPE_CHECKING:
-    from zoobench.db.rows import RunRow
-    from zoobench.db.store import Store
 
 Step = Callable[[str, int, int], None]
 """Shows what is going on: the name of the work, how much of it is done, and how much there is."""
@@ -48,7 +44,7 @@ def render(
     check_tools(target.form)
     with Store(db, create=False) as store:
         found = store.run(run)
-        params = _solution(store, found)
+        params = solution_of(store, found)
         score = next(final for final in store.finals(found.id) if final.name == "score")
     spec = found.spec
     moments = moments_of(target.form, spec.frames, every)
@@ -70,30 +66,6 @@ def render(
             progress=lambda done: step("writing", done, len(moments)),
         )
     print(target.path)
-
-
-def _solution(store: "Store", run: "RunRow") -> tuple[float, ...]:
-    """The parameters that a run has found.
-
-    Raises:
-        UsageError: it has none.
-    """
-    from zoobench.db.rows import OPEN_STATES, RunState
-    from zoobench.report.views import repeat_command
-
-    if run.state in OPEN_STATES:
-        raise UsageError(
-            f"Run {run.id} is {run.state} and has no solution yet. Wait until `zoobench status` counts it as done."
-        )
-    if run.state is not RunState.DONE:
-        raise UsageError(f"Run {run.id} is {run.state} and has no solution. `zoobench logs {run.id}` says why.")
-    params = store.solution(run.id)
-    if params is None:
-        raise UsageError(
-            f"Run {run.id} was done by an earlier zoobench, which kept no solutions. Do it again with: "
-            f"{repeat_command(run.spec)} --rerun '*'"
-        )
-    return params
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,8 @@ import numpy as np
 from zoobench import registry
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
-from zoobench.spec import Ref
+from zoobench.robot import Robot
+from zoobench.spec import Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body, Design
@@ -21,13 +23,13 @@ MEASURED = "paper"
 """The fidelity at which size, mass and muscles are taken: fine enough for the eye, fast enough to wait for."""
 
 
-def body_at(design: Ref, fidelity: str = MEASURED) -> "tuple[Body, Fidelity]":
-    """The body at a named fidelity, and that fidelity.
+def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> "tuple[Body, Fidelity]":  # noqa: B008  (frozen)
+    """The body of a design, the workspace of a design space, at a fidelity; and that fidelity.
 
     Raises:
         UsageError: the design cannot be made; SceneError: not as coarsely as this.
     """
-    grid: Fidelity = registry.create(Kind.FIDELITY, Ref(fidelity))
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     made: Design = registry.create(Kind.DESIGN, design)
     return made.body(grid), grid
 
@@ -65,23 +67,38 @@ def _spacing(fidelity: str) -> float:
 
 def _count(design: Ref, fidelity: str) -> int | None:
     try:
-        return body_at(design, fidelity)[0].particle_count
+        return body_at(design, Ref(fidelity))[0].particle_count
     except SceneError:
         return None
 
 
-def export_body(design: Ref, fidelity: Ref, path: Path) -> int:
-    """Write a body into a file, see `designs.export`; how many particles it has.
+def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = None) -> "tuple[Body, Fidelity]":
+    """The body that a run has found, and its fidelity: the run's own if none is given.
 
     Raises:
-        UsageError: the design cannot be made, or the file not be written; the particles of a surface are not on a cubic
-            lattice.
+        UsageError: the parameters describe no body at this fidelity; SceneError: it cannot be built there.
+    """
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
+    design, controller = (
+        registry.create(kind, ref) for kind, ref in ((Kind.DESIGN, spec.design), (Kind.CONTROLLER, spec.controller))
+    )
+    robot = Robot.of(design, controller, grid)
+    if len(parameters) != robot.parameter_count:
+        raise UsageError(
+            f"The run's {len(parameters)} parameters describe no {spec.design.name} body at {fidelity}, which takes "
+            f"{robot.parameter_count}. Use the run's own fidelity, {spec.fidelity}."
+        )
+    return robot.formed(np.array(parameters)), grid
+
+
+def export_body(body: "Body", grid: "Fidelity", path: Path) -> None:
+    """Write a body into a file, see `designs.export`.
+
+    Raises:
+        UsageError: the file cannot be written, or the particles of a surface are not on a cubic lattice.
     """
     from zoobench.designs.export import export
 
-    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     if path.suffix.lower() == ".stl" and grid.particles_per_cell == 4:
         raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
-    body = registry.create(Kind.DESIGN, design).body(grid)
     export(body, grid.grid_spacing / grid.particles_per_cell ** (1 / 3), path)
-    return int(body.particle_count)

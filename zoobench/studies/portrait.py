@@ -6,28 +6,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench.errors import UsageError
-from zoobench.spec import Ref
-from zoobench.studies.bodies import DENSITY, body_at
+from zoobench.studies.bodies import DENSITY
 from zoobench.studies.shading import PASSIVE, Array, brightness, palette, tints
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body
+    from zoobench.sim.fidelity import Fidelity
 
 _VIEWS = (("", 24.0, 62.0), ("from the right", 0.0, 90.0), ("from above", 90.0, 90.0))
 """Caption, elevation and azimuth of the camera [degrees]: 0 looks at the face, 90 at the right flank."""
 
-_FIDELITY = "fine"
 _BALL = 1.3  # a ball's diameter by the particles' spacing: no gaps on a surface
 _STROKE = 2.5  # a stroke's length by the particles' spacing
 _EVERY = 4  # surface particles to a stroke
 _BACKDROP = "#eceef1"
 
 
-def portrait(design: Ref, path: Path) -> None:
-    """Draw a design into a PNG, at a resolution for the eye.
+def portrait(body: "Body", grid: "Fidelity", title: str, path: Path) -> None:
+    """Draw a body, sampled at this fidelity, into a PNG.
 
     Raises:
-        UsageError: the design cannot be made, matplotlib is missing, or the file cannot be written.
+        UsageError: matplotlib is missing, or the file cannot be written.
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -36,7 +35,6 @@ def portrait(design: Ref, path: Path) -> None:
         raise UsageError(
             "Pictures need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'."
         ) from None
-    body, grid = body_at(design, _FIDELITY)
     edge = grid.grid_spacing / grid.particles_per_cell ** (1 / 3)
     figure = Figure(figsize=(11, 6.2), dpi=110, facecolor=_BACKDROP)
     FigureCanvasAgg(figure)
@@ -48,7 +46,7 @@ def portrait(design: Ref, path: Path) -> None:
     _legend(figure, body)
     size, mass = np.ptp(body.positions, axis=0) + edge, body.masses(DENSITY).sum()
     figure.suptitle(
-        f"{design}: {' x '.join(f'{1e3 * length:.0f}' for length in size)} mm, {1e3 * mass:.0f} g, "
+        f"{title}: {' x '.join(f'{1e3 * length:.0f}' for length in size)} mm, {1e3 * mass:.0f} g, "
         f"{body.particle_count:,} particles at 1/{1 / grid.grid_spacing:.0f} m",
         fontsize=11,
     )
