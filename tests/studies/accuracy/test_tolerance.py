@@ -1,15 +1,17 @@
 """The cheapest fidelity that is accurate enough."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from tests.studies.accuracy.study import TASK, ladder
+from tests.studies.accuracy.study import TASK, ladder, sample, scores
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.accuracy import tolerance
+from zoobench.studies.accuracy.records import Measurements
 
 
 @pytest.fixture(autouse=True)
@@ -63,3 +65,25 @@ def test_another_task_and_nonsense_are_refused() -> None:
         tolerance.choose(Ref("ground"), "turning", 0.5)
     with pytest.raises(UsageError, match="cannot be met"):
         tolerance.choose(Ref("ground"), TASK, -1.0)
+
+
+def test_environments_that_were_not_measured_again_stay_as_they_are(tmp_path: Path) -> None:
+    """Ice after ground: the file has both; ground again: its rows are replaced, not doubled."""
+    path = tmp_path / tolerance.PUBLISHED
+    before = json.loads(path.read_text())
+    tolerance.publish(Measurements((sample("draft", scores("draft"), env="ice"),), (), ("later",)), path)
+    both = json.loads(path.read_text())
+    assert {row["env"] for row in both["levels"]} == {"ground", "ice"}
+    assert [row for row in both["levels"] if row["env"] == "ground"] == before["levels"]
+    assert both["origin"] == ["later", "made up"]
+    tolerance.publish(ladder(), path)
+    assert json.loads(path.read_text())["levels"] == both["levels"]
+
+
+def test_another_file_is_not_overwritten(tmp_path: Path) -> None:
+    """What is no published file is refused and left as it is."""
+    path = tmp_path / "notes.json"
+    path.write_text('{"mine": 1}')
+    with pytest.raises(UsageError, match="something else"):
+        tolerance.publish(ladder(), path)
+    assert path.read_text() == '{"mine": 1}'

@@ -70,19 +70,33 @@ class Published:
 def publish(measurements: Measurements, path: Path) -> None:
     """Write what `choose` needs of the measurements: the levels' errors and costs, a row each.
 
+    Environments that were not measured keep what the file says of them.
+
     Raises:
-        UsageError: the file cannot be written.
+        UsageError: the file cannot be read or written.
     """
-    levels = analyse(measurements).levels
-    known = sorted(
-        {str(sample.env) for sample in measurements.samples if label(Kind.ENV, sample.env) == sample.env.name}
-    )
-    rows = ",\n".join(json.dumps(_rounded(asdict(row)), allow_nan=False) for row in levels)
-    head = json.dumps({"origin": measurements.origin, "components": known})
+    measured = {label(Kind.ENV, sample.env): sample.env for sample in measurements.samples}
+    new = [_rounded(asdict(row)) for row in analyse(measurements).levels]
+    own = {str(env) for env in measured.values() if label(Kind.ENV, env) == env.name}
     try:
+        before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else _NOTHING
+        kept = [row for row in before["levels"] if row["env"] not in measured]
+        known = {text for text in before["components"] if Ref.parse(text).name not in measured} | own
+        rows = ",\n".join(json.dumps(row, allow_nan=False) for row in sorted(kept + new, key=_order))
+        head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin}), "components": sorted(known)})
         path.write_text(f'{head[:-1]}, "levels": [\n{rows}\n]}}\n', encoding="utf-8")
     except OSError as error:
         raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
+    except (ValueError, KeyError, TypeError):
+        raise UsageError(f"{path} holds something else than published levels. Choose another file.") from None
+
+
+_NOTHING: dict[str, list[Any]] = {"origin": [], "components": [], "levels": []}
+
+
+def _order(row: dict[str, Any]) -> tuple[str, str, float]:
+    """By environment and task, from coarse to fine."""
+    return row["env"], row["task"], -row["spacing"]
 
 
 @cache
