@@ -68,6 +68,18 @@ def test_scarce_matter_is_soft_and_weak() -> None:
     assert (built.matter["stiffness"][0] <= share**2).all()
 
 
+def test_stiffness_is_a_share_of_the_workspaces() -> None:
+    """The stiffest tissue of the primitives is as stiff as it is in them, also in the body that comes out."""
+    robot = _robot("sdf-lerp")
+    draw = robot.initial(np.random.default_rng(0))
+    built = robot.build(torch.as_tensor(draw)[None], TIMES)
+    form = robot.space.form(torch.as_tensor(draw)[None, robot.control_count :], robot.body)  # type: ignore[union-attr]
+    assert robot.body.stiffness.max() == 2.0
+    torch.testing.assert_close(built.matter["stiffness"], 2.0 * form.stiffness * built.matter["occupancy"] ** 2)
+    solid = form.occupancy[0].numpy() > 0.5
+    np.testing.assert_allclose(robot.formed(draw).stiffness, 2.0 * form.stiffness[0].numpy()[solid])
+
+
 def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
     """No simulation, no score, no gradient, but the cost of an episode; the design beside it is unharmed."""
     problem = Problem(cell(design="voxel", frames=3))

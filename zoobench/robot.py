@@ -127,7 +127,7 @@ class Robot:
             return Built(row, activity, {}, None, self.body.volumes)
         form = self.space.form(row[:, self.control_count :], self.body)
         form, (soundness,) = sound(form, self.body, self.space.connected)
-        return Built(row, activity, form.matter(), soundness, self.body.volumes)
+        return Built(row, activity, form.matter(self.body), soundness, self.body.volumes)
 
     def formed(self, parameters: Array) -> Body:
         """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
@@ -144,6 +144,7 @@ class Robot:
         if soundness.fault:
             raise SceneError(str(Unbuildable(soundness.fault)))
         there = form.occupancy[0].numpy() > SOLID
-        named = {name: value[0].numpy()[there] for name, value in vars(form).items()}
-        kept = {name: getattr(self.body, name)[there] for name in _LASTING}
-        return replace(self.body, **named, **kept, malleable=False)
+        named = {name: value[0].numpy() for name, value in vars(form).items()}
+        kept = {name: getattr(self.body, name) for name in _LASTING}
+        named["stiffness"] = named["stiffness"] * self.body.stiffness
+        return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)

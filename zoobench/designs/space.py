@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 LEAST_STIFFNESS = 0.05
-"""Smallest multiplier of Young's modulus: softer matter would not hold its own weight on any grid."""
+"""Smallest share of the workspace's stiffness: softer matter would not hold its own weight on any grid."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Form:
 
     Attributes:
         occupancy: `[worlds, particle_count]` in [0, 1]; 0 is empty space.
-        stiffness: `[worlds, particle_count]` multiplier of Young's modulus in (0, 1] [-].
+        stiffness: `[worlds, particle_count]` share of the workspace's stiffness, in (0, 1] [-].
         muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, 1 together [-].
         fibres: `[worlds, particle_count, 3]` unit direction in which a muscle contracts.
     """
@@ -36,18 +36,20 @@ class Form:
     muscle_membership: "Tensor"
     fibres: "Tensor"
 
-    def matter(self) -> "dict[str, Tensor]":
-        """The arrays that the simulator takes, by its own names.
+    def matter(self, body: Body) -> "dict[str, Tensor]":
+        """The arrays that the simulator takes, by its own names, for a form in the workspace `body`.
 
         Where matter is scarce it is soft and weak beyond its share: its elastic and active stress fall with the third
         power of the occupancy, as in topology optimisation (SIMP, Bendsoe 1989; mass and volume with the first). What
         is half there is worth less than half, so that bodies become clear; and thin matter gives way to a
         flow around the body instead of holding on to it.
         """
+        import torch
+
         scarcity = self.occupancy**2
         return {
             "occupancy": self.occupancy,
-            "stiffness": self.stiffness * scarcity,
+            "stiffness": self.stiffness * torch.as_tensor(body.stiffness) * scarcity,
             "muscle_membership": self.muscle_membership * scarcity[..., None],
             "fibres": self.fibres,
         }
@@ -85,7 +87,7 @@ class DesignSpace(Protocol):
 
 
 def stiffness_multiplier(raw: "Tensor") -> "Tensor":
-    """Multiplier of Young's modulus in (0, 1) from any number: a sigmoid above `LEAST_STIFFNESS`."""
+    """Share of the workspace's stiffness in (0, 1) from any number: a sigmoid above `LEAST_STIFFNESS`."""
     import torch
 
     return LEAST_STIFFNESS + (1.0 - LEAST_STIFFNESS) * torch.sigmoid(raw)
