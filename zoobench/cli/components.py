@@ -93,12 +93,12 @@ def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
     from zoobench.studies.portrait import portrait
 
     if not found:
-        body, grid, title = body_of_run(name, db)
+        sampled, title = body_of_run(name, db)
     elif any(component.kind is Kind.DESIGN for component in found):
-        (body, grid), title = body_at(Ref.parse(name), Ref("fine")), name
+        sampled, title = body_at(Ref.parse(name), Ref("fine")), name
     else:
         raise UsageError(f"--picture draws designs and what runs found, and {name!r} is neither. See `zoobench list`.")
-    portrait(body, grid, title, path)
+    portrait(sampled, title, path)
     say(f"Drawn: {path}")
 
 

@@ -39,9 +39,9 @@ def export(
 
     grid_ref = None if fidelity is None else parse_one(fidelity, Kind.FIDELITY)
     if names_run(name, db):
-        body, grid, _ = body_of_run(name, db, grid_ref)
+        sampled, _ = body_of_run(name, db, grid_ref)
     else:
-        body, grid = body_at(parse_one(name, Kind.DESIGN), grid_ref or Ref("fine"))
-    export_body(body, grid, out)
-    say(f"{body.particle_count:,} particles")
+        sampled = body_at(parse_one(name, Kind.DESIGN), grid_ref or Ref("fine"))
+    export_body(sampled, out)
+    say(f"{sampled.body.particle_count:,} particles")
     print(out)

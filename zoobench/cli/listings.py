@@ -57,6 +57,9 @@ def table(
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
+    transfer: Annotated[
+        bool, Option("--transfer", help="Instead, what `zoobench evaluate` found of solutions in other environments.")
+    ] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -72,6 +75,9 @@ def table(
     from zoobench.report.tables import score_tables
 
     choice = Choice(env, task, design, "", method, fidelity)
+    if transfer:
+        _print_transfer(db, form, [*choice.options(), *(["--normalised"] if normalised else [])])
+        return
     with Store(db, create=False) as store:
         counted = [result for result in choose_results(store, choice) if not result.is_smoke]
         tables = score_tables(counted)
@@ -106,6 +112,20 @@ def logs(
             print(item.traceback.rstrip())
     if not lines and not any(item.traceback for item in attempts):
         say(f"Run {found.id} is {found.state} and has said nothing.")
+
+
+def _print_transfer(db: str, form: Format, others: list[str]) -> None:
+    """The transfer matrix of all that was evaluated."""
+    from zoobench.db.store import Store
+    from zoobench.report.transfer import transfer_matrix
+
+    if others:
+        raise UsageError(f"--transfer shows all that was evaluated. Leave {' '.join(others)} out.")
+    with Store(db, create=False) as store:
+        documents = [row.document for study in store.studies("transfer") for row in study.rows]
+    emit(transfer_matrix(documents), form)
+    if not documents:
+        say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
 
 
 def _print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool) -> None:

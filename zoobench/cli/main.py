@@ -11,6 +11,7 @@ from zoobench.cli.accuracy import accuracy
 from zoobench.cli.components import list_components, show
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
+from zoobench.cli.evaluate import evaluate
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
@@ -58,6 +59,7 @@ app.command("run")(run)
 app.command("status")(status)
 app.command("results")(results)
 app.command("table")(table)
+app.command("evaluate")(evaluate)
 app.command("logs")(logs)
 app.command("render")(render)
 app.command("doctor")(doctor)

@@ -8,9 +8,8 @@ from zoobench.errors import UsageError
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
-    from zoobench.designs.base import Body
-    from zoobench.sim.fidelity import Fidelity
     from zoobench.spec import Ref
+    from zoobench.studies.bodies import Sampled
 
 
 def may_be_run(text: str) -> bool:
@@ -48,8 +47,8 @@ def solution_of(store: "Store", run: "RunRow") -> tuple[float, ...]:
     return params
 
 
-def body_of_run(text: str, db: str, fidelity: "Ref | None" = None) -> "tuple[Body, Fidelity, str]":
-    """The body that a run has found, its fidelity (the run's own if none is given), and what to call it.
+def body_of_run(text: str, db: str, fidelity: "Ref | None" = None) -> "tuple[Sampled, str]":
+    """The body that a run has found, at its own fidelity if none is given, and what to call it.
 
     Raises:
         UsageError: there is no such run, it has no solution, or that describes no body at this fidelity.
@@ -60,5 +59,4 @@ def body_of_run(text: str, db: str, fidelity: "Ref | None" = None) -> "tuple[Bod
     with Store(db, create=False) as store:
         run = store.run(text)
         parameters = solution_of(store, run)
-    body, grid = formed(run.spec, parameters, fidelity)
-    return body, grid, f"run {run.id}, {run.spec.design.name}"
+    return formed(run.spec, parameters, fidelity), f"run {run.id}, {run.spec.design.name}"

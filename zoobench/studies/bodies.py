@@ -1,6 +1,7 @@
 """A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,15 +24,28 @@ MEASURED = "paper"
 """The fidelity at which size, mass and muscles are taken: fine enough for the eye, fast enough to wait for."""
 
 
-def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> "tuple[Body, Fidelity]":  # noqa: B008  (frozen)
-    """The body of a design, the workspace of a design space, at a fidelity; and that fidelity.
+@dataclass(frozen=True)
+class Sampled:
+    """A body as it is at a fidelity."""
+
+    body: "Body"
+    grid: "Fidelity"
+
+    @property
+    def edge(self) -> float:
+        """Of the cube that a particle stands for [m]."""
+        return float(self.grid.grid_spacing / self.grid.particles_per_cell ** (1 / 3))
+
+
+def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B008  (frozen)
+    """The body of a design, the workspace of a design space, at a fidelity.
 
     Raises:
         UsageError: the design cannot be made; SceneError: not as coarsely as this.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     made: Design = registry.create(Kind.DESIGN, design)
-    return made.body(grid), grid
+    return Sampled(made.body(grid), grid)
 
 
 def card(design: Ref) -> dict[str, Any]:
@@ -44,10 +58,10 @@ def card(design: Ref) -> dict[str, Any]:
     Raises:
         UsageError: the design cannot be made.
     """
-    body, grid = body_at(design)
+    sampled = body_at(design)
+    body, edge = sampled.body, sampled.edge
     masses = body.masses(DENSITY)
     shares = masses @ body.muscle_membership / masses.sum()
-    edge = grid.grid_spacing / grid.particles_per_cell ** (1 / 3)
     names = sorted(registry.names(Kind.FIDELITY), key=lambda name: (-_spacing(name), name))
     return {
         "size": (np.ptp(body.positions, axis=0) + edge).round(4).tolist(),
@@ -67,13 +81,13 @@ def _spacing(fidelity: str) -> float:
 
 def _count(design: Ref, fidelity: str) -> int | None:
     try:
-        return body_at(design, Ref(fidelity))[0].particle_count
+        return body_at(design, Ref(fidelity)).body.particle_count
     except SceneError:
         return None
 
 
-def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = None) -> "tuple[Body, Fidelity]":
-    """The body that a run has found, and its fidelity: the run's own if none is given.
+def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = None) -> Sampled:
+    """The body that a run has found, at the run's own fidelity if none is given.
 
     Raises:
         UsageError: the parameters describe no body at this fidelity; SceneError: it cannot be built there.
@@ -88,10 +102,10 @@ def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = No
             f"The run's {len(parameters)} parameters describe no {spec.design.name} body at {fidelity}, which takes "
             f"{robot.parameter_count}. Use the run's own fidelity, {spec.fidelity}."
         )
-    return robot.formed(np.array(parameters)), grid
+    return Sampled(robot.formed(np.array(parameters)), grid)
 
 
-def export_body(body: "Body", grid: "Fidelity", path: Path) -> None:
+def export_body(sampled: Sampled, path: Path) -> None:
     """Write a body into a file, see `designs.export`.
 
     Raises:
@@ -99,6 +113,6 @@ def export_body(body: "Body", grid: "Fidelity", path: Path) -> None:
     """
     from zoobench.designs.export import export
 
-    if path.suffix.lower() == ".stl" and grid.particles_per_cell == 4:
+    if path.suffix.lower() == ".stl" and sampled.grid.particles_per_cell == 4:
         raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
-    export(body, grid.grid_spacing / grid.particles_per_cell ** (1 / 3), path)
+    export(sampled.body, sampled.edge, path)

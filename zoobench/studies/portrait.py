@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench.errors import UsageError
-from zoobench.studies.bodies import DENSITY
+from zoobench.studies.bodies import DENSITY, Sampled
 from zoobench.studies.shading import PASSIVE, Array, brightness, palette, tints
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body
-    from zoobench.sim.fidelity import Fidelity
 
 _VIEWS = (("", 24.0, 62.0), ("from the right", 0.0, 90.0), ("from above", 90.0, 90.0))
 """Caption, elevation and azimuth of the camera [degrees]: 0 looks at the face, 90 at the right flank."""
@@ -22,8 +21,8 @@ _EVERY = 4  # surface particles to a stroke
 _BACKDROP = "#eceef1"
 
 
-def portrait(body: "Body", grid: "Fidelity", title: str, path: Path) -> None:
-    """Draw a body, sampled at this fidelity, into a PNG.
+def portrait(sampled: Sampled, title: str, path: Path) -> None:
+    """Draw a body into a PNG.
 
     Raises:
         UsageError: matplotlib is missing, or the file cannot be written.
@@ -35,7 +34,7 @@ def portrait(body: "Body", grid: "Fidelity", title: str, path: Path) -> None:
         raise UsageError(
             "Pictures need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'."
         ) from None
-    edge = grid.grid_spacing / grid.particles_per_cell ** (1 / 3)
+    body, edge = sampled.body, sampled.edge
     figure = Figure(figsize=(11, 6.2), dpi=110, facecolor=_BACKDROP)
     FigureCanvasAgg(figure)
     rooms = ((0.01, 0.02, 0.53, 0.86), (0.55, 0.46, 0.27, 0.42), (0.55, 0.02, 0.27, 0.42))
@@ -47,7 +46,7 @@ def portrait(body: "Body", grid: "Fidelity", title: str, path: Path) -> None:
     size, mass = np.ptp(body.positions, axis=0) + edge, body.masses(DENSITY).sum()
     figure.suptitle(
         f"{title}: {' x '.join(f'{1e3 * length:.0f}' for length in size)} mm, {1e3 * mass:.0f} g, "
-        f"{body.particle_count:,} particles at 1/{1 / grid.grid_spacing:.0f} m",
+        f"{body.particle_count:,} particles at 1/{1 / sampled.grid.grid_spacing:.0f} m",
         fontsize=11,
     )
     try:

@@ -1,0 +1,69 @@
+"""`evaluate`, and `table --transfer`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from tests.conformance.cells import cell
+from tests.report.content import add_ended
+from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.store import Store
+from zoobench.problem import Problem
+
+
+@pytest.fixture
+def score(tmp_path: Path) -> float:
+    """A database whose run 1 is a fish's on the ground, with this score."""
+    problem = Problem(cell(design="fish", frames=3))
+    parameters = problem.initial(np.random.default_rng(0))
+    score = problem.evaluate(parameters).score
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", score, "m/s"),), params=tuple(parameters.tolist()))
+    with Store(tmp_path / "zoobench.db") as store:
+        add_ended(store, problem.spec, ending)
+    return score
+
+
+def test_a_solution_is_tried_elsewhere_and_kept(zoobench: Command, score: float) -> None:
+    """At home it gives the stored score to the last bit; the matrix shows every place."""
+    reply = zoobench("evaluate", "1", "--env", "ground,ice", "--task", "movement-speed,turning", "--format", "json")
+    assert reply.code == 0, reply.err
+    rows = json.loads(reply.out)
+    assert len(rows) == 4
+    assert rows[0]["score"] == score
+    assert len({row["score"] for row in rows}) == 4
+    matrix = json.loads(zoobench("table", "--transfer", "--format", "json").out)
+    assert [(line["task"], line["found_in"]) for line in matrix] == [
+        ("movement-speed", "ground"),
+        ("turning", "ground"),
+    ]
+    assert all("(n=1)" in line[env] for line in matrix for env in ("ground", "ice"))
+
+
+def test_its_own_place_is_the_default(zoobench: Command, score: float) -> None:
+    """One episode, which repeats the stored one."""
+    reply = zoobench("evaluate", "1", "--format", "json")
+    assert [row["score"] for row in json.loads(reply.out)] == [score]
+
+
+def test_what_cannot_be_evaluated_is_refused(zoobench: Command, score: float) -> None:
+    """An unknown run, an unknown environment, choices that a matrix does not take."""
+    assert "No run matches" in zoobench("evaluate", "7").err
+    assert zoobench("evaluate", "1", "--env", "desrt").code == 2
+    refused = zoobench("table", "--transfer", "--env", "ice")
+    assert refused.code == 2
+    assert "Leave --env ice out" in refused.err
+
+
+def test_a_body_that_does_not_fit_the_fidelity_is_refused(zoobench: Command, tmp_path: Path) -> None:
+    """A row for every particle says nothing about a finer grid's particles."""
+    spec = cell(design="particle", controller="fixed-sine", frames=3)
+    parameters = Problem(spec).initial(np.random.default_rng(0))
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", 0.0, "m/s"),), params=tuple(parameters.tolist()))
+    with Store(tmp_path / "zoobench.db") as store:
+        add_ended(store, spec, ending)
+    reply = zoobench("evaluate", "1", "--fidelity", "draft")
+    assert reply.code == 2
+    assert "do not fit particle" in reply.err

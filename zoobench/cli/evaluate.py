@@ -1,0 +1,74 @@
+"""`zoobench evaluate`: how what a run has found does somewhere else."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Argument, Option
+
+from zoobench.cli.keeping import kept
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, emit, say
+from zoobench.cli.solutions import solution_of
+
+if TYPE_CHECKING:
+    from zoobench.db.rows import RunRow
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
+    from zoobench.studies.transfer import Places, TransferRow
+
+_LIKEWISE = "Likewise; the run's own if not given."
+
+
+def evaluate(
+    runs: Annotated[list[str], Argument(help="Runs that are done, by their numbers or the starts of their keys.")],
+    env: Annotated[
+        str, Option("--env", help="Environments: names or globs, with commas; the run's own if not given.")
+    ] = "",
+    task: Annotated[str, Option("--task", help=_LIKEWISE)] = "",
+    fidelity: Annotated[str, Option("--fidelity", help=_LIKEWISE)] = "",
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Try what runs have found in other environments, tasks or fidelities.
+
+    One episode in each place, with the stored solution as it is. Scores are kept in the database as they come;
+    `zoobench table --transfer` shows them all.
+    """
+    from zoobench.db.store import Store
+    from zoobench.registry import Kind
+    from zoobench.report.listing import Listing
+    from zoobench.spec import Ref
+    from zoobench.studies.transfer import STUDY, Places, stored
+
+    places = Places(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
+    with Store(db, create=False) as store:
+        chosen = [store.run(text) for text in runs]
+        solutions = [(run, solution_of(store, run)) for run in chosen]
+    found = []
+    for row in kept(db, STUDY, _all(solutions, places), stored):
+        found.append(row)
+        score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
+        say(f"run {row.run} in {Ref.parse(row.env).name}: {score}")
+    columns = ("run", "found_in", "env", "task", "fidelity", "score", "unit")
+    body = tuple(
+        (row.run, *(Ref.parse(text).name for text in (row.home[0], row.env, row.task, row.fidelity)), row.score,
+         row.unit)
+        for row in found
+    )  # fmt: skip
+    emit(Listing(columns, body), form, records=[asdict(row) for row in found])
+
+
+def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
+    """The components that a text stands for, None for an empty one."""
+    from zoobench import registry
+    from zoobench.harness.grid import parse_selector
+
+    return [registry.resolve(kind, ref) for ref in parse_selector(text, kind)] if text else None
+
+
+def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", places: "Places") -> "Iterator[TransferRow]":
+    from zoobench.studies.transfer import transfer
+
+    for run, parameters in solutions:
+        yield from transfer(run.id, run.spec, parameters, places)
