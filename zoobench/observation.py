@@ -1,5 +1,6 @@
 """What a robot feels of itself: the input of every controller that closes its loop."""
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,22 @@ _RATE = 20.0
 def observation_count(muscle_count: int) -> int:
     """How many numbers an observation has."""
     return _OWN + _PER_MUSCLE * muscle_count
+
+
+PHASE_COUNT = 2
+"""Numbers that tell the phase of the waves."""
+
+
+def with_phase(observation: "Tensor", time: float) -> "Tensor":
+    """The observation, and behind it sine and cosine of 20 rad/s times the time [s]: the phase of the slow waves of the
+    sine basis, and so of the fast ones, four times as fast.
+
+    A policy that sets the weights of waves needs it to foresee what its weights will do.
+    """
+    import torch
+
+    angle = _RATE * time
+    return torch.cat([observation, observation.new_tensor([math.sin(angle), math.cos(angle)])])
 
 
 @dataclass(frozen=True)

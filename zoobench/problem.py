@@ -18,6 +18,7 @@ from zoobench.motion import MotionPull, motion_of
 from zoobench.reflexes import Reflexes
 from zoobench.registry import Kind
 from zoobench.robot import Built, Robot
+from zoobench.session import Session
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.base import Metric, Motion, Task
@@ -48,6 +49,8 @@ class Problem:
     A parameter vector is the controller's, followed in a design space by the body's. A body that cannot be built gives
     no score, and costs what its simulation was expected to: to know which bodies hold together is not free.
 
+    A method that decides on every frame as it comes takes worlds through them in a `session`.
+
     Args:
         spec: what to simulate and how much may be spent.
         worlds: how many evaluations run side by side at most; results do not depend on it.
@@ -70,7 +73,7 @@ class Problem:
         )
         self.robot = Robot.of(design, controller, self.fidelity)
         self.scene = env.scene(self.body, self.fidelity)
-        self._density = env.robot.density
+        self.density = env.robot.density
         self._substeps_per_frame = self._choose_substeps()
         self._settling_frames = env.settling_frames
         self._start: Matter | None = None
@@ -146,6 +149,14 @@ class Problem:
         """
         return next(iter(self._evaluate([parameters], gradient=gradient, watch=watch)))
 
+    def session(self, worlds: int | None = None) -> Session:
+        """Worlds to be taken from frame to frame, as many as the problem's if None; on the same meter and budget.
+
+        Raises:
+            UsageError: the body has a form that depends on parameters, or there are no worlds.
+        """
+        return Session(self, self._new_solver(self.worlds if worlds is None else worlds, gradient=False))
+
     def _evaluate(self, batch: Sequence[Array], *, gradient: bool, watch: Watch | None = None) -> Iterator[Episode]:
         parameters = self._check(batch)
         if not self.affords(len(batch), gradient=gradient):
@@ -216,7 +227,7 @@ class Problem:
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
         worlds = slice(world, world + 1)
-        return motion_of(rollout, self.body, self._density, worlds, FRAME_SECONDS, gradient=gradient)
+        return motion_of(rollout, self.body, self.density, worlds, FRAME_SECONDS, gradient=gradient)
 
     def _reflexes(self, built: Sequence[Built]) -> Reflexes | None:
         """What closes the loop, or None in an open one."""
@@ -232,7 +243,7 @@ class Problem:
         gradient = solver.backward(rollout, direct.positions, direct.velocities, reflex)
         return {
             "activity": gradient.actuation.swapaxes(0, 1),
-            "occupancy": gradient.occupancy + direct.by_occupancy(rollout, self.body, self._density),
+            "occupancy": gradient.occupancy + direct.by_occupancy(rollout, self.body, self.density),
             "stiffness": gradient.stiffness,
             "muscle_membership": gradient.muscle_membership,
             "fibres": gradient.fibres,
@@ -252,19 +263,22 @@ class Problem:
 
     def _solver(self, worlds: int, gradient: bool) -> "Solver":
         """A solver of this width, kept: the last batch of a method may be narrower than the others."""
-        from zoobench.sim.solver import Solver
-
         key = (worlds, gradient)
         if key not in self._solvers:
-            self._solvers[key] = Solver(
-                self.scene,
-                self.fidelity,
-                worlds=worlds,
-                frame_seconds=FRAME_SECONDS,
-                gradients=gradient,
-                start=self._settled(),
-            )
+            self._solvers[key] = self._new_solver(worlds, gradient)
         return self._solvers[key]
+
+    def _new_solver(self, worlds: int, gradient: bool) -> "Solver":
+        from zoobench.sim.solver import Solver
+
+        return Solver(
+            self.scene,
+            self.fidelity,
+            worlds=worlds,
+            frame_seconds=FRAME_SECONDS,
+            gradients=gradient,
+            start=self._settled(),
+        )
 
     def _settled(self) -> "Matter | None":
         """The scene come to rest, computed or read once; None where it starts as it stands."""

@@ -160,11 +160,12 @@ def test_the_gradient_is_the_slope_of_the_score(env: str, task: str, design: str
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
     """Through the real simulator: a solution whose parameters give its score again."""
-    method = registry.create(Kind.METHOD, Ref(name))
-    spec = cell(budget=Budget("iterations", 2), method=name)
+    trains_a_policy = "policy" in registry.get(Kind.METHOD, name).tags
+    controller, text = ("policy-network", f"{name}[buffer=16]") if trains_a_policy else ("sine-basis", name)
+    spec = cell(budget=Budget("iterations", 2), controller=controller, method=text)
     problem = Problem(spec)
     context = Context()
-    solution = method.run(problem, context)
+    solution = registry.create(Kind.METHOD, spec.method).run(problem, context)
     assert problem.meter.iterations == 2
     assert Problem(spec).evaluate(solution.params).score == solution.evaluation.score
     assert context.stored

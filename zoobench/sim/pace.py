@@ -72,8 +72,15 @@ class Pace:
         self._before = solver.matter.copy_slot(0)
         self._surveyor = Surveyor(solver)
         self._reflex = reflex
-        self._react(0)
-        solver.set_tension(rollout, 0)
+        self.ready(0)
+
+    def ready(self, frame: int) -> None:
+        """Take up the actuation of a frame that is about to begin, and survey the state that its step follows from.
+
+        `frame` does so itself at its end, for the frame after it.
+        """
+        self._react(frame)
+        self._solver.set_tension(self._rollout, frame)
         self._conditions = self._surveyor.look()
 
     def frame(self, frame: int) -> None:

@@ -134,17 +134,7 @@ class Solver:
         Raises:
             UsageError: an array of another shape, out of range or not finite.
         """
-        self._check_runtime()
-        actuation = self._check_actuation(actuation)
-        arrays = (body or BodyState()).filled(self.scene, self.worlds)
-        self._check_body(arrays)
-        self.set_body(arrays)
-        if schedule is not None:
-            schedule = self._check_schedule(np.asarray(schedule), len(actuation))
-        rollout = self._new_rollout(actuation, arrays)
-        self._rewind()
-        self.record(rollout, 0)
-        pace = Pace(self, rollout, schedule, reflex)
+        rollout, pace = self.begin(actuation, body, schedule, reflex)
         for frame in range(rollout.frames):
             if rollout.interval and frame % rollout.interval == 0:
                 rollout.checkpoints.append(self.matter.copy_slot(0))
@@ -156,6 +146,31 @@ class Solver:
                 self._repeat_last(rollout, frame + 1)
                 break
         return rollout
+
+    def begin(
+        self,
+        actuation: FloatArray,
+        body: BodyState | None = None,
+        schedule: IntArray | None = None,
+        reflex: Reflex | None = None,
+    ) -> tuple[Rollout, Pace]:
+        """An episode that has only begun, and what takes it through its frames; arguments and errors as of `run`."""
+        self._check_runtime()
+        actuation = self.check_actuation(actuation)
+        arrays = (body or BodyState()).filled(self.scene, self.worlds)
+        self._check_body(arrays)
+        self.set_body(arrays)
+        if schedule is not None:
+            schedule = self._check_schedule(np.asarray(schedule), len(actuation))
+        rollout = self._new_rollout(actuation, arrays)
+        self._rewind()
+        self.record(rollout, 0)
+        return rollout, Pace(self, rollout, schedule, reflex)
+
+    def restart(self, world: int) -> None:
+        """Put one world back to the initial state, alive; the others stay as they are."""
+        self.matter.copy_world(world, self._start)
+        self.alive[world] = 1
 
     def settle(self, frames: int) -> Matter:
         """The first world's state after `frames` frames of rest under damping; nothing of it is metered.
@@ -283,7 +298,12 @@ class Solver:
         if not (arrays["occupancy"].max(1) > 0).all():
             raise SceneError("A world's body is empty: no particle has an occupancy above 0.")
 
-    def _check_actuation(self, actuation: FloatArray) -> FloatArray:
+    def check_actuation(self, actuation: FloatArray) -> FloatArray:
+        """The actuation `[frames, worlds, muscles]` in double precision.
+
+        Raises:
+            UsageError: another shape, out of [-1, 1], or not finite.
+        """
         actuation = np.asarray(actuation, dtype=np.float64)
         expected = (self.worlds, self.muscle_count)
         if actuation.ndim != 3 or actuation.shape[1:] != expected or not len(actuation):

@@ -36,6 +36,8 @@ class Motion:
             negative where the body stretched it. It carries no gradient.
         presence: how much of every particle exists, in [0, 1] `[worlds, particle_count]`; None for all of what has
             mass.
+        numbers: of the control frames that the states are at the end of, `[frames + 1]`, if not 0, 1, 2 and so on: a
+            motion may be told in part, from the start.
     """
 
     positions: "Tensor"
@@ -47,6 +49,7 @@ class Motion:
     tail: "Tensor"
     muscle_work: "Tensor"
     presence: "Tensor | None" = None
+    numbers: "Tensor | None" = None
 
     @property
     def existing(self) -> "Tensor":
@@ -60,7 +63,8 @@ class Motion:
         """Simulated time of every state `[frames + 1]` [s], each the product of two exact numbers: it never drifts."""
         import torch
 
-        return torch.arange(len(self.positions), dtype=self.positions.dtype) * self.frame_seconds
+        counted = torch.arange(len(self.positions)) if self.numbers is None else self.numbers
+        return counted.to(self.positions.dtype) * self.frame_seconds
 
     def mean_over_existing(self, values: "Tensor") -> "Tensor":
         """Average over the existing particles, the third axis of `values`, each by how much of it exists."""
@@ -95,7 +99,10 @@ class Task(Protocol):
     unit: ClassVar[str]
 
     def reward(self, motion: Motion) -> "Tensor":
-        """Reward of every control frame, from the state at its end `[frames, worlds]`; higher is better."""
+        """Reward of every control frame, from the state at its end `[frames, worlds]`; higher is better.
+
+        It may depend on the start of the episode too, and on no other state, so that it can be told at once.
+        """
         ...
 
     def score(self, motion: Motion) -> "Tensor":

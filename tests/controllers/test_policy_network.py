@@ -1,0 +1,52 @@
+"""The policy: a network that sets the sine basis."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from zoobench.controllers.policy_network import PolicyNetwork
+from zoobench.controllers.sine_basis import SineBasis
+from zoobench.errors import UsageError
+from zoobench.observation import observation_count, with_phase
+
+FELT = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(2)))
+
+
+def test_with_the_last_biases_alone_it_is_the_sine_basis() -> None:
+    """Whatever is felt."""
+    policy, basis = PolicyNetwork(hidden=5), SineBasis()
+    weights = basis.initial(np.random.default_rng(1), 2)
+    params = np.zeros(policy.parameter_count(2))
+    params[-len(weights) :] = weights
+    expected = basis.actuation(torch.as_tensor(weights)[None], torch.tensor([0.3], dtype=torch.float64), 2)[0, 0]
+    found = policy.response(torch.as_tensor(params), 0.3, FELT, 2)
+    np.testing.assert_array_equal(found.numpy(), expected.numpy())
+
+
+def test_it_is_the_network_that_torch_builds() -> None:
+    """Two hidden layers of tanh units, weights and biases layer by layer as torch lists them; the result is cut."""
+    policy = PolicyNetwork(hidden=5)
+    seen = with_phase(FELT, 0.1)
+    layers = torch.nn.Sequential(
+        torch.nn.Linear(len(seen), 5), torch.nn.Tanh(), torch.nn.Linear(5, 5), torch.nn.Tanh(), torch.nn.Linear(5, 18)
+    ).double()
+    params = torch.as_tensor(np.random.default_rng(2).normal(size=policy.parameter_count(2)))
+    torch.nn.utils.vector_to_parameters(params, layers.parameters())
+    expected = layers(seen).clamp(-1.0, 1.0)
+    assert (expected.abs() == 1.0).any()
+    torch.testing.assert_close(policy.action(params, seen, 2), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_the_phase_tells_where_the_waves_are() -> None:
+    """After what is felt: sine and cosine of 20 rad/s times the time."""
+    seen = with_phase(FELT, 0.7)
+    np.testing.assert_array_equal(seen[:-2].numpy(), FELT.numpy())
+    assert seen[-2:].tolist() == pytest.approx([math.sin(14.0), math.cos(14.0)])
+
+
+def test_a_network_without_units_is_refused() -> None:
+    """Nothing could be decided."""
+    with pytest.raises(UsageError, match="hidden"):
+        PolicyNetwork(hidden=0)

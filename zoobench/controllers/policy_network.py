@@ -1,0 +1,78 @@
+"""A policy: a network of what the robot feels gives the weights of the sine basis, anew in every control frame."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.controllers.sine_basis import SineBasis
+from zoobench.errors import UsageError
+from zoobench.observation import PHASE_COUNT, observation_count, with_phase
+from zoobench.registry import Kind, register
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@register(Kind.CONTROLLER, "policy-network", tags=("closed-loop", "policy"))
+@dataclass(frozen=True, kw_only=True)
+class PolicyNetwork:
+    """The sine basis, whose weights and biases a network of two hidden layers of tanh units gives in every frame.
+
+    The network sees the observation and the phase of the waves. What it gives is cut to [-1, 1], weights first, then
+    biases, and drives the muscles as the parameters of `sine-basis` do. The parameter vector holds weights and biases
+    of each layer, a row of weights for each unit. It starts as the open loop does, in the biases of the last layer,
+    whose weights have a tenth of that deviation: feedback is felt but does not rule.
+
+    * `hidden`: units of a hidden layer.
+    * `scale`: standard deviation of the initial weights of the basis.
+    """
+
+    hidden: int = 64
+    scale: float = 0.3
+
+    def __post_init__(self) -> None:
+        if self.hidden < 1:
+            raise UsageError(f"A network with {self.hidden} hidden units decides nothing. Give at least 1.")
+
+    @property
+    def _waves(self) -> SineBasis:
+        return SineBasis(scale=self.scale)
+
+    def _widths(self, muscle_count: int) -> list[int]:
+        """From what the network sees to what it gives."""
+        seen = observation_count(muscle_count) + PHASE_COUNT
+        return [seen, self.hidden, self.hidden, self._waves.parameter_count(muscle_count)]
+
+    def parameter_count(self, muscle_count: int) -> int:
+        """Weights and biases of three layers."""
+        widths = self._widths(muscle_count)
+        return sum((inputs + 1) * outputs for inputs, outputs in pairwise(widths))
+
+    def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
+        """A draw of the basis in the last biases, and random layers behind it."""
+        basis = self._waves.initial(rng, muscle_count)
+        layers = pairwise(self._widths(muscle_count))
+        parts: list[NDArray[np.float64]] = []
+        for (inputs, outputs), deviation in zip(layers, (1.0, 1.0, 0.1 * self.scale), strict=True):
+            parts += [rng.normal(0.0, deviation / math.sqrt(inputs), inputs * outputs), np.zeros(outputs)]
+        return np.concatenate([*parts[:-1], basis])
+
+    def action(self, parameters: "Tensor", seen: "Tensor", muscle_count: int) -> "Tensor":
+        """The parameters of the basis in a frame, in [-1, 1] `[basis]`, for what is seen in it."""
+        import torch
+
+        widths = self._widths(muscle_count)
+        sizes = [size for inputs, outputs in pairwise(widths) for size in (inputs * outputs, outputs)]
+        inner, inner_bias, middle, middle_bias, outer, outer_bias = torch.split(parameters, sizes)
+        first = torch.tanh(inner.reshape(self.hidden, -1) @ seen + inner_bias)
+        second = torch.tanh(middle.reshape(self.hidden, -1) @ first + middle_bias)
+        return (outer.reshape(-1, self.hidden) @ second + outer_bias).clamp(-1.0, 1.0)
+
+    def response(self, parameters: "Tensor", time: float, observation: "Tensor", muscle_count: int) -> "Tensor":
+        """Activity `[muscle_count]`."""
+        weights = self.action(parameters, with_phase(observation, time), muscle_count)
+        return self._waves.actuation(weights[None], parameters.new_tensor([time]), muscle_count)[0, 0]

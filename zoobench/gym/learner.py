@@ -1,0 +1,143 @@
+"""Proximal policy optimisation by stable-baselines3, on the worlds of a session."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.vec_env import VecEnv
+from torch.nn.utils import parameters_to_vector, vector_to_parameters
+
+from zoobench.gym.vector import ZooVectorEnv
+
+Array = NDArray[np.float64]
+
+
+class Worlds(VecEnv):
+    """A vector environment as stable-baselines3 takes it.
+
+    Attributes:
+        rewards: of every step since they were last cleared, the mean over worlds.
+    """
+
+    def __init__(self, envs: ZooVectorEnv) -> None:
+        self._envs = envs
+        self._actions: NDArray[Any] = np.zeros(0)
+        self.rewards: list[float] = []
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+
+    def reset(self) -> NDArray[Any]:
+        """Begin all episodes."""
+        return self._envs.reset()[0]
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions for `step_wait`."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], list[dict[str, Any]]]:
+        """Take all worlds through a control frame."""
+        seen, rewards, terminated, truncated, info = self._envs.step(self._actions)
+        self.rewards.append(float(rewards.mean()))
+        over = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for world in np.flatnonzero(over):
+            infos[world] = {
+                "terminal_observation": info["final_obs"][world],
+                "TimeLimit.truncated": bool(truncated[world]),
+            }
+        return seen, rewards, over, infos
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The attribute of the vector environment, once for each world."""
+        return [getattr(self._envs, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Worlds have no attributes of their own."""
+        raise NotImplementedError("The worlds of one solver have no attributes of their own.")
+
+    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
+        """Worlds have no methods of their own."""
+        raise NotImplementedError("The worlds of one solver have no methods of their own.")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """They never are."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class Learner:
+    """A policy of two hidden layers of tanh units, and a value function of the same form, that learn by PPO.
+
+    Args:
+        envs: where it learns.
+        actor: the policy's first parameters, in the order of `zoobench.controllers.policy_network`.
+        hidden: units of a hidden layer.
+        deviation: of the first exploration, in every action.
+        settings: further arguments of `stable_baselines3.PPO`.
+
+    Raises:
+        ValueError: the actor has another number of parameters.
+    """
+
+    def __init__(
+        self, envs: ZooVectorEnv, actor: Array, hidden: int, deviation: float, settings: Mapping[str, Any]
+    ) -> None:
+        self._worlds = Worlds(envs)
+        self._model = PPO(
+            "MlpPolicy",
+            self._worlds,
+            policy_kwargs={
+                "net_arch": {"pi": [hidden, hidden], "vf": [hidden, hidden]},
+                "activation_fn": torch.nn.Tanh,
+                "log_std_init": float(np.log(deviation)),
+            },
+            device="cpu",
+            **settings,
+        )
+        self._model.set_logger(Logger(folder=None, output_formats=[]))
+        expected = sum(part.numel() for part in self._actor())
+        if len(actor) != expected:
+            raise ValueError(f"The policy has {expected} parameters, but {len(actor)} were given.")
+        vector_to_parameters(torch.as_tensor(actor, dtype=torch.float32), self._actor())
+
+    @property
+    def actor(self) -> Array:
+        """The policy's parameters."""
+        found: Array = parameters_to_vector(self._actor()).detach().double().numpy()
+        return found
+
+    @property
+    def deviation(self) -> float:
+        """Of the exploration now, the mean over actions."""
+        return float(self._model.policy.log_std.detach().exp().mean())
+
+    @property
+    def timesteps(self) -> int:
+        """Frames that it has learnt from."""
+        return self._model.num_timesteps
+
+    def learn(self) -> float:
+        """Fill the buffer once and learn from it; the mean reward of the frames in it."""
+        self._worlds.rewards.clear()
+        self._model.learn(self._model.n_steps * self._worlds.num_envs, reset_num_timesteps=False)
+        return float(np.mean(self._worlds.rewards))
+
+    def state(self) -> dict[str, Any]:
+        """Plain tensors and numbers for a checkpoint: all but the worlds, which begin anew."""
+        policy = self._model.policy
+        return {"policy": policy.state_dict(), "optimiser": policy.optimizer.state_dict(), "timesteps": self.timesteps}
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """The inverse of `state`."""
+        self._model.policy.load_state_dict(state["policy"])
+        self._model.policy.optimizer.load_state_dict(state["optimiser"])
+        self._model.num_timesteps = state["timesteps"]
+
+    def _actor(self) -> Sequence[torch.nn.Parameter]:
+        policy = self._model.policy
+        return [*policy.mlp_extractor.policy_net.parameters(), *policy.action_net.parameters()]

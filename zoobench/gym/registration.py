@@ -1,0 +1,38 @@
+"""The names under which Gymnasium knows the cells; it calls `register_envs` itself, as a plug-in of its own."""
+
+from itertools import product
+
+import gymnasium
+from gymnasium.envs.registration import namespace, register
+
+from zoobench import registry
+from zoobench.registry import Kind
+
+_NAMESPACE = "zoobench"
+
+
+def register_envs() -> None:
+    """Register every environment with every body and task, each once."""
+    for env, design, task in product(registry.names(Kind.ENV), _bodies(), registry.names(Kind.TASK)):
+        name = name_of(env, design, task)
+        if f"{_NAMESPACE}/{name}" in gymnasium.registry:
+            continue
+        with namespace(_NAMESPACE):
+            register(
+                id=name,
+                entry_point="zoobench.gym.single:ZooEnv",
+                vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
+                kwargs={"env": env, "design": design, "task": task},
+            )
+
+
+def name_of(env: str, design: str, task: str) -> str:
+    """`Desert-BabySeal-Turning-v0`, from names in kebab case."""
+    words = ("".join(part.capitalize() for part in name.split("-")) for name in (env, design, task))
+    return "-".join(words) + "-v0"
+
+
+def _bodies() -> list[str]:
+    """Designs that are there by name alone: no design spaces, and none from a user's file."""
+    components = (registry.get(Kind.DESIGN, name) for name in registry.names(Kind.DESIGN))
+    return [component.name for component in components if "space" not in component.tags and not component.required]
