@@ -71,15 +71,14 @@ def test_the_budget_holds_to_the_frame(kind: str) -> None:
     assert not session.affords(5 if kind == "substeps" else 6, evaluations=1)
     still = np.zeros((2, session.muscle_count))
     done = 0
-    with pytest.raises(BudgetExhaustedError, match="budget"):
-        while done < 100:
-            if session.step(still).truncated.any():
-                session.begin()
-            done += 1
+    while session.affords(1):
+        if session.step(still).truncated.any():
+            session.begin()
+        done += 1
     spent = problem.meter.spent(kind)
     assert done == 6 if kind == "episodes" else done >= 5
     assert spent <= amount
-    with pytest.raises(BudgetExhaustedError):
+    with pytest.raises(BudgetExhaustedError, match="budget"):
         session.step(still)
     assert problem.meter.spent(kind) == spent
 

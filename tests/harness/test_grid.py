@@ -99,6 +99,18 @@ def test_a_cell_that_cannot_be_run_is_skipped_with_its_reason() -> None:
     assert len(runs) == 2
 
 
+def test_a_method_that_trains_a_policy_skips_other_controllers() -> None:
+    """The reason says which controllers are one."""
+    register(Kind.METHOD, "teacher", tags=("policy",))(lambda: None)
+    register(Kind.CONTROLLER, "network", tags=("policy",))(lambda: None)
+    controllers = (Ref("sine-basis"), Ref("network"))
+    skip, run = expand(_grid(controllers=controllers, methods=(Ref("teacher"),), seeds=(0,)))
+    assert isinstance(skip, Skip)
+    assert "'teacher' trains a policy" in skip.reason
+    assert skip.reason.endswith("--controller network.")
+    assert isinstance(run, RunSpec)
+
+
 @pytest.mark.parametrize("axis", ["envs", "methods", "seeds"])
 def test_an_empty_axis_is_refused(axis: str) -> None:
     """A grid of nothing is a mistake, not zero runs."""

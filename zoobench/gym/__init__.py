@@ -1,4 +1,14 @@
 """The cells of the benchmark as Gymnasium environments: `gymnasium.make("zoobench/Desert-Caterpillar-Turning-v0")`.
 
-Gymnasium finds them by itself where zoobench is installed; it and stable-baselines3 come with `zoobench[ppo]`.
+Importing this package makes the names known, since Gymnasium looks for no plug-ins: `import zoobench.gym` first, or
+write `gymnasium.make("zoobench.gym:zoobench/Desert-Caterpillar-Turning-v0")`. Gymnasium and stable-baselines3 come with
+`zoobench[ppo]`.
 """
+
+try:
+    from zoobench.gym.registration import register_envs
+except ModuleNotFoundError as error:
+    advice = f"zoobench.gym needs {error.name}, which is not installed. Try: pip install 'zoobench[ppo]'."
+    raise ModuleNotFoundError(advice, name=error.name) from None
+
+register_envs()

@@ -1,4 +1,4 @@
-"""The names under which Gymnasium knows the cells; it calls `register_envs` itself, as a plug-in of its own."""
+"""The names under which Gymnasium knows the cells."""
 
 from itertools import product
 

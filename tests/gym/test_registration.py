@@ -1,0 +1,47 @@
+"""The names that Gymnasium knows."""
+
+import subprocess
+import sys
+
+import gymnasium
+
+from zoobench import registry
+from zoobench.gym.registration import name_of, register_envs
+from zoobench.registry import Kind
+
+
+def test_every_cell_has_a_name() -> None:
+    """Environment, body and task in camel case; neither design spaces nor bodies from files; twice changes nothing."""
+    register_envs()
+    before = dict(gymnasium.registry)
+    register_envs()
+    assert gymnasium.registry == before
+    ours = [name for name in before if name.startswith("zoobench/")]
+    assert len(ours) % (len(registry.names(Kind.ENV)) * len(registry.names(Kind.TASK))) == 0
+    assert "zoobench/Desert-Caterpillar-Turning-v0" in ours
+    assert "zoobench/ShallowWater-BabySeal-WaypointFollowing-v0" in ours
+    assert not [name for name in ours if "Mesh" in name or "Voxel" in name]
+    assert before["zoobench/Desert-Caterpillar-Turning-v0"].kwargs == {
+        "env": "desert",
+        "design": "caterpillar",
+        "task": "turning",
+    }
+    assert name_of("shallow-water", "baby-seal", "turning") == "ShallowWater-BabySeal-Turning-v0"
+
+
+def test_importing_makes_the_names_known() -> None:
+    """And loads neither torch nor the simulator's compiler."""
+    code = """
+import sys, gymnasium, zoobench.gym
+gymnasium.spec("zoobench/Desert-Caterpillar-Turning-v0")
+assert not {"torch", "taichi"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_without_gymnasium_it_says_what_to_do() -> None:
+    """The extra that brings it."""
+    code = "import sys; sys.modules['gymnasium'] = None; import zoobench.gym"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode
+    assert "zoobench[ppo]" in done.stderr

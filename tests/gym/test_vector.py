@@ -1,0 +1,60 @@
+"""Many worlds in one solver: each as it would be alone."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from zoobench.errors import UsageError
+from zoobench.gym.single import ZooEnv
+from zoobench.gym.vector import ZooVectorEnv
+
+SMALL = {"fidelity": "smoke", "frames": 3}
+
+
+def test_every_world_is_as_alone() -> None:
+    """Observations and rewards to the last bit, past the end of an episode, which the next follows in the same step."""
+    envs = gymnasium.make_vec("zoobench/Ground-Caterpillar-MovementSpeed-v0", num_envs=2, **SMALL)
+    assert isinstance(envs.unwrapped, ZooVectorEnv)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, *envs.action_space.shape)).astype(np.float32)
+    first, _ = envs.reset(seed=0)
+    together = [envs.step(action) for action in actions]
+    alone = ZooEnv("ground", "caterpillar", "movement-speed", **SMALL)
+    for world in range(2):
+        start, _ = alone.reset()
+        np.testing.assert_array_equal(first[world], start)
+        for action, (seen, rewards, terminated, truncated, info) in zip(actions, together, strict=True):
+            expected, reward, _, is_over, _ = alone.step(action[world])
+            assert rewards[world] == reward
+            assert (truncated[world], terminated[world]) == (is_over, False)
+            if is_over:
+                np.testing.assert_array_equal(info["final_obs"][world], expected)
+                expected, _ = alone.reset()
+            np.testing.assert_array_equal(seen[world], expected)
+    assert [bool(step[3].all()) for step in together] == [False, False, True, False, False]
+
+
+def test_a_world_that_blows_up_begins_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its reason is in info; the other's episode goes on to its own end."""
+    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)
+    envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, action="muscles", fidelity="smoke", frames=40)
+    envs.reset()
+    actions = np.zeros(envs.action_space.shape, np.float32)
+    for frame in range(40):
+        actions[1] = (-1.0) ** (frame // 3)
+        seen, rewards, terminated, _, info = envs.step(actions)
+        if terminated.any():
+            break
+    assert terminated.tolist() == [False, True]
+    assert rewards[1] == 0.0
+    assert "diverged" in info["failure"][1]
+    assert info["_failure"].tolist() == [False, True]
+    assert info["_final_obs"].tolist() == [False, True]
+    np.testing.assert_array_equal(seen[1], envs.reset()[0][1])
+
+
+def test_actions_of_another_shape_are_refused() -> None:
+    """As many as there are worlds."""
+    envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, **SMALL)
+    envs.reset()
+    with pytest.raises(UsageError, match="shape"):
+        envs.step(np.zeros((1, envs.action_space.shape[1]), np.float32))
