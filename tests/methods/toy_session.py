@@ -31,8 +31,8 @@ def orders(episodes: int) -> Array:
 class Mirror:
     """As `zoobench.session.Session`: one muscle, whose activity is to be the first number of the observation.
 
-    A frame's reward is 1 minus the square of what it misses, and it costs a substep. `fails` says whether an activity
-    blows the world up.
+    A frame's reward is 1 minus the square of what it misses, and it costs a substep. An activity beyond `limit` blows
+    the world up.
     """
 
     muscle_count = 1
