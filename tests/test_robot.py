@@ -8,11 +8,11 @@ import torch
 
 from tests.conformance.cells import cell
 from zoobench import registry
-from zoobench.errors import DivergenceError, Unbuildable
+from zoobench.errors import DivergenceError, Unbuildable, UsageError
 from zoobench.methods.base import Champion
 from zoobench.problem import Problem
 from zoobench.registry import Kind
-from zoobench.robot import Robot
+from zoobench.robot import Robot, elongation
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import Ref
 
@@ -118,3 +118,23 @@ def test_worlds_of_different_bodies_do_not_disturb_each_other(env: str) -> None:
         alone, alone_slope = problem.loss_and_grad(draw)
         assert alone.score == evaluation.score
         np.testing.assert_array_equal(alone_slope, slope)
+
+
+def test_elongation_tells_needles_from_balls() -> None:
+    """Of boxes by their edges, whose deviations are in proportion, however they are turned; weights count."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    ones = np.ones(len(grid))
+    assert elongation(grid @ turn, ones) == pytest.approx(0.0, abs=1e-9)
+    assert elongation(grid * (4.0, 1.0, 0.5) @ turn + 3.0, ones) == pytest.approx(0.75)
+    assert elongation(grid * (4.0, 4.0, 1.0), ones) == pytest.approx(0.0, abs=1e-9)
+    assert elongation(grid * (1.0, 0.0, 0.0), ones) == pytest.approx(1.0)
+    assert elongation(np.vstack([grid, 9.0 * grid[:4]]), np.append(ones, np.zeros(4))) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_only_a_space_with_sites_can_be_painted_on() -> None:
+    """A fixed body and a network of its own are refused with the designs that can."""
+    assert _robot("voxel").site_space is not None
+    for design in ("caterpillar", "implicit"):
+        with pytest.raises(UsageError, match="--design particle or --design voxel"):
+            _ = _robot(design).site_space

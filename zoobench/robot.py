@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.designs.base import Body, Design
 from zoobench.designs.soundness import SOLID, Soundness, sound
-from zoobench.designs.space import DesignSpace
-from zoobench.errors import SceneError, Unbuildable
+from zoobench.designs.space import DesignSpace, SiteSpace
+from zoobench.errors import SceneError, Unbuildable, UsageError
 from zoobench.sim.fidelity import Fidelity
 from zoobench.tasks.base import Metric
 
@@ -32,14 +32,14 @@ class Built:
         activity: `[frames, 1, muscles]`; in a closed loop all zero, since it follows from the motion.
         matter: the body's arrays by the simulator's names; none for a body that is what it is.
         soundness: what a body from a design space is worth as one; None for another.
-        volumes: `[particle_count]` of the particles if they are all there [m^3].
+        body: what it was built from.
     """
 
     row: "Tensor"
     activity: "Tensor"
     matter: "dict[str, Tensor]"
     soundness: Soundness | None
-    volumes: Array
+    body: Body
 
     @property
     def fault(self) -> str:
@@ -51,11 +51,14 @@ class Built:
 
         * `body_volume`: of all that is there; `components`: pieces of solid matter, before all but the largest were
           taken away; `mass_kept`: the largest piece's share of their mass.
+        * `elongation`: of all that is there, see `elongation`.
         """
         if self.soundness is None:
             return {}
+        volumes = self.matter["occupancy"].detach()[0].numpy() * self.body.volumes
         return {
-            "body_volume": Metric(float((self.matter["occupancy"].detach()[0].numpy() * self.volumes).sum()), "m^3"),
+            "body_volume": Metric(float(volumes.sum()), "m^3"),
+            "elongation": Metric(elongation(self.body.positions, volumes), "1"),
             "components": Metric(float(self.soundness.components), "1"),
             "mass_kept": Metric(self.soundness.mass_kept, "1"),
         }
@@ -110,6 +113,20 @@ class Robot:
         """Length of the whole vector."""
         return self.control_count + (self.space.parameter_count(self.body) if self.space else 0)
 
+    @property
+    def site_space(self) -> SiteSpace:
+        """The space, as one with a row of parameters for every site.
+
+        Raises:
+            UsageError: it is none.
+        """
+        if not isinstance(self.space, SiteSpace):
+            raise UsageError(
+                "Patterns are painted on a design space with a row of parameters for every site. "
+                "Choose one: --design particle or --design voxel."
+            )
+        return self.space
+
     def initial(self, rng: np.random.Generator) -> Array:
         """A draw from the priors of both parts `[parameter_count]`."""
         control = self.controller.initial(rng, self.body.muscle_count)
@@ -124,10 +141,10 @@ class Robot:
         if isinstance(self.controller, OpenLoop):
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
         if self.space is None:
-            return Built(row, activity, {}, None, self.body.volumes)
+            return Built(row, activity, {}, None, self.body)
         form = self.space.form(row[:, self.control_count :], self.body)
         form, (soundness,) = sound(form, self.body, self.space.connected)
-        return Built(row, activity, form.matter(self.body), soundness, self.body.volumes)
+        return Built(row, activity, form.matter(self.body), soundness, self.body)
 
     def formed(self, parameters: Array) -> Body:
         """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
@@ -148,3 +165,14 @@ class Robot:
         kept = {name: getattr(self.body, name) for name in _LASTING}
         named["stiffness"] = named["stiffness"] * self.body.stiffness
         return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)
+
+
+def elongation(places: Array, volumes: Array) -> float:
+    """How much longer than wide matter of these volumes `[n]` [m^3] at `places` `[n, 3]` [m] is, in [0, 1].
+
+    1 - (second longest / longest deviation along the principal axes): 0 for a ball or a disc, 1 for a needle.
+    """
+    centre = np.average(places, axis=0, weights=volumes)
+    moments = np.einsum("ni,nj,n->ij", places - centre, places - centre, volumes)  # in one order, however many threads
+    spreads = np.linalg.eigvalsh(moments)
+    return float(1.0 - np.sqrt(max(spreads[1], 0.0) / spreads[2]))

@@ -160,9 +160,10 @@ def test_the_gradient_is_the_slope_of_the_score(env: str, task: str, design: str
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
     """Through the real simulator: a solution whose parameters give its score again."""
-    trains_a_policy = "policy" in registry.get(Kind.METHOD, name).tags
-    controller, text = ("policy-network", f"{name}[buffer=64]") if trains_a_policy else ("sine-basis", name)
-    spec = cell(budget=Budget("iterations", 2), controller=controller, method=text)
+    tags = registry.get(Kind.METHOD, name).tags
+    controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", name)
+    design = "voxel" if {"space", "sites"} & tags else "caterpillar"
+    spec = cell(budget=Budget("iterations", 2), design=design, controller=controller, method=text)
     problem = Problem(spec)
     context = Context()
     solution = registry.create(Kind.METHOD, spec.method).run(problem, context)

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.designs.soundness import sound
-from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form
+from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form, SiteSpace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
@@ -17,6 +17,7 @@ from zoobench.spec import Ref
 SPACES = [name for name in registry.names(Kind.DESIGN) if "space" in registry.get(Kind.DESIGN, name).tags]
 SMOKE, DRAFT, TINY = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 32, particles_per_cell=1)
 
+SITE_SPACES = [name for name in SPACES if "sites" in registry.get(Kind.DESIGN, name).tags]
 every_space = pytest.mark.parametrize("name", SPACES)
 every_workspace = pytest.mark.parametrize(
     ("name", "params"),
@@ -162,3 +163,48 @@ def test_a_space_is_no_base(name: str) -> None:
     """A workspace is taken from a fixed body; the message says which to give."""
     with pytest.raises(UsageError, match=r"is a design space.*base=block"):
         made("particle", base=name)
+
+
+@every_space
+def test_a_space_with_sites_has_the_tag(name: str) -> None:
+    """Cells of methods that paint bodies are skipped by the tag, and run by the protocol."""
+    assert isinstance(made(name), SiteSpace) == (name in SITE_SPACES)
+
+
+@pytest.mark.parametrize("name", SITE_SPACES)
+@pytest.mark.parametrize("fidelity", [SMOKE, DRAFT], ids=["smoke", "draft"])
+def test_a_body_has_the_patterns_that_are_painted_on_it(name: str, fidelity: Fidelity) -> None:
+    """Full and firm ahead, empty and soft behind, and one muscle above another, for all particles but those whose
+    voxel reaches across the middle."""
+    space = made(name)
+    assert isinstance(space, SiteSpace)
+    body = space.body(fidelity)
+    sites = space.sites(body)
+    assert sites.shape == (space.parameter_count(body) // (2 + body.muscle_count), 7)
+    assert np.abs(sites[:, :3]).max() < 1.0
+    np.testing.assert_allclose(sites[:, 3:6] ** 2, sites[:, [0, 0, 1]] ** 2 + sites[:, [1, 2, 2]] ** 2)
+    np.testing.assert_allclose(sites[:, 6], np.linalg.norm(sites[:, :3], axis=1))
+    patterns = np.zeros((len(sites), 2 + body.muscle_count))
+    patterns[:, 0] = patterns[:, 1] = 50.0 * sites[:, 0]
+    patterns[:, 2], patterns[:, 3] = 50.0 * sites[:, 1], -50.0 * sites[:, 1]
+    form = space.form(torch.as_tensor(space.painted(patterns))[None], body)
+    middle = (body.positions.min(axis=0) + body.positions.max(axis=0)) / 2
+    x, y, _ = (body.positions - middle).T
+    occupancy, stiffness = form.occupancy[0].numpy(), form.stiffness[0].numpy()
+    shares = form.muscle_membership[0].numpy()
+    assert occupancy[x > 0.0125].min() > 0.9 > 0.1 > occupancy[x < -0.0125].max()
+    assert stiffness[x > 0.0125].min() > 0.9 > 0.3 > stiffness[x < -0.0125].max()
+    assert (shares[y > 0.0125].argmax(axis=1) == 0).all()
+    assert (shares[y < -0.0125].argmax(axis=1) == 1).all()
+
+
+@pytest.mark.parametrize("name", SITE_SPACES)
+def test_a_blank_pattern_is_the_mean_of_the_prior(name: str) -> None:
+    """As full and firm as draws are on average, and no muscle before the others."""
+    space = made(name)
+    assert isinstance(space, SiteSpace)
+    body = space.body(SMOKE)
+    blank = space.painted(np.zeros((len(space.sites(body)), 2 + body.muscle_count))).reshape(-1, 2 + body.muscle_count)
+    drawn = draws(space, body, 50).detach().numpy().reshape(-1, 2 + body.muscle_count)
+    np.testing.assert_allclose(blank[:, :2], np.tile(drawn[:, :2].mean(axis=0), (len(blank), 1)), atol=0.05)
+    assert not blank[:, 2:].any()

@@ -23,9 +23,13 @@ def _registry(monkeypatch: pytest.MonkeyPatch) -> None:
     register(Kind.TASK, "turning")(lambda: None)
     register(Kind.TASK, "chess", tags=("no-gradient",))(lambda: None)
     register(Kind.DESIGN, "caterpillar")(lambda: None)
+    register(Kind.DESIGN, "voxel", tags=("space", "sites"))(lambda: None)
+    register(Kind.DESIGN, "implicit", tags=("space",))(lambda: None)
     register(Kind.CONTROLLER, "sine-basis")(lambda: None)
     register(Kind.METHOD, "diffphysics", tags=("gradient",))(lambda: None)
     register(Kind.METHOD, "random")(lambda: None)
+    register(Kind.METHOD, "neat", tags=("sites",))(lambda: None)
+    register(Kind.METHOD, "archive", tags=("space",))(lambda: None)
     register(Kind.FIDELITY, "smoke")(lambda: None)
 
 
@@ -109,6 +113,22 @@ def test_a_method_that_trains_a_policy_skips_other_controllers() -> None:
     assert "'teacher' trains a policy" in skip.reason
     assert skip.reason.endswith("--controller network.")
     assert isinstance(run, RunSpec)
+
+
+def test_a_method_that_makes_bodies_is_skipped_where_there_is_no_space_for_them() -> None:
+    """What it needs and which designs have it; those cells run."""
+    designs, methods = (Ref("caterpillar"), Ref("implicit"), Ref("voxel")), (Ref("neat"), Ref("archive"))
+    runs = expand(_grid(designs=designs, methods=methods, seeds=(0,)))
+    assert [run.reason for run in runs if isinstance(run, Skip)] == [
+        "The method 'neat' needs a design space with a row of parameters for every site, and the design 'caterpillar' "
+        "is none. Choose one that is: --design voxel.",
+        "The method 'archive' needs a design space, and the design 'caterpillar' is none. "
+        "Choose one that is: --design implicit,voxel.",
+        "The method 'neat' needs a design space with a row of parameters for every site, and the design 'implicit' "
+        "is none. Choose one that is: --design voxel.",
+    ]
+    done = [(run.design.name, run.method.name) for run in runs if isinstance(run, RunSpec)]
+    assert done == [("implicit", "archive"), ("voxel", "neat"), ("voxel", "archive")]
 
 
 @pytest.mark.parametrize("axis", ["envs", "methods", "seeds"])

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import torch
@@ -31,13 +32,26 @@ def still(frames: int = 1) -> Motion:
     return Motion(nowhere, nowhere, one, 0.008, nowhere[0, 0], one[0], one[0], nowhere[1:, :, :, 0])
 
 
+class OneSite:
+    """A design space with one row of parameters: occupancy, stiffness and one muscle, as they are painted."""
+
+    def sites(self, body: object) -> Array:
+        return np.ones((1, 7))
+
+    def painted(self, patterns: Array) -> Array:
+        return patterns.ravel()
+
+
 class Quadratic:
     """score = 1 - |parameters - OPTIMUM|^2, behind the same meter as `zoobench.problem.Problem`.
 
-    `diverges` and `breaks` are called with the parameters: the episode blows up, or its gradient is NaN.
+    The first parameter is a controller's, the others a design space's. `diverges` and `breaks` are called with the
+    parameters: the episode blows up, or its gradient is NaN.
     """
 
     parameter_count = len(OPTIMUM)
+    body = SimpleNamespace(muscle_count=1, volumes=np.ones(1))
+    robot = SimpleNamespace(control_count=1, space=OneSite(), site_space=OneSite())
 
     def __init__(self, budget: Budget, diverges: Rule = _never, breaks: Rule = _never) -> None:
         names = ("ground", "toy", "toy", "toy", "toy", "toy")
@@ -83,7 +97,17 @@ class Quadratic:
             return Evaluation(-math.inf, {}, np.zeros(0), divergence), np.full(len(params), math.nan)
         score = 1.0 - float(((params - OPTIMUM) ** 2).sum())
         slope = np.full(len(params), math.nan) if self._breaks(params) else 2.0 * (params - OPTIMUM)
-        return Evaluation(score, {"score": Metric(score, "m/s")}, np.array([score])), slope
+        shape = {
+            name: Metric(value, "1")
+            for name, value in zip(("body_volume", "elongation"), shape_of(params), strict=True)
+        }
+        return Evaluation(score, {**shape, "score": Metric(score, "m/s")}, np.array([score])), slope
+
+
+def shape_of(params: Array) -> tuple[float, float]:
+    """Volume and elongation that some parameters stand for, in [0, 1]."""
+    volume, elongation = 0.5 + np.arctan(params[1:3]) / math.pi
+    return float(volume), float(elongation)
 
 
 class Context:

@@ -24,6 +24,10 @@ FULL, FIRM = 2.2, 0.8
 SPREAD = 0.35
 """Deviation of both: occupancy 0.8 to 0.95 and stiffness 0.5 to 0.85 within two deviations."""
 
+_CONTRAST = 2.0 * FULL  # of painted occupancy: where a pattern is -1, a body is as empty as it is full elsewhere
+_SHADES = 2.0  # of painted stiffness: multipliers of 0.25 to 0.95
+_LEAD = 3.0  # of painted muscles: in most places one of them leads
+
 _LOYALTY = 4.0  # lead of a particle's own muscle in the softmax: seven eighths of it among eight
 
 
@@ -48,6 +52,18 @@ def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
         muscle_membership=torch.stack([torch.softmax(row[:, 2:], dim=1) for row in rows]),
         fibres=ahead,
     )
+
+
+def painted(patterns: Array) -> Array:
+    """Rows, as one vector, for patterns of order one `[n, 2 + muscle_count]`; what is beyond -1 and 1 is cut off.
+
+    Where all patterns are 0, the body is as full and firm as the prior's mean, and belongs to all muscles alike.
+    """
+    count = patterns.shape[1] - 2
+    means = np.array([FULL, FIRM, *[0.0] * count])
+    gains = np.array([_CONTRAST, _SHADES, *[_LEAD] * count])
+    rows: Array = (means + gains * np.clip(patterns, -1.0, 1.0)).ravel()
+    return rows
 
 
 def rows_like(membership: Array, rng: np.random.Generator) -> Array:

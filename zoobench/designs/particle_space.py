@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.designs.base import Array, Body
-from zoobench.designs.fields import grow, rows_like, width_of
+from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import base_design, workspace
+from zoobench.designs.workspace import base_design, features, workspace
 from zoobench.registry import Kind, register
 from zoobench.sim.fidelity import Fidelity
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.DESIGN, "particle", tags=("space",))
+@register(Kind.DESIGN, "particle", tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class ParticleSpace:
     """A design space in which every particle has its own occupancy, stiffness and muscle.
@@ -50,3 +50,11 @@ class ParticleSpace:
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
         return grow(parameters, body, lambda row: row.reshape(body.particle_count, -1))
+
+    def sites(self, body: Body) -> Array:
+        """The particles."""
+        return features(body)
+
+    def painted(self, patterns: Array) -> Array:
+        """The parameters of the body with these patterns."""
+        return painted(patterns)

@@ -86,6 +86,21 @@ class DesignSpace(Protocol):
         ...
 
 
+@runtime_checkable
+class SiteSpace(DesignSpace, Protocol):
+    """A design space whose parameters are one row of numbers for every site of the workspace, so that any pattern over
+    space is a body. It is registered with the tag `sites`."""
+
+    def sites(self, body: Body) -> NDArray[np.float64]:
+        """Where the rows are, as a pattern sees it `[site_count, 7]`: see `zoobench.designs.workspace.features`."""
+        ...
+
+    def painted(self, patterns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The parameters `[parameter_count]` of the body that has these patterns, of order one, at its sites
+        `[site_count, 2 + muscle_count]`: occupancy, stiffness, muscles."""
+        ...
+
+
 def stiffness_multiplier(raw: "Tensor") -> "Tensor":
     """Share of the workspace's stiffness in (0, 1) from any number: a sigmoid above `LEAST_STIFFNESS`."""
     import torch

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Array, Body
-from zoobench.designs.fields import grow, rows_like, width_of
+from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import base_design, extent, workspace
+from zoobench.designs.workspace import base_design, extent, seen_at, workspace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.sim.fidelity import Fidelity
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SMALLEST, _LARGEST = 0.001, 1.0  # edges of a voxel [m]
 
 
-@register(Kind.DESIGN, "voxel", tags=("space",))
+@register(Kind.DESIGN, "voxel", tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class VoxelSpace:
     """A design space in which every voxel of the workspace has its own occupancy, stiffness and muscle.
@@ -55,9 +55,7 @@ class VoxelSpace:
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """A body near the base."""
-        voxels = self._voxels(body)
-        shares = np.stack([np.bincount(voxels, share) for share in body.muscle_membership.T], axis=1)
-        return rows_like(shares / np.bincount(voxels)[:, None], rng).ravel()
+        return rows_like(self._means(body.muscle_membership, body), rng).ravel()
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
@@ -65,6 +63,21 @@ class VoxelSpace:
 
         voxels = torch.as_tensor(self._voxels(body))
         return grow(parameters, body, lambda row: row.reshape(-1, width_of(body))[voxels])
+
+    def sites(self, body: Body) -> Array:
+        """The voxels, each where its particles are on average."""
+        return seen_at(self._means(body.positions, body), body)
+
+    def painted(self, patterns: Array) -> Array:
+        """The parameters of the body with these patterns."""
+        return painted(patterns)
+
+    def _means(self, values: Array, body: Body) -> Array:
+        """Of values of the particles `[particle_count, n]`, in every voxel `[voxel_count, n]`."""
+        voxels = self._voxels(body)
+        sums = np.stack([np.bincount(voxels, column) for column in values.T], axis=1)
+        found: Array = sums / np.bincount(voxels)[:, None]
+        return found
 
     def _voxels(self, body: Body) -> NDArray[np.int64]:
         """The number of each particle's voxel `[particle_count]`, counted over those that hold particles."""

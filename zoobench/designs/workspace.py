@@ -62,11 +62,16 @@ def extent(body: Body) -> tuple[Array, Array]:
 
 
 def features(body: Body) -> Array:
-    """What a network sees of each particle `[particle_count, 7]`: x, y, z, distances along the xy, xz and yz planes
-    from the centre, and the radius, in units of the workspace (centre 0, half extent 1 along each axis) [-].
+    """What a network sees of each particle `[particle_count, 7]`, see `seen_at`."""
+    return seen_at(body.positions, body)
 
-    Specification H.3, H.4.
+
+def seen_at(places: Array, body: Body) -> Array:
+    """What a network sees of places `[n, 3]` [m] in a workspace `[n, 7]`: x, y, z, distances along the xy, xz and yz
+    planes from the centre, and the radius, in units of the workspace (centre 0, half extent 1 along each axis) [-].
+
+    Specification F.3, H.3, H.4.
     """
     centre, half = extent(body)
-    x, y, z = ((body.positions - centre) / half).T
+    x, y, z = ((places - centre) / half).T
     return np.stack([x, y, z, np.hypot(x, y), np.hypot(x, z), np.hypot(y, z), np.sqrt(x**2 + y**2 + z**2)], axis=1)

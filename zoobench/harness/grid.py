@@ -12,7 +12,12 @@ from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
 NEEDS_GRADIENT = "gradient"  # tag of a method
-POLICY = "policy"  # tag of a method that trains a policy, and of a controller that is one
+SHARED = (
+    ("policy", Kind.CONTROLLER, "trains a policy"),
+    ("space", Kind.DESIGN, "needs a design space"),
+    ("sites", Kind.DESIGN, "needs a design space with a row of parameters for every site"),
+)
+"""Tags of a method that the component of this kind must have, too, and what the method does or needs."""
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
 FOR_STUDIES = "study"  # tag of a component that a study uses: patterns pass it over
 
@@ -131,13 +136,15 @@ def _resolve(kind: Kind, refs: tuple[Ref, ...]) -> list[Ref]:
 
 def _why_impossible(spec: RunSpec) -> str | None:
     method = registry.get(Kind.METHOD, spec.method.name, spec.method.version)
-    controller = registry.get(Kind.CONTROLLER, spec.controller.name, spec.controller.version)
-    if POLICY in method.tags - controller.tags:
-        known = (name for name in registry.names(Kind.CONTROLLER) if POLICY in registry.get(Kind.CONTROLLER, name).tags)
-        return (
-            f"The method {method.name!r} trains a policy, and the controller {controller.name!r} is none. "
-            f"Choose one that is: --controller {', '.join(known)}."
-        )
+    refs = {Kind.DESIGN: spec.design, Kind.CONTROLLER: spec.controller}
+    for tag, kind, wish in SHARED:
+        other = registry.get(kind, refs[kind].name, refs[kind].version)
+        if tag in method.tags - other.tags:
+            known = (name for name in registry.names(kind) if tag in registry.get(kind, name).tags)
+            return (
+                f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} is none. "
+                f"Choose one that is: --{kind.noun} {','.join(known)}."
+            )
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

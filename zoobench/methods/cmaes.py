@@ -1,15 +1,15 @@
 """CMA-ES (specification F.3): evolution strategy with an adapted covariance, for all parameters at once."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.methods.generations import Lesson, evolve, scores_of
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -35,110 +35,83 @@ class CmaEs:
     population: int = 10
 
     def __post_init__(self) -> None:
-        if self.sigma <= 0 or self.population < 4:
-            raise UsageError(
-                f"sigma={self.sigma:g} with a population of {self.population} cannot adapt. "
-                "Give a positive sigma and a population of at least 4."
-            )
+        check_strategy(self.sigma, self.population)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the budget holds no further generation."""
-        stored = context.restore()
-        lineage = _Lineage(self, problem, context) if stored is None else _Lineage.again(self, problem, context, stored)
-        while problem.affords(self.population) or not problem.meter.episodes:
-            points = lineage.ask()
-            evaluations = problem.evaluate_batch(points)
-            problem.meter.iterations += 1
-            lineage.tell(points, evaluations)
-            self._report(problem, context, lineage, evaluations)
-            context.checkpoint(pack(lineage.state(problem)))
-            if context.should_stop():
-                break
-        return lineage.champion.solution(iterations=problem.meter.iterations, strategies=lineage.strategies)
 
-    @staticmethod
-    def _report(problem: Problem, context: RunContext, lineage: "_Lineage", evaluations: Sequence[Evaluation]) -> None:
-        meter, champion = problem.meter, lineage.champion
-        readings = {"substeps": float(meter.substeps), "diverged": float(champion.diverged)}
-        readings["deviation"] = lineage.deviation
-        if champion.score is not None:
-            readings["score"] = champion.score
-        scores = [item.score for item in evaluations if item.failure is None]
-        if scores:
-            readings |= {"score_current": max(scores), "score_median": float(np.median(scores))}
-        context.report(meter.iterations, **readings)
-        context.progress(meter.fraction(problem.spec.budget), champion.score)
+        def found() -> Strategies:
+            return Strategies(self.sigma, self.population, lambda: problem.initial(context.rng), context.rng)
+
+        return evolve(problem, context, found, population=self.population)
 
 
-class _Lineage:
-    """Strategies one after the other, and the best individual of all.
+def check_strategy(sigma: float, population: int) -> None:
+    """Refuse settings by which a covariance cannot be adapted.
 
-    All that happens follows from the generator's first state and the costs told, so that these are what is stored: a
-    run is resumed by telling them again, bit for bit and without any simulation.
+    Raises:
+        UsageError: the deviation is not positive or the population too small.
+    """
+    if sigma <= 0 or population < 4:
+        raise UsageError(
+            f"sigma={sigma:g} with a population of {population} cannot adapt. "
+            "Give a positive sigma and a population of at least 4."
+        )
+
+
+class Strategies:
+    """Strategies one after the other: a `Breeder`.
+
+    Args:
+        sigma, population: as of `CmaEs`.
+        draw: where a strategy starts `[parameter_count]`.
+        rng: what all random numbers come from.
     """
 
-    def __init__(self, method: CmaEs, problem: Problem, context: RunContext) -> None:
-        self._method, self._problem, self._rng = method, problem, context.rng
-        self._first = context.rng.bit_generator.state
-        self._told: list[list[float]] = []
-        self.champion = Champion()
-        self.strategies = 0
+    def __init__(self, sigma: float, population: int, draw: Callable[[], Array], rng: np.random.Generator) -> None:
+        self._sigma, self._population, self._draw, self._rng = sigma, population, draw, rng
+        self._begun = 0
         self._begin()
-
-    @property
-    def deviation(self) -> float:
-        """The present strategy's step size."""
-        return float(self._strategy.sigma)
 
     def ask(self) -> list[Array]:
         """The next generation, each `[parameter_count]`."""
         if self._strategy.stop():
             self._begin()
-        return [np.asarray(point, dtype=np.float64) for point in self._strategy.ask()]
+        self._points = [np.asarray(point, dtype=np.float64) for point in self._strategy.ask()]
+        return self._points
 
-    def tell(self, points: Sequence[Array], evaluations: Sequence[Evaluation]) -> None:
-        """What became of the generation."""
-        for point, evaluation in zip(points, evaluations, strict=True):
-            self.champion.offer(point, evaluation)
-        finite = [-item.score for item in evaluations if item.failure is None]
-        worst = max(finite, default=0.0) + 1.0
-        self._learn(points, [worst if item.failure is not None else -item.score for item in evaluations])
+    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
+        """Costs: minus the scores, and for what failed worse than all others."""
+        scores = scores_of(evaluations)
+        worst = max((-score for score in scores if score is not None), default=0.0) + 1.0
+        return [worst if score is None else -score for score in scores]
 
-    def _learn(self, points: Sequence[Array], costs: list[float]) -> None:
-        self._told.append(costs)
+    def learn(self, lesson: Lesson) -> None:
+        """Adapt to costs."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # on populations that it finds small, and flat fitness: restarts answer it
-            self._strategy.tell(list(points), costs)
+            self._strategy.tell(self._points, list(lesson))
+
+    def readings(self) -> dict[str, float]:
+        """The present strategy's step size."""
+        return {"deviation": float(self._strategy.sigma)}
+
+    def facts(self) -> dict[str, float]:
+        """How many strategies there were."""
+        return {"strategies": float(self._begun)}
 
     def _begin(self) -> None:
         """A new strategy, which draws its random numbers from the run's generator."""
         import cma
 
-        start = self._problem.initial(self._rng)
+        start = self._draw()
         options = {
             **_QUIET,
-            "popsize": self._method.population,
+            "popsize": self._population,
             "randn": lambda count, size: self._rng.standard_normal((count, size)),
             "CMA_diagonal": len(start) > _SEPARABLE,
         }
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            self._strategy = cma.CMAEvolutionStrategy(start, self._method.sigma, options)
-        self.strategies += 1
-
-    def state(self, problem: Problem) -> dict[str, Any]:
-        """Plain data for a checkpoint."""
-        champion, meter = self.champion.state(), problem.meter.state()
-        return {"champion": champion, "told": self._told, "first": self._first, "meter": meter}
-
-    @classmethod
-    def again(cls, method: CmaEs, problem: Problem, context: RunContext, stored: bytes) -> "_Lineage":
-        """The inverse of `state`; sets the problem's meter and the context's generator, too."""
-        state = unpack(stored)
-        context.rng.bit_generator.state = state["first"]
-        lineage = cls(method, problem, context)
-        for costs in state["told"]:
-            lineage._learn(lineage.ask(), costs)
-        lineage.champion = Champion.from_state(state["champion"])
-        problem.meter.restore(state["meter"])
-        return lineage
+            self._strategy = cma.CMAEvolutionStrategy(start, self._sigma, options)
+        self._begun += 1

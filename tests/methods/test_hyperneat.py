@@ -1,0 +1,158 @@
+"""HyperNEAT: networks are those of neat-python, bodies those asked for, random numbers of others are left alone."""
+
+import random
+
+import neat
+import numpy as np
+import pytest
+import torch
+from neat.activations import ActivationFunctionSet
+
+from tests.methods.toy import Context, Quadratic
+from zoobench import registry
+from zoobench.episode import Evaluation
+from zoobench.errors import UsageError
+from zoobench.methods.cppn import ACTIVATIONS, patterns
+from zoobench.methods.hyperneat import Bodies, HyperNeat
+from zoobench.registry import Kind
+from zoobench.robot import Robot
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Budget, Ref
+from zoobench.tasks.base import Metric
+
+NOW = torch.zeros(1, dtype=torch.float64)
+
+
+def _robot(design: str, controller: str = "fixed-sine") -> Robot:
+    body, brain = registry.create(Kind.DESIGN, Ref.parse(design)), registry.create(Kind.CONTROLLER, Ref(controller))
+    return Robot.of(body, brain, Fidelity(1 / 64))
+
+
+class Sculpture(Quadratic):
+    """Score: the share of a block's particles that are there where x > 0, and not there elsewhere."""
+
+    def __init__(self, budget: Budget) -> None:
+        super().__init__(budget)
+        self.robot = _robot("voxel")  # type: ignore[assignment]
+        self.body = self.robot.body
+        self.parameter_count = self.robot.parameter_count
+
+    def initial(self, rng: np.random.Generator) -> np.ndarray:
+        return self.robot.initial(rng)  # type: ignore[attr-defined, no-any-return]
+
+    def _one(self, params: np.ndarray) -> tuple[Evaluation, np.ndarray]:
+        solid = self.robot.build(torch.as_tensor(params)[None], NOW).matter["occupancy"][0].numpy() > 0.5  # type: ignore[attr-defined]
+        score = float((solid == (self.body.positions[:, 0] > 0.0)).mean())
+        return Evaluation(score, {"score": Metric(score, "1")}, np.array([score])), np.zeros(0)
+
+
+def test_it_finds_a_body_that_is_known() -> None:
+    """The front half of a block, to 98 of 100 particles, as voxels that any method can go on from."""
+    solution = HyperNeat().run(Sculpture(Budget("episodes", 600)), Context(0))  # type: ignore[arg-type]
+    assert solution.evaluation.score >= 0.98
+    assert solution.params.shape == (Sculpture(Budget("episodes", 1)).parameter_count,)
+
+
+@pytest.mark.parametrize("name", ACTIVATIONS)
+def test_an_activation_is_that_of_neat_python(name: str) -> None:
+    """Number by number, where it is steep and where it is cut off."""
+    theirs = ActivationFunctionSet().get({"gaussian": "gauss"}.get(name, name))
+    drives = np.linspace(-11.0, 11.0, 223)
+    np.testing.assert_allclose(ACTIVATIONS[name](drives), [theirs(drive) for drive in drives], rtol=1e-12, atol=1e-15)
+
+
+def test_a_pattern_is_the_networks_output_at_every_place() -> None:
+    """Networks that have grown for twenty generations, against neat-python one place at a time."""
+    problem = Quadratic(Budget("episodes", 1))
+    bodies = Bodies(problem, np.random.default_rng(0), 10)  # type: ignore[arg-type]
+    fitness = np.random.default_rng(1)
+    for _ in range(20):
+        bodies.learn(fitness.normal(size=10).tolist())
+    places = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 7))
+    genomes = list(bodies._neat.population.values())
+    ours = [patterns(genome, bodies._config, places) for genome in genomes]
+    assert max(len(genome.nodes) for genome in genomes) > 4
+    for name in ACTIVATIONS:
+        scalar = ActivationFunctionSet().get({"gaussian": "gauss"}.get(name, name))
+        bodies._config.genome_config.add_activation(name, scalar)
+    for genome, found in zip(genomes, ours, strict=True):
+        network = neat.nn.FeedForwardNetwork.create(genome, bodies._config)
+        np.testing.assert_allclose(found, [network.activate(place) for place in places], rtol=1e-9, atol=1e-12)
+
+
+def test_pythons_random_numbers_are_neither_used_nor_disturbed() -> None:
+    """neat-python draws from the global generator: its state does not matter, and is found as it was left."""
+    found = []
+    for seed in (1, 2):
+        random.seed(seed)
+        before = random.getstate()
+        problem = Quadratic(Budget("iterations", 5))
+        HyperNeat().run(problem, Context(3))  # type: ignore[arg-type]
+        assert random.getstate() == before
+        found.append(np.array(problem.seen))
+    np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_fortune_ends_the_population(seed: int) -> None:
+    """Whatever scores it is told, equal, wild or failed all together, it stays complete and finite."""
+    rng = np.random.default_rng(seed)
+    bodies = Bodies(Quadratic(Budget("episodes", 1)), rng, 10)  # type: ignore[arg-type]
+    for generation in range(60):
+        scores = rng.normal(size=10) * 10.0 ** rng.integers(-9, 9)
+        scores[rng.random(10) < (generation % 4) / 3] = -np.inf
+        scores = np.zeros(10) if generation % 7 == 3 else scores
+        points = bodies.ask()
+        assert len(points) == 10
+        assert np.isfinite(points).all()
+        bodies.learn(bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores.tolist()]))
+
+
+def test_what_failed_is_less_fit_than_all_others() -> None:
+    """As far below the worst as the best is above it: the unit of the score does not matter."""
+    bodies = Bodies(Quadratic(Budget("episodes", 1)), np.random.default_rng(0), 10)  # type: ignore[arg-type]
+
+    def lesson(*scores: float) -> object:
+        return bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores])
+
+    assert lesson(3.0, -np.inf, 1.0) == [3.0, -1.0, 1.0]
+    assert lesson(np.nan, 2.0) == [1.0, 2.0]
+    assert lesson(-np.inf, -np.inf) == [-1e6, -1e6]
+
+
+@pytest.mark.parametrize("design", ["voxel", "particle[base=caterpillar]"])
+def test_first_bodies_mostly_hold_together(design: str) -> None:
+    """Four of five can be built in one piece, and their sizes differ."""
+    problem = Sculpture(Budget("episodes", 1))
+    problem.robot = _robot(design)  # type: ignore[assignment]
+    problem.body = problem.robot.body
+    points = [point for seed in range(5) for point in Bodies(problem, np.random.default_rng(seed), 10).ask()]  # type: ignore[arg-type]
+    built = [problem.robot.build(torch.as_tensor(point)[None], NOW) for point in points]  # type: ignore[attr-defined]
+    whole = [one.metrics() for one in built if not one.fault and one.metrics()["components"].value == 1.0]
+    assert len(whole) >= 0.8 * len(built)
+    shares = np.array([metrics["body_volume"].value for metrics in whole]) / problem.body.volumes.sum()
+    assert np.ptp(shares) > 0.3
+
+
+@pytest.mark.parametrize("design", ["caterpillar", "implicit"])
+def test_a_design_without_sites_is_refused(design: str) -> None:
+    """With the designs that have them."""
+    problem = Quadratic(Budget("iterations", 2))
+    problem.robot = _robot(design)  # type: ignore[assignment]
+    with pytest.raises(UsageError, match="--design particle or --design voxel"):
+        HyperNeat().run(problem, Context())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [{"population": 1}, {"generations": -1}])
+def test_settings_that_mean_nothing_are_refused(bad: dict[str, int]) -> None:
+    """A usage error that names the values."""
+    with pytest.raises(UsageError, match="no evolution"):
+        HyperNeat(**bad)
+
+
+def test_it_makes_the_generations_asked_for() -> None:
+    """`generations` ends the run before the budget does."""
+    problem, context = Quadratic(Budget("episodes", 1000)), Context()
+    HyperNeat(population=6, generations=4).run(problem, context)  # type: ignore[arg-type]
+    assert (problem.meter.iterations, len(problem.seen)) == (4, 24)
+    assert context.fractions[-1] == 1.0

@@ -1,0 +1,57 @@
+"""Quality diversity: what its archive holds is the best of what was seen."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from tests.methods.toy import OPTIMUM, Context, Quadratic, shape_of
+from zoobench.errors import UsageError
+from zoobench.methods.quality_diversity import QualityDiversity
+from zoobench.spec import Budget
+
+
+def test_the_archive_holds_the_best_of_every_kind() -> None:
+    """Its facts are those of a table made by hand of all that was evaluated, of which a part diverged."""
+    problem = Quadratic(Budget("episodes", 500), diverges=lambda params: bool(params[3] > 2.2))
+    solution = QualityDiversity().run(problem, Context(1))  # type: ignore[arg-type]
+    best: dict[tuple[int, ...], float] = {}
+    for params in problem.seen:
+        if params[3] <= 2.2:
+            cell = tuple(np.floor(20.0 * np.array(shape_of(params))).astype(int))
+            score = 1.0 - float(((params - OPTIMUM) ** 2).sum())
+            best[cell] = max(best.get(cell, -np.inf), score)
+    assert solution.facts["elites"] == len(best) > 20
+    assert solution.facts["coverage"] == len(best) / 400
+    assert solution.facts["qd_score"] == pytest.approx(sum(max(score, 0.0) for score in best.values()))
+    assert solution.evaluation.score == max(best.values())
+    assert solution.facts["diverged_evaluations"] > 0
+
+
+def test_it_finds_good_ones_and_many_kinds() -> None:
+    """Of the quadratic problem: nearly the optimum, and a share of the archive that one best body could never fill."""
+    solution = QualityDiversity().run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]
+    assert solution.evaluation.score > 0.8
+    assert solution.facts["coverage"] > 0.3
+
+
+def test_a_body_that_is_what_it_is_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is nothing to collect."""
+    problem = Quadratic(Budget("episodes", 20))
+    monkeypatch.setattr(problem.robot, "space", None)
+    with pytest.raises(UsageError, match="Choose a design space"):
+        QualityDiversity().run(problem, Context())  # type: ignore[arg-type]
+
+
+def test_without_pyribs_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No traceback."""
+    monkeypatch.setitem(sys.modules, "ribs.archives", None)
+    with pytest.raises(UsageError, match=r"zoobench\[qd\]"):
+        QualityDiversity().run(Quadratic(Budget("episodes", 20)), Context())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [{"sigma": 0.0}, {"population": 3}, {"cells": 0}])
+def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
+    """A usage error."""
+    with pytest.raises(UsageError):
+        QualityDiversity(**bad)  # type: ignore[arg-type]

@@ -1,0 +1,262 @@
+"""HyperNEAT (specification F.3): networks whose topology evolves paint bodies on a design space."""
+
+import random
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from zoobench.episode import Evaluation
+from zoobench.errors import UsageError
+from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.methods.cppn import ACTIVATIONS, patterns
+from zoobench.methods.generations import Lesson, evolve, scores_of
+from zoobench.problem import Problem
+from zoobench.registry import Kind, register
+
+_HOPELESS = -1e6
+"""Fitness of a generation that failed as a whole: below all scores, and finite, since neat-python takes means."""
+
+
+@register(Kind.METHOD, "neat", tags=("evolution", "sites"))
+@dataclass(frozen=True, kw_only=True)
+class HyperNeat:
+    """HyperNEAT (Stanley et al. 2009): pattern-producing networks of evolving topology, each of which paints a body.
+
+    A network sees the place of every site of a design space (x, y, z, distances along the xy, xz and yz planes, radius)
+    and says how full and stiff it is, and which muscle. Networks evolve by NEAT (Stanley and Miikkulainen 2002): they
+    begin without hidden nodes and grow, alike ones compete among themselves, and genes are matched by their history.
+    The controller is drawn once and stays: choose one without parameters, or the method `evolution`, for a fair body.
+
+    * `population`: individuals of a generation; the specification has 10.
+    * `generations`: 0 for as many as the budget holds.
+    """
+
+    population: int = 10
+    generations: int = 0
+
+    def __post_init__(self) -> None:
+        check_generations(self.population, self.generations)
+
+    def run(self, problem: Problem, context: RunContext) -> Solution:
+        """Evolve until generations or budget are spent.
+
+        Raises:
+            UsageError: the design is no space with a row of parameters for every site.
+            DivergenceError, BudgetExhaustedError: as of every method.
+        """
+
+        def found() -> _Neat:
+            return _Neat(problem, context.rng, self.population)
+
+        return evolve(problem, context, found, population=self.population, generations=self.generations)
+
+
+def check_generations(population: int, generations: int) -> None:
+    """Refuse numbers that are no evolution.
+
+    Raises:
+        UsageError: the population has no two parents, or the number of generations is negative.
+    """
+    if population < 2 or generations < 0:
+        raise UsageError(
+            f"{generations} generations of {population} are no evolution. "
+            "Give a population of at least 2, and 0 or more generations."
+        )
+
+
+class Bodies:
+    """NEAT's population, each individual as the design's part of the parameters: a `Breeder` of them.
+
+    Args:
+        problem: whose design space is painted on.
+        rng: what the seed of all further random numbers comes from.
+        population: individuals of a generation.
+
+    Raises:
+        UsageError: the design is no space with a row of parameters for every site.
+    """
+
+    def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
+        self._space = problem.robot.site_space
+        self._places = self._space.sites(problem.body)
+        self._luck = _Luck(int(rng.integers(2**63)))
+        self._config = _configuration(self._places.shape[1], 2 + problem.body.muscle_count, population)
+        with self._luck.drawn():
+            self._neat = _population(self._config)
+
+    def ask(self) -> list[Array]:
+        """The next generation, each `[parameter_count]` of the design space."""
+        genomes = self._neat.population.values()
+        return [self._space.painted(patterns(genome, self._config, self._places)) for genome in genomes]
+
+    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
+        """Fitness: the scores; for what failed, as far below the worst as the best is above it."""
+        scores = scores_of(evaluations)
+        able = [score for score in scores if score is not None]
+        failed = min(able) - ((max(able) - min(able)) or 1.0) if able else _HOPELESS
+        return [failed if score is None else score for score in scores]
+
+    def learn(self, lesson: Lesson) -> None:
+        """Select and breed by fitness."""
+        neat = self._neat
+        for genome, fitness in zip(neat.population.values(), lesson, strict=True):
+            genome.fitness = fitness
+        with self._luck.drawn():
+            neat.population = neat.reproduction.reproduce(
+                self._config, neat.species, self._config.pop_size, neat.generation
+            )
+            neat.species.speciate(self._config, neat.population, neat.generation)
+        neat.generation += 1
+
+    def readings(self) -> dict[str, float]:
+        """Species, and the mean number of nodes and connections that are switched on in a network."""
+        sizes = np.array([genome.size() for genome in self._neat.population.values()])
+        nodes, connections = sizes.mean(axis=0)
+        return {
+            "species": float(len(self._neat.species.species)),
+            "nodes": float(nodes),
+            "connections": float(connections),
+        }
+
+    def facts(self) -> dict[str, float]:
+        """The same, at the end."""
+        return self.readings()
+
+
+class _Neat:
+    """Bodies with one controller, drawn once: a `Breeder`."""
+
+    def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
+        self._bodies = Bodies(problem, rng, population)
+        self._control = problem.initial(rng)[: problem.robot.control_count]
+        self.lesson, self.learn = self._bodies.lesson, self._bodies.learn
+        self.readings, self.facts = self._bodies.readings, self._bodies.facts
+
+    def ask(self) -> list[Array]:
+        """The next generation, each `[parameter_count]`."""
+        return [np.concatenate([self._control, body]) for body in self._bodies.ask()]
+
+
+class _Luck:
+    """Python's global generator, from which neat-python draws, as a stream of our own; others find it undisturbed."""
+
+    def __init__(self, seed: int) -> None:
+        self._state = random.Random(seed).getstate()
+
+    @contextmanager
+    def drawn(self) -> Iterator[None]:
+        """What is drawn within is drawn from this stream."""
+        theirs = random.getstate()
+        random.setstate(self._state)
+        try:
+            yield
+        finally:
+            self._state = random.getstate()
+            random.setstate(theirs)
+
+
+def _population(config: Any) -> Any:
+    import neat
+
+    return neat.Population(config)
+
+
+def _configuration(inputs: int, outputs: int, population: int) -> Any:
+    """neat-python's configuration, which it only takes from a file."""
+    import neat
+
+    parts = (neat.DefaultGenome, neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "neat.ini"
+        options = " ".join(ACTIVATIONS)
+        text = _SETTINGS.format(inputs=inputs, outputs=outputs, population=population, activations=options)
+        path.write_text(text, encoding="utf-8")
+        config = neat.Config(*parts, str(path))
+    for name, function in ACTIVATIONS.items():
+        config.genome_config.add_activation(name, function)
+    return config
+
+
+_SETTINGS = """
+[NEAT]
+pop_size = {population}
+fitness_criterion = max
+fitness_threshold = 0
+no_fitness_termination = True
+reset_on_extinction = False
+
+[DefaultGenome]
+num_inputs = {inputs}
+num_hidden = 0
+num_outputs = {outputs}
+feed_forward = True
+initial_connection = full_direct
+compatibility_disjoint_coefficient = 1.0
+compatibility_weight_coefficient = 0.5
+conn_add_prob = 0.3
+conn_delete_prob = 0.2
+node_add_prob = 0.2
+node_delete_prob = 0.1
+single_structural_mutation = False
+structural_mutation_surer = default
+activation_default = random
+activation_options = {activations}
+activation_mutate_rate = 0.1
+aggregation_default = sum
+aggregation_options = sum
+aggregation_mutate_rate = 0.0
+bias_init_mean = 0.0
+bias_init_stdev = 0.5
+bias_init_type = gaussian
+bias_max_value = 10.0
+bias_min_value = -10.0
+bias_mutate_power = 0.3
+bias_mutate_rate = 0.5
+bias_replace_rate = 0.05
+response_init_mean = 1.0
+response_init_stdev = 0.0
+response_init_type = gaussian
+response_max_value = 1.0
+response_min_value = 1.0
+response_mutate_power = 0.0
+response_mutate_rate = 0.0
+response_replace_rate = 0.0
+time_constant_init_mean = 1.0
+time_constant_init_stdev = 0.0
+time_constant_init_type = gaussian
+time_constant_max_value = 1.0
+time_constant_min_value = 1.0
+time_constant_mutate_power = 0.0
+time_constant_mutate_rate = 0.0
+time_constant_replace_rate = 0.0
+weight_init_mean = 0.0
+weight_init_stdev = 0.5
+weight_init_type = gaussian
+weight_max_value = 10.0
+weight_min_value = -10.0
+weight_mutate_power = 0.3
+weight_mutate_rate = 0.5
+weight_replace_rate = 0.05
+enabled_default = True
+enabled_mutate_rate = 0.02
+enabled_rate_to_true_add = 0.0
+enabled_rate_to_false_add = 0.0
+
+[DefaultSpeciesSet]
+compatibility_threshold = 1.5
+
+[DefaultStagnation]
+species_fitness_func = max
+max_stagnation = 15
+species_elitism = 2
+
+[DefaultReproduction]
+elitism = 1
+survival_threshold = 0.3
+min_species_size = 1
+"""
