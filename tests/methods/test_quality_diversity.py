@@ -14,7 +14,7 @@ from zoobench.spec import Budget
 def test_the_archive_holds_the_best_of_every_kind() -> None:
     """Its facts are those of a table made by hand of all that was evaluated, of which a part diverged."""
     problem = Quadratic(Budget("episodes", 500), diverges=lambda params: bool(params[3] > 2.2))
-    solution = QualityDiversity().run(problem, Context(1))  # type: ignore[arg-type]
+    solution = QualityDiversity(cells=20).run(problem, Context(1))  # type: ignore[arg-type]
     best: dict[tuple[int, ...], float] = {}
     for params in problem.seen:
         if params[3] <= 2.2:
@@ -30,7 +30,7 @@ def test_the_archive_holds_the_best_of_every_kind() -> None:
 
 def test_it_finds_good_ones_and_many_kinds() -> None:
     """Of the quadratic problem: nearly the optimum, and a share of the archive that one best body could never fill."""
-    solution = QualityDiversity().run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]
+    solution = QualityDiversity(cells=20).run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]
     assert solution.evaluation.score > 0.8
     assert solution.facts["coverage"] > 0.3
 

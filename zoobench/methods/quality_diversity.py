@@ -34,14 +34,15 @@ class QualityDiversity:
 
     Parameters:
 
-    * `sigma`: initial standard deviation of every parameter.
+    * `sigma`: initial standard deviation of every parameter; with 0.5, bodies of a space of 1000 parameters are all
+      about alike, since what changes at random in many places does not change the whole.
     * `population`: individuals of a generation.
     * `cells`: along each side of the archive.
     """
 
-    sigma: float = 0.5
+    sigma: float = 1.0
     population: int = 10
-    cells: int = 20
+    cells: int = 50
 
     def __post_init__(self) -> None:
         check_strategy(self.sigma, self.population)
