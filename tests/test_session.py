@@ -83,21 +83,28 @@ def test_the_budget_holds_to_the_frame(kind: str) -> None:
     assert problem.meter.spent(kind) == spent
 
 
-def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It terminates with no reward and says why; the world beside it goes on, and it can be begun again."""
+@pytest.mark.parametrize("task", ["movement-speed", "waypoint-following"])
+def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch, task: str) -> None:
+    """It terminates and says why; the world beside it goes on, and it can be begun again.
+
+    It is no gain: where rewards are negative, it has the last one for all frames that it has not done.
+    """
     monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)
-    problem = Problem(cell(frames=40))
+    problem = Problem(cell(task=task, frames=40))
     session = problem.session(2)
     session.begin()
     wild = np.zeros((2, session.muscle_count))
+    before = 0.0
     for frame in range(20):
         wild[1] = (-1.0) ** (frame // 3)
         step = session.step(wild)
         if step.terminated.any():
             break
+        before = step.rewards[1]
     assert step.terminated.tolist() == [False, True]
     assert not step.truncated.any()
-    assert step.rewards[1] == 0.0
+    assert step.rewards[1] == pytest.approx((40 - frame) * min(0.0, before))
+    assert step.rewards[1] < 0.0 or task == "movement-speed"
     assert step.failures[1].frame == frame
     assert session.failures == 1
     assert np.isfinite(step.observations).all()

@@ -28,7 +28,8 @@ class Step:
 
     Attributes:
         observations: of the state at its end, see `zoobench.observation.Senses` `[worlds, observation_count]`.
-        rewards: the task's, 0 where the simulation blew up or the robot came apart `[worlds]`.
+        rewards: the task's `[worlds]`. Where the simulation blew up or the robot came apart, the last one before it for
+            every frame that is left, if it was negative, and else 0: to end an episode early must not pay.
         terminated: where that ended the episode `[worlds]`.
         truncated: where the episode reached its length `[worlds]`.
         failures: why, in the worlds that terminated.
@@ -72,6 +73,7 @@ class Session:
             for world in range(solver.worlds)
         ]
         self._over = np.ones(solver.worlds, dtype=bool)
+        self._last = np.zeros(solver.worlds)
         self.failures = 0
 
     @property
@@ -116,6 +118,7 @@ class Session:
         chosen = range(self.worlds) if worlds is None else list(worlds)
         self._playback.begin(chosen)
         self._over[chosen] = False
+        self._last[chosen] = 0.0
         return self._observations()
 
     def step(self, activity: Array) -> Step:
@@ -143,8 +146,8 @@ class Session:
         self.failures += len(failures)
         terminated = np.array([world in failures for world in range(self.worlds)])
         truncated = ~terminated & (self._playback.frames >= self._problem.spec.frames)
-        rewards = [0.0 if world in failures else self._reward(world) for world in range(self.worlds)]
-        self._over = terminated | truncated
+        rewards = [self._forgone(world) if world in failures else self._reward(world) for world in range(self.worlds)]
+        self._over, self._last = terminated | truncated, np.array(rewards)
         return Step(self._observations(), np.array(rewards), terminated, truncated, failures)
 
     def _advance(self, activity: Array) -> None:
@@ -173,6 +176,11 @@ class Session:
     def _reward(self, world: int) -> float:
         """Of the last frame, from a motion of two states: the start, and now."""
         return float(self._problem.task.reward(self._motion(world))[-1, 0])
+
+    def _forgone(self, world: int) -> float:
+        """What a world that failed would have lost by going on as it was."""
+        left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
+        return left * min(0.0, float(self._last[world]))
 
     def _motion(self, world: int) -> Motion:
         import torch

@@ -45,7 +45,7 @@ def test_a_world_that_blows_up_begins_again_alone(monkeypatch: pytest.MonkeyPatc
         if terminated.any():
             break
     assert terminated.tolist() == [False, True]
-    assert rewards[1] == 0.0
+    assert rewards[1] <= 0.0
     assert "diverged" in info["failure"][1]
     assert info["_failure"].tolist() == [False, True]
     assert info["_final_obs"].tolist() == [False, True]
