@@ -13,7 +13,20 @@ from zoobench import __version__
 from zoobench.cli.main import app
 
 README = Path(__file__).parents[2] / "README.md"
-COMMANDS = ("list", "show", "plan", "run", "status", "results", "table", "logs", "render", "doctor", "bench")
+COMMANDS = (
+    "list",
+    "show",
+    "plan",
+    "run",
+    "status",
+    "results",
+    "table",
+    "evaluate",
+    "logs",
+    "render",
+    "doctor",
+    "bench",
+)
 COMMANDS += ("gradcheck", "effects", "picture", "reach", "accuracy", "stability", "validate", "design")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "pyvista", "scipy", "sqlalchemy", "taichi", "torch"}
 

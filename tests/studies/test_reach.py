@@ -12,8 +12,11 @@ TASKS = [Ref("movement-speed"), Ref("turning")]
 
 
 def test_a_tank_that_is_too_small_is_found() -> None:
-    """A swimmer between walls a centimetre away feels them; one row for each task and controller."""
-    rows = list(reach([Ref("ocean")], TASKS, fidelity=SMOKE, frames=40, controllers=2, scale=0.55))
+    """A swimmer between walls a centimetre away feels them; one row for each task and controller.
+
+    Within 60 frames: before, and at a coarse grid, the change is still of the size of the noise.
+    """
+    rows = list(reach([Ref("ocean")], TASKS, fidelity=SMOKE, frames=60, controllers=2, scale=0.55))
     assert [(row.task, row.controller) for row in rows] == [(t.name, n) for t in TASKS for n in (0, 1)]
     assert not all(row.is_enough for row in rows)
     for row in rows:

@@ -30,10 +30,10 @@ def evaluate(
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Try what runs have found in other environments, tasks or fidelities.
+    """Try what runs have found somewhere else.
 
-    One episode in each place, with the stored solution as it is. Scores are kept in the database as they come;
-    `zoobench table --transfer` shows them all.
+    In other environments, tasks or fidelities, one episode each, with the stored solution as it is. Scores are kept in
+    the database as they come; `zoobench table --transfer` shows them all.
     """
     from zoobench.db.store import Store
     from zoobench.registry import Kind
