@@ -25,14 +25,15 @@ DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).requi
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
-    """The caterpillar everywhere and in every task, but not all pairs; any other body once, a design space twice.
+    """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land or in water, where they belong. All of the product is for `-m slow`.
+    Bodies move on land or in water, where they belong, design spaces on land, and voxels, as one of them, in water too.
+    All of the product is for `-m slow`.
     """
     if design == "caterpillar":
         return task == "movement-speed" or env in ("ground", "ocean")
     tags = registry.get(Kind.DESIGN, design).tags
-    homes = {"space": ("ground", "ocean"), "water": ("ocean",)}
+    homes = {"space": ("ground", "ocean") if design == "voxel" else ("ground",), "water": ("ocean",)}
     return task == "movement-speed" and env in next((homes[tag] for tag in homes if tag in tags), ("ground",))
 
 
