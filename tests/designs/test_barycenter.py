@@ -8,13 +8,13 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from zoobench.designs.barycenter import Barycenter, keep_volume
+from zoobench.designs.barycenter import barycenter_space, keep_volume
 from zoobench.designs.base import Body
-from zoobench.designs.sdf_lerp import SdfLerp
+from zoobench.designs.sdf_lerp import sdf_lerp
 from zoobench.designs.space import DesignSpace, Form
 from zoobench.sim.fidelity import Fidelity
 
-SPACE = Barycenter()
+SPACE = barycenter_space()
 COUNT = 4
 ORCA, TUNA = 0, 3
 
@@ -49,11 +49,11 @@ def test_it_is_a_design_space() -> None:
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
     """All but a few of its particles and no others but a few, its tissues, its volume."""
     body = workspace(cells)
-    tissues = SPACE._primitives.tissues(body)
+    tissues = SPACE.primitives.tissues(body)
     form = mixture(np.eye(COUNT)[end], cells)
     occupancy = form.occupancy[0].numpy()
     assert overlap(occupancy > 0.5, tissues.distances[end].numpy() < 0.0) >= least
-    assert (occupancy * body.volumes).sum() == pytest.approx(SPACE._primitives.volumes[end], rel=1e-9)
+    assert (occupancy * body.volumes).sum() == pytest.approx(SPACE.primitives.volumes[end], rel=1e-9)
     np.testing.assert_allclose(form.stiffness[0], tissues.stiffness[end], atol=1e-12)
     np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
 
@@ -62,7 +62,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float
 def test_volume_is_kept_between_primitives(cells: int) -> None:
     """From the orca to the tuna, where SDF-Lerp loses more than 5 %; on a fine grid by the particles that are half
     there or more, too: it is no haze that keeps it."""
-    body, volumes = workspace(cells), SPACE._primitives.volumes
+    body, volumes = workspace(cells), SPACE.primitives.volumes
     for share in (0.25, 0.5, 0.75):
         weights = np.zeros(COUNT)
         weights[[ORCA, TUNA]] = 1.0 - share, share
@@ -81,7 +81,7 @@ def test_space_is_empty_or_full() -> None:
 
     occupancy = mixture(np.full(COUNT, 0.25), 128).occupancy[0].numpy()
     ends = torch.as_tensor(np.tile(100.0 * np.eye(COUNT), (1, 3)))
-    own = [skin(end.numpy()) for end in SdfLerp().form(ends, workspace(128)).occupancy]
+    own = [skin(end.numpy()) for end in sdf_lerp().form(ends, workspace(128)).occupancy]
     assert skin(occupancy) <= 1.25 * np.mean(own)
     assert occupancy.max() > 0.99
     assert occupancy.min() < 1e-6
@@ -98,7 +98,7 @@ def test_left_and_right_are_mirror_images() -> None:
 
 def test_the_gradient_is_right() -> None:
     """Of everything that a form says, with respect to all parameters."""
-    space = Barycenter(primitives="orca+tuna")
+    space = barycenter_space(primitives="orca+tuna")
     body = space.body(Fidelity(1 / 32))
     parameters = torch.tensor(space.initial(np.random.default_rng(1), body)[None], requires_grad=True)
     rng = np.random.default_rng(0)

@@ -7,15 +7,15 @@ import pytest
 import torch
 
 from zoobench.designs.base import Array, Body
-from zoobench.designs.cppn_space import CppnSpace
-from zoobench.designs.implicit_space import ImplicitSpace
+from zoobench.designs.cppn_space import cppn_space
+from zoobench.designs.implicit_space import implicit_space
+from zoobench.designs.networks import NetworkSpace
 from zoobench.designs.workspace import features
 from zoobench.sim.fidelity import Fidelity
 
 SMOKE, DRAFT = Fidelity(1 / 32), Fidelity(1 / 64)
-Space = ImplicitSpace | CppnSpace
 
-both = pytest.mark.parametrize("space", [ImplicitSpace(), CppnSpace()], ids=["implicit", "diff-cppn"])
+both = pytest.mark.parametrize("space", [implicit_space(), cppn_space()], ids=["implicit", "diff-cppn"])
 
 
 class Reader:
@@ -61,8 +61,8 @@ def cppn(numbers: Array, body: Body) -> Array:
     return cast(Array, rows)
 
 
-@pytest.mark.parametrize(("space", "formula", "pace"), [(ImplicitSpace(), implicit, 0.07), (CppnSpace(), cppn, 0.2)])
-def test_it_is_the_formula(space: Space, formula: object, pace: float) -> None:
+@pytest.mark.parametrize(("space", "formula", "pace"), [(implicit_space(), implicit, 0.07), (cppn_space(), cppn, 0.2)])
+def test_it_is_the_formula(space: NetworkSpace, formula: object, pace: float) -> None:
     """Every output, against the same network in numpy."""
     assert callable(formula)
     body = space.body(SMOKE)
@@ -76,7 +76,7 @@ def test_it_is_the_formula(space: Space, formula: object, pace: float) -> None:
 
 
 @both
-def test_a_design_is_the_same_on_every_grid(space: Space) -> None:
+def test_a_design_is_the_same_on_every_grid(space: NetworkSpace) -> None:
     """Parameters do not depend on the fidelity, and the same ones give about as much matter on another."""
     coarse, fine = space.body(DRAFT), space.body(Fidelity(1 / 128))
     assert space.parameter_count(coarse) == space.parameter_count(fine)
@@ -89,7 +89,7 @@ def test_a_design_is_the_same_on_every_grid(space: Space) -> None:
 
 
 @both
-def test_the_prior_is_full_and_firm_with_every_muscle(space: Space) -> None:
+def test_the_prior_is_full_and_firm_with_every_muscle(space: NetworkSpace) -> None:
     """Occupancy and stiffness in their ranges; every muscle moves a share of the body, and in most places one leads."""
     body = space.body(DRAFT)
     draws = np.array([space.initial(np.random.default_rng(seed), body) for seed in range(20)])
@@ -104,7 +104,7 @@ def test_the_prior_is_full_and_firm_with_every_muscle(space: Space) -> None:
 
 @both
 @pytest.mark.parametrize("rate", [0.1, 0.01])
-def test_a_step_of_the_optimiser_is_felt_and_is_no_leap(space: Space, rate: float) -> None:
+def test_a_step_of_the_optimiser_is_felt_and_is_no_leap(space: NetworkSpace, rate: float) -> None:
     """Adam's first step towards less matter: the body loses something, and no more than its size in proportion."""
     body = space.body(DRAFT)
     for seed in range(4):

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from zoobench.designs.base import Body
-from zoobench.designs.sdf_lerp import SdfLerp, mean_line
+from zoobench.designs.sdf_lerp import mean_line, sdf_lerp
 from zoobench.designs.space import DesignSpace, Form
 from zoobench.sim.fidelity import Fidelity
 
-SPACE = SdfLerp()
+SPACE = sdf_lerp()
 COUNT = 4
 ORCA, TUNA = 0, 3
 
@@ -45,11 +45,11 @@ def test_it_is_a_design_space() -> None:
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
     """Its particles, all and no others, its tissues, its volume within 5 %."""
-    body, tissues = workspace(128), SPACE._primitives.tissues(workspace(128))
+    body, tissues = workspace(128), SPACE.primitives.tissues(workspace(128))
     form = mixture(np.eye(COUNT)[end], 128)
     np.testing.assert_array_equal(form.occupancy[0] > 0.5, tissues.distances[end] < 0.0)
     volume = (form.occupancy[0].numpy() * body.volumes).sum()
-    assert volume == pytest.approx(SPACE._primitives.volumes[end], rel=0.05)
+    assert volume == pytest.approx(SPACE.primitives.volumes[end], rel=0.05)
     np.testing.assert_allclose(form.stiffness[0], tissues.stiffness[end], atol=1e-12)
     np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
     along = (form.fibres[0] * tissues.fibres[end]).sum(dim=1).abs()
@@ -61,7 +61,7 @@ def test_volume_is_lost_between_primitives() -> None:
     weights = np.zeros(COUNT)
     weights[[ORCA, TUNA]] = 0.5
     volume = (mixture(weights, 128).occupancy[0].numpy() * workspace(128).volumes).sum()
-    assert volume < 0.95 * weights @ SPACE._primitives.volumes
+    assert volume < 0.95 * weights @ SPACE.primitives.volumes
 
 
 def test_the_mean_line_is_the_chordal_mean_of_half_turns() -> None:

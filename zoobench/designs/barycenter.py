@@ -1,23 +1,19 @@
 """Wasserstein barycenter (H.6): shapes between primitives by transport of their mass, with their volume kept."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zoobench.designs.base import Array, Body
-from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean, simplex
-from zoobench.designs.space import Form
+from zoobench.designs.mixture import Mixture
+from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean
 from zoobench.designs.wasserstein import barycenter, convolve, gaussian
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-_BLOCKS = 3  # of coefficients: geometry, stiffness, muscles
 
 _VOXELS = 32  # along the longest edge of the workspace: the thinnest fin is four voxels thick
 _WIDTH = 1.0  # of the entropic kernel [voxels]
@@ -32,8 +28,7 @@ _HALVINGS = 60  # of the interval in which the level lies: to the last bit
 
 
 @register(Kind.DESIGN, "barycenter", tags=("space",))
-@dataclass(frozen=True, kw_only=True)
-class Barycenter:
+def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
     """Bodies between animals, by Wasserstein barycenters of their volumes: matter moves from one to another.
 
     One coefficient per animal and part: geometry, stiffness, and muscle groups; a softmax makes each part's positive
@@ -44,44 +39,15 @@ class Barycenter:
     * `length`: of each of them [m].
     * `connected`: whether only the largest connected piece is built.
     """
+    mixed = Primitives(primitives, length)
+    return Mixture(primitives=mixed, connected=connected, occupancy=_occupancy, fibres=_fibres)
 
-    primitives: str = DEFAULT_PRIMITIVES
-    length: float = 0.10
-    connected: bool = True
 
-    def __post_init__(self) -> None:
-        _ = self._primitives
+def _fibres(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
+    """Those of the workspace, which run along the body `[particle_count, 3]`."""
+    import torch
 
-    @cached_property
-    def _primitives(self) -> Primitives:
-        return Primitives(self.primitives, self.length)
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return self._primitives.workspace(fidelity)
-
-    def parameter_count(self, body: Body) -> int:
-        """Three coefficients per primitive: of its geometry, its stiffness, its muscles."""
-        return _BLOCKS * self._primitives.count
-
-    def initial(self, rng: np.random.Generator, body: Body) -> NDArray[np.float64]:
-        """Standard normal coefficients `[parameter_count]`."""
-        return self._primitives.draw(rng, _BLOCKS)
-
-    def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`; each world is computed for itself, so that its bits
-        do not depend on the others."""
-        import torch
-
-        tissues = self._primitives.tissues(body)
-        worlds = [simplex(world, _BLOCKS) for world in parameters]
-        fibres = torch.as_tensor(body.fibres)
-        return Form(
-            occupancy=torch.stack([_occupancy(self._primitives, w[0], body) for w in worlds]),
-            stiffness=torch.stack([mean(w[1], tissues.stiffness) for w in worlds]),
-            muscle_membership=torch.stack([mean(w[2], tissues.membership) for w in worlds]),
-            fibres=fibres.expand(len(worlds), -1, -1),
-        )
+    return torch.as_tensor(body.fibres)
 
 
 def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":

@@ -1,16 +1,13 @@
 """The Diff-CPPN design space (specification H.4): a pattern-producing network with a differentiable topology."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body
-from zoobench.designs.networks import Affine, Network
-from zoobench.designs.space import Form
-from zoobench.designs.workspace import FEATURES, base_design, workspace
+from zoobench.designs.base import Array
+from zoobench.designs.networks import Affine, Network, NetworkSpace
+from zoobench.designs.workspace import FEATURES
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -21,8 +18,7 @@ _CHOICE = 2.0  # deviation of the initial choices: most nodes are mainly one of 
 
 
 @register(Kind.DESIGN, "diff-cppn", tags=("space",))
-@dataclass(frozen=True, kw_only=True)
-class CppnSpace:
+def cppn_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
     """A design space of patterns: a network of sines and sigmoids whose topology is optimised by gradients too.
 
     Compositional pattern-producing networks (Stanley 2007) grow their graph; here a meta graph holds all graphs that
@@ -34,32 +30,16 @@ class CppnSpace:
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
     """
+    return NetworkSpace(base=base, connected=connected, network=_NETWORK, draw=_draw)
 
-    base: str = "block"
-    connected: bool = True
 
-    def __post_init__(self) -> None:
-        base_design(self.base)  # one that cannot be used is refused now
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return workspace(self.base, fidelity)
-
-    def parameter_count(self, body: Body) -> int:
-        """Weights, biases and choices of the hidden layers, then weights and biases of the last one."""
-        return _NETWORK.parameter_count(body)
-
-    def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A random network that is nearly full and firm."""
-        drawn = [
-            np.concatenate([rng.normal(0.0, _SWING, layer.parameter_count), rng.normal(0.0, _CHOICE, _NODES)])
-            for layer in _LAYERS
-        ]
-        return _NETWORK.initial(np.concatenate(drawn), rng, body)
-
-    def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`."""
-        return _NETWORK.form(parameters, body)
+def _draw(rng: np.random.Generator) -> Array:
+    """Weights, biases and choices of every layer `[hidden_count]`."""
+    layers = [
+        np.concatenate([rng.normal(0.0, _SWING, layer.parameter_count), rng.normal(0.0, _CHOICE, _NODES)])
+        for layer in _LAYERS
+    ]
+    return np.concatenate(layers)
 
 
 def _hidden(parameters: "Tensor", places: "Tensor") -> "Tensor":

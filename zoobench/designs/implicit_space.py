@@ -1,26 +1,22 @@
 """The implicit design space (specification H.3): a small network of the place."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from zoobench.designs.base import Array, Body
-from zoobench.designs.networks import Affine, Network
-from zoobench.designs.space import Form
-from zoobench.designs.workspace import FEATURES, base_design, workspace
+from zoobench.designs.networks import Affine, Network, NetworkSpace
+from zoobench.designs.workspace import FEATURES
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
 
 if TYPE_CHECKING:
+    import numpy as np
     from torch import Tensor
+
+    from zoobench.designs.base import Array
 
 _WIDTH = 32
 
 
 @register(Kind.DESIGN, "implicit", tags=("space",))
-@dataclass(frozen=True, kw_only=True)
-class ImplicitSpace:
+def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
     """A design space in which a small network says for every place how full and stiff it is, and which muscle.
 
     Two hidden layers of 32 with tanh. Inputs are x, y, z, the distances along the xy, xz and yz planes and the radius
@@ -32,28 +28,12 @@ class ImplicitSpace:
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
     """
+    return NetworkSpace(base=base, connected=connected, network=_NETWORK, draw=_draw)
 
-    base: str = "block"
-    connected: bool = True
 
-    def __post_init__(self) -> None:
-        base_design(self.base)  # one that cannot be used is refused now
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return workspace(self.base, fidelity)
-
-    def parameter_count(self, body: Body) -> int:
-        """Weights and biases of three layers."""
-        return _NETWORK.parameter_count(body)
-
-    def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A random network that is nearly full and firm."""
-        return _NETWORK.initial(rng.normal(size=_NETWORK.hidden_count), rng, body)
-
-    def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`."""
-        return _NETWORK.form(parameters, body)
+def _draw(rng: "np.random.Generator") -> "Array":
+    """Standard normal weights and biases `[hidden_count]`."""
+    return rng.normal(size=_NETWORK.hidden_count)
 
 
 def _hidden(parameters: "Tensor", places: "Tensor") -> "Tensor":

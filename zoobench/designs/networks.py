@@ -11,7 +11,8 @@ import numpy as np
 from zoobench.designs.base import Array, Body
 from zoobench.designs.fields import FIRM, FULL, SPREAD, grow, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import features
+from zoobench.designs.workspace import base_design, features, workspace
+from zoobench.sim.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -93,3 +94,42 @@ class Network:
 
     def _head(self, body: Body) -> Affine:
         return Affine(self.seen_count, width_of(body))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkSpace:
+    """A design space that a network describes in the workspace of a base.
+
+    Attributes:
+        base: the fixed design whose particles are the workspace.
+        connected: whether only the largest connected piece is built.
+        network: gives every particle its row.
+        draw: numbers of the network's hidden layers from their prior `[hidden_count]`.
+
+    Raises:
+        UnknownNameError, UsageError: as `base_design`.
+    """
+
+    base: str
+    connected: bool
+    network: Network
+    draw: Callable[[np.random.Generator], Array]
+
+    def __post_init__(self) -> None:
+        base_design(self.base)  # one that cannot be used is refused now
+
+    def body(self, fidelity: Fidelity) -> Body:
+        """The workspace."""
+        return workspace(self.base, fidelity)
+
+    def parameter_count(self, body: Body) -> int:
+        """Parameters of the hidden layers, then of the head."""
+        return self.network.parameter_count(body)
+
+    def initial(self, rng: np.random.Generator, body: Body) -> Array:
+        """A random network that is nearly full and firm."""
+        return self.network.initial(self.draw(rng), rng, body)
+
+    def form(self, parameters: "Tensor", body: Body) -> Form:
+        """The forms for `parameters` `[worlds, parameter_count]`."""
+        return self.network.form(parameters, body)

@@ -1,29 +1,22 @@
 """SDF-Lerp (H.5): the zero level of a weighted mean of the primitives' signed distances."""
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
-from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean, simplex
-from zoobench.designs.space import Form
+from zoobench.designs.mixture import Mixture
+from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-_BLOCKS = 3  # of coefficients: geometry, stiffness, muscles
 
 _TEMPERATURE = 0.15  # of the sigmoid, in particle spacings: one spacing outside the skin 0.1 % are left
 
 
 @register(Kind.DESIGN, "sdf-lerp", tags=("space",))
-@dataclass(frozen=True, kw_only=True)
-class SdfLerp:
+def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
     """Bodies between animals, where the weighted mean of the signed distances to their skins is negative.
 
     One coefficient per animal and part: geometry, stiffness, and muscles (groups and directions); a softmax makes each
@@ -33,44 +26,21 @@ class SdfLerp:
     * `length`: of each of them [m].
     * `connected`: whether only the largest connected piece is built.
     """
+    mixed = Primitives(primitives, length)
+    return Mixture(primitives=mixed, connected=connected, occupancy=_occupancy, fibres=_fibres)
 
-    primitives: str = DEFAULT_PRIMITIVES
-    length: float = 0.10
-    connected: bool = True
 
-    def __post_init__(self) -> None:
-        _ = self._primitives
+def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
+    """Where the mean distance is negative `[particle_count]`."""
+    import torch
 
-    @cached_property
-    def _primitives(self) -> Primitives:
-        return Primitives(self.primitives, self.length)
+    temperature = _TEMPERATURE * torch.as_tensor(np.cbrt(body.volumes))
+    return torch.sigmoid(-mean(weights, primitives.tissues(body).distances) / temperature)
 
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return self._primitives.workspace(fidelity)
 
-    def parameter_count(self, body: Body) -> int:
-        """Three coefficients per primitive: of its geometry, its stiffness, its muscles."""
-        return _BLOCKS * self._primitives.count
-
-    def initial(self, rng: np.random.Generator, body: Body) -> NDArray[np.float64]:
-        """Standard normal coefficients `[parameter_count]`."""
-        return self._primitives.draw(rng, _BLOCKS)
-
-    def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`; each world is computed for itself, so that its bits
-        do not depend on the others."""
-        import torch
-
-        tissues = self._primitives.tissues(body)
-        temperature = _TEMPERATURE * torch.as_tensor(np.cbrt(body.volumes))
-        worlds = [simplex(world, _BLOCKS) for world in parameters]
-        return Form(
-            occupancy=torch.stack([torch.sigmoid(-mean(w[0], tissues.distances) / temperature) for w in worlds]),
-            stiffness=torch.stack([mean(w[1], tissues.stiffness) for w in worlds]),
-            muscle_membership=torch.stack([mean(w[2], tissues.membership) for w in worlds]),
-            fibres=torch.stack([mean_line(w[2], tissues.fibres) for w in worlds]),
-        )
+def _fibres(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
+    """The mean of the primitives' lines `[particle_count, 3]`."""
+    return mean_line(weights, primitives.tissues(body).fibres)
 
 
 def mean_line(weights: "Tensor", directions: "Tensor") -> "Tensor":

@@ -1,0 +1,66 @@
+"""A design space between primitives: one coefficient for each animal in geometry, stiffness and muscles."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.designs.base import Array, Body
+from zoobench.designs.primitives import Primitives, mean, simplex
+from zoobench.designs.space import Form
+from zoobench.sim.fidelity import Fidelity
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+Part = Callable[[Primitives, "Tensor", Body], "Tensor"]
+"""What a part of a body is at every particle of a workspace, from the primitives and their weights
+`[primitive_count]`."""
+
+_BLOCKS = 3  # of coefficients: geometry, stiffness, muscles
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mixture:
+    """Bodies between primitives. A softmax makes the coefficients of each part positive and 1 together.
+
+    Stiffness and muscle groups are means.
+
+    Attributes:
+        primitives: that are mixed.
+        connected: whether only the largest connected piece is built.
+        occupancy: `[particle_count]` by the weights of the geometry.
+        fibres: `[particle_count, 3]` by the weights of the muscles.
+    """
+
+    primitives: Primitives
+    connected: bool
+    occupancy: Part
+    fibres: Part
+
+    def body(self, fidelity: Fidelity) -> Body:
+        """The workspace."""
+        return self.primitives.workspace(fidelity)
+
+    def parameter_count(self, body: Body) -> int:
+        """Three coefficients per primitive: of its geometry, its stiffness, its muscles."""
+        return _BLOCKS * self.primitives.count
+
+    def initial(self, rng: np.random.Generator, body: Body) -> Array:
+        """Standard normal coefficients `[parameter_count]`."""
+        return self.primitives.draw(rng, _BLOCKS)
+
+    def form(self, parameters: "Tensor", body: Body) -> Form:
+        """The forms for `parameters` `[worlds, parameter_count]`; each world is computed for itself, so that its bits
+        do not depend on the others."""
+        import torch
+
+        tissues = self.primitives.tissues(body)
+        worlds = [simplex(world, _BLOCKS) for world in parameters]
+        return Form(
+            occupancy=torch.stack([self.occupancy(self.primitives, w[0], body) for w in worlds]),
+            stiffness=torch.stack([mean(w[1], tissues.stiffness) for w in worlds]),
+            muscle_membership=torch.stack([mean(w[2], tissues.membership) for w in worlds]),
+            fibres=torch.stack([self.fibres(self.primitives, w[2], body) for w in worlds]),
+        )
