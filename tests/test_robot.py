@@ -7,11 +7,9 @@ import pytest
 import torch
 
 from tests.conformance.cells import cell
-from zoobench import registry
 from zoobench.errors import DivergenceError, Unbuildable, UsageError
 from zoobench.methods.base import Champion
 from zoobench.problem import Problem
-from zoobench.registry import Kind
 from zoobench.robot import Robot, elongation
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import Ref
@@ -20,12 +18,7 @@ TIMES = torch.arange(4, dtype=torch.float64) * 0.008
 
 
 def _robot(design: str) -> Robot:
-    body, brain = (registry.create(kind, Ref(name)) for kind, name in _parts(design))
-    return Robot.of(body, brain, Fidelity(1 / 32))
-
-
-def _parts(design: str) -> list[tuple[Kind, str]]:
-    return [(Kind.DESIGN, design), (Kind.CONTROLLER, "sine-basis")]
+    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32))
 
 
 def _empty(problem: Problem) -> np.ndarray:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.controllers.base import ClosedLoop
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
 from zoobench.episode import Episode, Evaluation
@@ -68,10 +67,7 @@ class Problem:
         env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
-        design, controller = (
-            registry.create(kind, ref) for kind, ref in ((Kind.DESIGN, spec.design), (Kind.CONTROLLER, spec.controller))
-        )
-        self.robot = Robot.of(design, controller, self.fidelity)
+        self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density
         self._substeps_per_frame = self._choose_substeps()
@@ -197,7 +193,7 @@ class Problem:
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        reflexes = self._reflexes(built)
+        reflexes = Reflexes.of(self.robot, built)
         body = BodyState(**matter)
         show = _on_frame(solver, body, watch)
         rollout = solver.run(activity, body, progress=show, reflex=reflexes.act if reflexes else None)
@@ -228,11 +224,6 @@ class Problem:
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
         worlds = slice(world, world + 1)
         return motion_of(rollout, self.body, self.density, worlds, FRAME_SECONDS, gradient=gradient)
-
-    def _reflexes(self, built: Sequence[Built]) -> Reflexes | None:
-        """What closes the loop, or None in an open one."""
-        controller = self.robot.controller
-        return Reflexes(self.robot, controller, built) if isinstance(controller, ClosedLoop) else None
 
     def _pulls(
         self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], reflexes: Reflexes | None

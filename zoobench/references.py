@@ -9,9 +9,7 @@ import hashlib
 import inspect
 import json
 import math
-import os
 import platform
-import tempfile
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -44,14 +42,15 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     One that has no finite score is left out. A damaged file is replaced, and where none can be written the scores are
     computed every time.
     """
-    from zoobench.sim.runtime import cache_folder
+    from zoobench.sim.runtime import cache_folder, write_whole
 
     path = cache_folder().with_name("references") / f"{_key(spec)}.json"
     with contextlib.suppress(OSError, ValueError):
         return {name: Metric(*entry) for name, entry in json.loads(path.read_text()).items()}
     found = _simulate(spec)
     with contextlib.suppress(OSError):
-        _write(path, json.dumps({name: [metric.value, metric.unit] for name, metric in found.items()}))
+        rows = {name: [metric.value, metric.unit] for name, metric in found.items()}
+        write_whole(path, json.dumps(rows).encode())
     return found
 
 
@@ -85,12 +84,3 @@ def _key(spec: RunSpec) -> str:
     for path in (*own, *(Path(inspect.getfile(component)) for component in components)):
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def _write(path: Path, text: str) -> None:
-    """Write under another name, then rename: another process sees the whole file or none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w") as file:
-        file.write(text)
-    Path(name).replace(path)

@@ -32,6 +32,12 @@ class Reflexes:
         self._start: FloatArray = np.zeros(0)
         self.slopes = np.zeros((len(built), robot.parameter_count))
 
+    @classmethod
+    def of(cls, robot: Robot, built: Sequence[Built]) -> "Reflexes | None":
+        """What closes the robot's loop; None where it is open."""
+        controller = robot.controller
+        return cls(robot, controller, built) if isinstance(controller, ClosedLoop) else None
+
     def act(self, frame: int, positions: "FloatArray", velocities: "FloatArray") -> Array:
         """The activity of a frame `[worlds, muscles]`, from the state at its start `[worlds, particle_count, 3]`."""
         import torch

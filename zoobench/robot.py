@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench import registry
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.designs.base import Body, Design
 from zoobench.designs.soundness import SOLID, Soundness, sound
-from zoobench.designs.space import DesignSpace, SiteSpace
+from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
+from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Ref
 from zoobench.tasks.base import Metric
 
 if TYPE_CHECKING:
@@ -95,13 +98,16 @@ class Robot:
     space: DesignSpace | None
 
     @classmethod
-    def of(cls, design: Design, controller: Controller, fidelity: Fidelity) -> "Robot":
-        """The robot of a design at this fidelity.
+    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity) -> "Robot":
+        """The robot of a design and a controller at this fidelity.
 
         Raises:
+            UnknownNameError, UsageError: a name or a parameter that cannot be used.
             SceneError: the fidelity is too coarse to hold any of the body.
         """
-        return cls(controller, design.body(fidelity), design if isinstance(design, DesignSpace) else None)
+        made: Design = registry.create(Kind.DESIGN, design)
+        brain: Controller = registry.create(Kind.CONTROLLER, controller)
+        return cls(brain, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
 
     @property
     def control_count(self) -> int:
@@ -142,8 +148,7 @@ class Robot:
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
         if self.space is None:
             return Built(row, activity, {}, None, self.body)
-        form = self.space.form(row[:, self.control_count :], self.body)
-        form, (soundness,) = sound(form, self.body, self.space.connected)
+        form, soundness = self._form(self.space, row)
         return Built(row, activity, form.matter(self.body), soundness, self.body)
 
     def formed(self, parameters: Array) -> Body:
@@ -156,8 +161,7 @@ class Robot:
 
         if self.space is None:
             return self.body
-        row = torch.as_tensor(parameters[None, self.control_count :])
-        form, (soundness,) = sound(self.space.form(row, self.body), self.body, self.space.connected)
+        form, soundness = self._form(self.space, torch.as_tensor(parameters[None]))
         if soundness.fault:
             raise SceneError(str(Unbuildable(soundness.fault)))
         there = form.occupancy[0].numpy() > SOLID
@@ -165,6 +169,11 @@ class Robot:
         kept = {name: getattr(self.body, name) for name in _LASTING}
         named["stiffness"] = named["stiffness"] * self.body.stiffness
         return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)
+
+    def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Soundness]:
+        """The form for the parameters `row` `[1, parameter_count]` as it can be built, and what it is worth."""
+        form, (soundness,) = sound(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
+        return form, soundness
 
 
 def elongation(places: Array, volumes: Array) -> float:

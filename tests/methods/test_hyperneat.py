@@ -9,12 +9,10 @@ import torch
 from neat.activations import ActivationFunctionSet
 
 from tests.methods.toy import Context, Quadratic
-from zoobench import registry
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.hyperneat import Bodies, HyperNeat
-from zoobench.registry import Kind
 from zoobench.robot import Robot
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import Budget, Ref
@@ -24,8 +22,7 @@ NOW = torch.zeros(1, dtype=torch.float64)
 
 
 def _robot(design: str, controller: str = "fixed-sine") -> Robot:
-    body, brain = registry.create(Kind.DESIGN, Ref.parse(design)), registry.create(Kind.CONTROLLER, Ref(controller))
-    return Robot.of(body, brain, Fidelity(1 / 64))
+    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64))
 
 
 class Sculpture(Quadratic):

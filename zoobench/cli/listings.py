@@ -118,11 +118,12 @@ def _print_transfer(db: str, form: Format, others: list[str]) -> None:
     """The transfer matrix of all that was evaluated."""
     from zoobench.db.store import Store
     from zoobench.report.transfer import transfer_matrix
+    from zoobench.studies.transfer import STUDY
 
     if others:
         raise UsageError(f"--transfer shows all that was evaluated. Leave {' '.join(others)} out.")
     with Store(db, create=False) as store:
-        documents = [row.document for study in store.studies("transfer") for row in study.rows]
+        documents = [row.document for study in store.studies(STUDY) for row in study.rows]
     emit(transfer_matrix(documents), form)
     if not documents:
         say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")

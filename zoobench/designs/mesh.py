@@ -117,7 +117,7 @@ class MeshDesign:
         from scipy.sparse.csgraph import connected_components
         from scipy.spatial import KDTree
 
-        edge = fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3)
+        edge = fidelity.particle_edge
         tree = KDTree(positions)
         neighbours = tree.query_ball_point(positions, _NEAR * edge, return_length=True) - 1
         pieces = connected_components(tree.sparse_distance_matrix(tree, _NEAR * edge))[0]

@@ -91,7 +91,7 @@ def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBe
     """
     from scipy.spatial import KDTree
 
-    edge = fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3)
+    edge = fidelity.particle_edge
     distance, _ = KDTree(body).query(bed.positions, distance_upper_bound=edge)
     stays = ~(distance < _ROOM * edge)
     return replace(bed, **{name: value[stays] for name, value in _arrays(bed).items()})

@@ -11,9 +11,9 @@ from zoobench.gym.channels import Action, Channels, Floats, session_of
 class ZooEnv(gymnasium.Env[Floats, Floats]):
     """A cell of the benchmark, one control frame of 0.008 s a step; actions and observations as in `Channels`.
 
-    The reward is the task's, for the frame that ends. An episode is truncated at its length, and terminated with a
-    reward of 0 where the simulation blows up or the robot comes apart, with the reason as `failure` in info. Nothing is
-    random: a seed changes nothing.
+    The reward is the task's, for the frame that ends. An episode is truncated at its length, and terminated where the
+    simulation blows up or the robot comes apart, with the reason as `failure` in info and a reward that makes it no
+    gain, see `zoobench.session.Step`. Nothing is random: a seed changes nothing.
 
     Args:
         env, design, task: components, with their parameters if need be, as in `desert[relief=0.03]`.

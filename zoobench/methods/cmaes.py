@@ -13,7 +13,7 @@ from zoobench.methods.generations import Lesson, evolve, scores_of
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
-_SEPARABLE = 500
+SEPARABLE = 500
 """Parameters from which on the covariance is kept diagonal (sep-CMA-ES, Ros and Hansen 2008)."""
 
 _QUIET = {"verbose": -9, "verb_log": 0, "verb_disp": 0, "signals_filename": None, "seed": np.nan}
@@ -109,7 +109,7 @@ class Strategies:
             **_QUIET,
             "popsize": self._population,
             "randn": lambda count, size: self._rng.standard_normal((count, size)),
-            "CMA_diagonal": len(start) > _SEPARABLE,
+            "CMA_diagonal": len(start) > SEPARABLE,
         }
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

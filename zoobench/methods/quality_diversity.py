@@ -10,13 +10,10 @@ import numpy as np
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.base import Array, RunContext, Solution
-from zoobench.methods.cmaes import check_strategy
+from zoobench.methods.cmaes import SEPARABLE, check_strategy
 from zoobench.methods.generations import Lesson, evolve, scores_of
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
-
-_SEPARABLE = 500
-"""Parameters from which on the covariance is kept diagonal."""
 
 
 @register(Kind.METHOD, "quality-diversity", tags=("evolution", "space"))
@@ -134,7 +131,7 @@ class _Illumination:
             x0=start,
             sigma0=self._method.sigma,
             ranker="2imp",
-            es="sep_cma_es" if len(start) > _SEPARABLE else "cma_es",
+            es="sep_cma_es" if len(start) > SEPARABLE else "cma_es",
             batch_size=self._method.population,
             seed=self._seed(),
         )

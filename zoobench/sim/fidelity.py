@@ -87,6 +87,11 @@ class Fidelity:
         return self.grid_spacing**2 / self.spline.inverse_moment
 
     @property
+    def particle_edge(self) -> float:
+        """Edge of the cube that a particle stands for [m]."""
+        return float(self.grid_spacing / self.particles_per_cell ** (1 / 3))
+
+    @property
     def displacement(self) -> tuple[float, float, float]:
         """How far `shift` moves the robot [m]."""
         return (self.shift * self.grid_spacing, 0.0, SHIFT_ASIDE * self.shift * self.grid_spacing)

@@ -7,9 +7,7 @@ date. What it holds is bitwise what `Solver.settle` gives.
 import contextlib
 import hashlib
 import io
-import os
 import platform
-import tempfile
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -20,7 +18,7 @@ import taichi as ti
 import torch
 
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.runtime import cache_folder
+from zoobench.sim.runtime import cache_folder, write_whole
 from zoobench.sim.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.sim.state import Matter
@@ -122,19 +120,11 @@ def _read(path: Path) -> Matter | None:
 
 
 def _write(path: Path, matter: Matter) -> None:
-    """Write under another name, then rename: another process sees the whole file or none."""
+    """Write what `_read` reads, with a digest before it."""
     buffer = io.BytesIO()
     np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
     payload = buffer.getvalue()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(hashlib.sha256(payload).digest() + payload)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_whole(path, hashlib.sha256(payload).digest() + payload)
 
 
 def _trim(folder: Path) -> None:

@@ -31,11 +31,6 @@ class Sampled:
     body: "Body"
     grid: "Fidelity"
 
-    @property
-    def edge(self) -> float:
-        """Of the cube that a particle stands for [m]."""
-        return float(self.grid.grid_spacing / self.grid.particles_per_cell ** (1 / 3))
-
 
 def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B008  (frozen)
     """The body of a design, the workspace of a design space, at a fidelity.
@@ -59,7 +54,7 @@ def card(design: Ref) -> dict[str, Any]:
         UsageError: the design cannot be made.
     """
     sampled = body_at(design)
-    body, edge = sampled.body, sampled.edge
+    body, edge = sampled.body, sampled.grid.particle_edge
     masses = body.masses(DENSITY)
     shares = masses @ body.muscle_membership / masses.sum()
     names = sorted(registry.names(Kind.FIDELITY), key=lambda name: (-_spacing(name), name))
@@ -93,14 +88,12 @@ def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = No
         UsageError: the parameters describe no body at this fidelity; SceneError: it cannot be built there.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
-    design, controller = (
-        registry.create(kind, ref) for kind, ref in ((Kind.DESIGN, spec.design), (Kind.CONTROLLER, spec.controller))
-    )
-    robot = Robot.of(design, controller, grid)
+    robot = Robot.of(spec.design, spec.controller, grid)
     if len(parameters) != robot.parameter_count:
         raise UsageError(
-            f"The run's {len(parameters)} parameters describe no {spec.design.name} body at {fidelity}, which takes "
-            f"{robot.parameter_count}. Use the run's own fidelity, {spec.fidelity}."
+            f"The run's {len(parameters)} parameters describe no {spec.design.name} body at "
+            f"{fidelity or spec.fidelity}, which takes {robot.parameter_count}. "
+            f"Use the run's own fidelity, {spec.fidelity}."
         )
     return Sampled(robot.formed(np.array(parameters)), grid)
 
@@ -115,4 +108,4 @@ def export_body(sampled: Sampled, path: Path) -> None:
 
     if path.suffix.lower() == ".stl" and sampled.grid.particles_per_cell == 4:
         raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
-    export(sampled.body, sampled.edge, path)
+    export(sampled.body, sampled.grid.particle_edge, path)

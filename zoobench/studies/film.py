@@ -158,7 +158,7 @@ def _film(problem: Problem, episode: Episode, places: Places, kept: NDArray[np.i
         evaluation=episode.evaluation,
         scene=problem.scene,
         body=replace(problem.body, occupancy=occupancy, muscle_membership=episode.body["muscle_membership"]),
-        particle_edge=fidelity.grid_spacing / fidelity.particles_per_cell ** (1 / 3),
+        particle_edge=fidelity.particle_edge,
         lattice=fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9),
         kept=kept,
         times=clock[kept],

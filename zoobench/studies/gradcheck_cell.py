@@ -65,7 +65,7 @@ class Cell:
         grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
-        self._robot = Robot.of(registry.create(Kind.DESIGN, design), registry.create(Kind.CONTROLLER, controller), grid)
+        self._robot = Robot.of(design, controller, grid)
         scene = environment.scene(self._robot.body, grid)
         start = settled(scene, grid, environment.settling_frames, frame_seconds=FRAME_SECONDS)
         # bounds a little beyond the design's own values, so that there is a slope on both sides
@@ -122,7 +122,7 @@ class Cell:
         built = self._build(arrays)
         body = {name: arrays[name] for name in ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
-        reflexes = self._reflexes(built)
+        reflexes = Reflexes.of(self._robot, [built])
         reflex = reflexes.act if reflexes else None
         rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, reflex=reflex)
         if rollout.divergences:
@@ -145,7 +145,7 @@ class Cell:
     def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
         """Of the objective by every group of parameters that the rollout was made with, and where it has a fault."""
         built, count = self._build(arrays), self._robot.control_count
-        reflexes = self._reflexes(built)
+        reflexes = Reflexes.of(self._robot, [built])
         motion = self._motion(rollout, leaf=True)
         direct = MotionPull.of(self._task.objective(motion).sum(), motion)
         reflex = reflexes.adjoint(rollout) if reflexes else None
@@ -191,10 +191,6 @@ class Cell:
     @property
     def _closes_loop(self) -> bool:
         return isinstance(self._robot.controller, ClosedLoop)
-
-    def _reflexes(self, built: Built) -> Reflexes | None:
-        controller = self._robot.controller
-        return Reflexes(self._robot, controller, [built]) if isinstance(controller, ClosedLoop) else None
 
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
         """The robot for groups of parameters; those of controller and design space are drawn where not given.

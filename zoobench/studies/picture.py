@@ -91,7 +91,7 @@ def snapshots(
             scene=scene,
             robot=place[: solver.robot_count],
             medium=place[solver.robot_count :],
-            particle_edge=grid.grid_spacing / grid.particles_per_cell ** (1 / 3),
+            particle_edge=grid.particle_edge,
             membership=body.muscle_membership,
             muscles=body.muscles,
         )

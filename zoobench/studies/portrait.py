@@ -34,7 +34,7 @@ def portrait(sampled: Sampled, title: str, path: Path) -> None:
         raise UsageError(
             "Pictures need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'."
         ) from None
-    body, edge = sampled.body, sampled.edge
+    body, edge = sampled.body, sampled.grid.particle_edge
     figure = Figure(figsize=(11, 6.2), dpi=110, facecolor=_BACKDROP)
     FigureCanvasAgg(figure)
     rooms = ((0.01, 0.02, 0.53, 0.86), (0.55, 0.46, 0.27, 0.42), (0.55, 0.02, 0.27, 0.42))
