@@ -120,8 +120,7 @@ def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects:
     """Nobody sets them: they follow from the matter that is there."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
-    swims = name == "ocean"  # and is damped by the water
-    assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE} | (set() if swims else {Effect.DAMPING})
+    assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE, Effect.DAMPING}
 
 
 @pytest.mark.parametrize("name", ["shallow-water", "ocean"])

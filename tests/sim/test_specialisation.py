@@ -35,7 +35,7 @@ LAUNCHED = {
     "clay": COMMON | {"friction", "plasticity", "decomposition"},
     "snow": COMMON | {"friction", "plasticity", "decomposition"},
     "shallow-water": COMMON | {"friction", "fluid"},
-    "ocean": COMMON - {"damping"} | {"fluid"},
+    "ocean": COMMON | {"fluid"},
 }
 
 # Kernel functions of every effect: compiled into the substep and its reverse where a scene calls for it, else not.

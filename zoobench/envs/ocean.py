@@ -6,7 +6,7 @@ from zoobench.registry import Kind, register
 from zoobench.sim.matter import WaterMaterial
 
 
-@register(Kind.ENV, "ocean", version=4, tags=("water", "fluid"))
+@register(Kind.ENV, "ocean", version=5, tags=("water", "fluid"))
 def ocean(
     *,
     depth: float = 0.15625,
