@@ -31,7 +31,7 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
         smallest_j=np.ones(3),
     )
     masses = 1000.0 * rollout.body["density_ratio"] * rollout.body["occupancy"] * body.volumes
-    motion = motion_of(rollout, body, 1000.0, slice(1, 3), FRAME_SECONDS, gradient=True)
+    motion = motion_of(rollout, body, 1000.0, slice(1, 3), gradient=True)
     np.testing.assert_array_equal(motion.positions.detach().numpy(), rollout.positions[:, 1:])
     np.testing.assert_array_equal(motion.velocities.detach().numpy(), rollout.velocities[:, 1:])
     np.testing.assert_array_equal(motion.masses.detach().numpy(), masses[1:])
@@ -43,4 +43,4 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
     np.testing.assert_array_equal(motion.muscle_work.numpy(), expected)
     assert str(motion.positions.dtype) == str(motion.muscle_work.dtype) == "torch.float64"
     assert motion.positions.requires_grad
-    assert not motion_of(rollout, body, 1000.0, slice(0, 1), FRAME_SECONDS).positions.requires_grad
+    assert not motion_of(rollout, body, 1000.0, slice(0, 1)).positions.requires_grad

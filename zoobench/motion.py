@@ -7,18 +7,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
+from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from zoobench.sim.rollout import Rollout
+    from zoobench.sim.rollout import Gradient, Rollout
 
 Array = NDArray[np.float64]
 
+BODY_ARRAYS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
+"""What a body can be varied by, particle by particle."""
+
+_WEIGHTS = ("occupancy", "density_ratio")  # a particle's mass is their product with density and volume
+
 
 def motion_of(
-    rollout: "Rollout", body: Body, density: float, worlds: slice, frame_seconds: float, *, gradient: bool = False
+    rollout: "Rollout", body: Body, density: float, worlds: slice = slice(None), *, gradient: bool = False
 ) -> Motion:
     """How the robot moved in some worlds of a rollout, in double precision.
 
@@ -26,8 +32,7 @@ def motion_of(
         rollout: an episode.
         body: of the robot, at rest; occupancy and density are those with which the rollout was made.
         density: of muscle [kg/m^3].
-        worlds: which.
-        frame_seconds: length of a control frame [s].
+        worlds: which; all if not given.
         gradient: whether positions, velocities, presence and masses are leaves of a gradient.
     """
     import torch
@@ -41,7 +46,7 @@ def motion_of(
         positions=tensor(rollout.positions[:, worlds], gradient),
         velocities=tensor(rollout.velocities[:, worlds], gradient),
         masses=tensor(masses, gradient),
-        frame_seconds=frame_seconds,
+        frame_seconds=FRAME_SECONDS,
         rest=tensor(body.positions),
         head=tensor(body.head),
         tail=tensor(body.tail),
@@ -83,12 +88,13 @@ class MotionPull:
             masses=np.concatenate([pull.masses for pull in pulls]),
         )
 
-    def by_occupancy(self, rollout: "Rollout", body: Body, density: float) -> Array:
-        """What an objective owes to the occupancy directly, by whom it counts and weighs `[worlds, particle_count]`."""
-        weighed: Array = self.masses * density * rollout.body["density_ratio"] * body.volumes
-        return self.presence + weighed
+    def by_arrays(self, simulated: "Gradient", rollout: "Rollout", body: Body, density: float) -> dict[str, Array]:
+        """Derivatives by the arrays of the body, `[worlds, ...]` each: through the simulation, and directly.
 
-    def by_density_ratio(self, rollout: "Rollout", body: Body, density: float) -> Array:
-        """What an objective owes to the density directly `[worlds, particle_count]`."""
-        weighed: Array = self.masses * density * rollout.body["occupancy"] * body.volumes
-        return weighed
+        Occupancy and density also say directly which particles count, and what they weigh.
+        """
+        pulls: dict[str, Array] = {name: getattr(simulated, name) for name in BODY_ARRAYS}
+        weighed = {name: self.masses * density * rollout.body[name] * body.volumes for name in _WEIGHTS}
+        pulls["occupancy"] = pulls["occupancy"] + (self.presence + weighed["density_ratio"])
+        pulls["density_ratio"] = pulls["density_ratio"] + weighed["occupancy"]
+        return pulls

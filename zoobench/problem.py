@@ -223,7 +223,7 @@ class Problem:
 
     def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
         worlds = slice(world, world + 1)
-        return motion_of(rollout, self.body, self.density, worlds, FRAME_SECONDS, gradient=gradient)
+        return motion_of(rollout, self.body, self.density, worlds, gradient=gradient)
 
     def _pulls(
         self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], reflexes: Reflexes | None
@@ -232,13 +232,8 @@ class Problem:
         direct = MotionPull.joined([MotionPull.of(-self.task.objective(motion).sum(), motion) for motion in motions])
         reflex = reflexes.adjoint(rollout) if reflexes else None
         gradient = solver.backward(rollout, direct.positions, direct.velocities, reflex)
-        return {
-            "activity": gradient.actuation.swapaxes(0, 1),
-            "occupancy": gradient.occupancy + direct.by_occupancy(rollout, self.body, self.density),
-            "stiffness": gradient.stiffness,
-            "muscle_membership": gradient.muscle_membership,
-            "fibres": gradient.fibres,
-        }
+        by_body = direct.by_arrays(gradient, rollout, self.body, self.density)
+        return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
     def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
         import torch

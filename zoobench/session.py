@@ -69,8 +69,7 @@ class Session:
         self._senses = Senses(problem.body)
         rollout = self._playback.rollout
         self._starts = [
-            motion_of(rollout, problem.body, problem.density, slice(world, world + 1), FRAME_SECONDS)
-            for world in range(solver.worlds)
+            motion_of(rollout, problem.body, problem.density, slice(world, world + 1)) for world in range(solver.worlds)
         ]
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)

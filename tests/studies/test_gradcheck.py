@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from zoobench.errors import UsageError
+from zoobench.motion import BODY_ARRAYS
 from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.rollout import FloatArray, Gradient
 from zoobench.spec import Ref
 from zoobench.studies import gradcheck as study
 from zoobench.studies.gradcheck import GradRow, gradcheck
-from zoobench.studies.gradcheck_cell import ARRAYS, NUDGE, Cell, cells
+from zoobench.studies.gradcheck_cell import NUDGE, Cell, cells
 from zoobench.studies.gradcheck_summary import e_fold, summarise
 
 
@@ -31,7 +32,7 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Adjoint, "run", spoilt)
     rows = list(gradcheck(_cell(), (20,), directions=2))
     assert {row.group: row.is_right for row in rows} == {
-        group: group != "stiffness" for group in ("actuation", *ARRAYS)
+        group: group != "stiffness" for group in ("actuation", *BODY_ARRAYS)
     }
     assert not any(row.kinks for row in rows)
 

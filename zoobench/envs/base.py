@@ -29,8 +29,8 @@ LAND_ROBOT = ElasticMaterial(
 OPEN_ARENA = (2.0, 0.4, 2.0)
 
 
-# A swimmer is stiffer: it has to push water, and the reference implementation has 1e5 Pa there. Water alone damps it too
-# little at h = 1/128: under square waves of full strength it came apart in the 197th frame.
+# A swimmer is stiffer: it has to push water, and the reference implementation has 1e5 Pa there. Water alone damps it
+# too little at h = 1/128: under square waves of full strength it came apart in the 197th frame.
 SWIMMING_ROBOT = ElasticMaterial(
     youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, muscle_strength=1.5e4, viscosity=20.0
 )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.studies.shading import Array
+from zoobench.studies.shading import Array, camera_axes
 
 if TYPE_CHECKING:
     from zoobench.studies.film import Film
@@ -98,10 +98,7 @@ def camera_for(stage: Stage, aspect: float) -> Camera:
     Args:
         aspect: width of the picture by its height; a part at the top and on the right is left to writing.
     """
-    rise, turn = np.radians(_ELEVATION), np.radians(_AZIMUTH)
-    towards = np.array([np.cos(rise) * np.cos(turn), np.sin(rise), np.cos(rise) * np.sin(turn)])
-    right = np.array([np.sin(turn), 0.0, -np.cos(turn)])
-    up = np.cross(towards, right)
+    right, up, towards = camera_axes(_ELEVATION, _AZIMUTH)
     wider = np.array([stage.apron, 0.0, stage.apron])
     box = (stage.low - wider, stage.high + wider)
     corners = np.array([[box[bit >> d & 1][d] for d in range(3)] for bit in range(8)])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.controllers.base import ClosedLoop
 from zoobench.errors import SceneError, Unbuildable
-from zoobench.motion import MotionPull, motion_of
+from zoobench.motion import BODY_ARRAYS, MotionPull, motion_of
 from zoobench.reflexes import Reflexes
 from zoobench.registry import Kind
 from zoobench.robot import Built, Robot
@@ -26,8 +26,7 @@ Array = NDArray[np.float64]
 Arrays = dict[str, Array]
 Counts = NDArray[np.int64]
 
-ARRAYS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
-GROUPS = ("actuation", "controller", *ARRAYS, "design")
+GROUPS = ("actuation", "controller", *BODY_ARRAYS, "design")
 """Groups of parameters: `controller` stands for those of a closed loop, which the actuation follows from, and `design`
 for those of a design space, which the arrays follow from."""
 
@@ -120,7 +119,7 @@ class Cell:
         from zoobench.sim.solver import BodyState
 
         built = self._build(arrays)
-        body = {name: arrays[name] for name in ARRAYS if name in arrays}
+        body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
         reflexes = Reflexes.of(self._robot, [built])
         reflex = reflexes.act if reflexes else None
@@ -150,9 +149,8 @@ class Cell:
         direct = MotionPull.of(self._task.objective(motion).sum(), motion)
         reflex = reflexes.adjoint(rollout) if reflexes else None
         found = self._solver.backward(rollout, direct.positions, direct.velocities, reflex)
-        pulls = {name: getattr(found, name) for name in ("actuation", *ARRAYS)}
-        pulls["occupancy"] = found.occupancy + direct.by_occupancy(rollout, self._robot.body, self._density)
-        pulls["density_ratio"] = found.density_ratio + direct.by_density_ratio(rollout, self._robot.body, self._density)
+        by_body = direct.by_arrays(found, rollout, self._robot.body, self._density)
+        pulls = {"actuation": found.actuation, **by_body}
         parameters = built.slope({name: pulls[name][0] for name in built.matter})
         if reflexes:
             parameters += reflexes.slopes[0]
@@ -186,7 +184,7 @@ class Cell:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
-        return motion_of(rollout, self._robot.body, self._density, slice(None), FRAME_SECONDS, gradient=leaf)
+        return motion_of(rollout, self._robot.body, self._density, gradient=leaf)
 
     @property
     def _closes_loop(self) -> bool:

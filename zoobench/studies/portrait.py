@@ -7,7 +7,7 @@ import numpy as np
 
 from zoobench.errors import UsageError
 from zoobench.studies.bodies import DENSITY, Sampled
-from zoobench.studies.shading import PASSIVE, Array, brightness, palette, tints
+from zoobench.studies.shading import PASSIVE, Array, brightness, camera_axes, palette, tints
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body
@@ -40,7 +40,7 @@ def portrait(sampled: Sampled, title: str, path: Path) -> None:
     rooms = ((0.01, 0.02, 0.53, 0.86), (0.55, 0.46, 0.27, 0.42), (0.55, 0.02, 0.27, 0.42))
     for (caption, elevation, azimuth), room in zip(_VIEWS, rooms, strict=True):
         axes = figure.add_axes(room)
-        _draw(axes, body, edge, _camera(elevation, azimuth))
+        _draw(axes, body, edge, camera_axes(elevation, azimuth))
         axes.set_title(caption, fontsize=8)
     _legend(figure, body)
     size, mass = np.ptp(body.positions, axis=0) + edge, body.masses(DENSITY).sum()
@@ -55,14 +55,6 @@ def portrait(sampled: Sampled, title: str, path: Path) -> None:
         raise UsageError(
             f"No picture can be written to {str(path)!r}: {error}. Give another file, as body.png."
         ) from error
-
-
-def _camera(elevation: float, azimuth: float) -> Array:
-    """Rows: the directions to the right and up in the picture, and towards the camera, in (x, y, z)."""
-    rise, turn = np.radians(elevation), np.radians(azimuth)
-    towards = np.array([np.cos(rise) * np.cos(turn), np.sin(rise), np.cos(rise) * np.sin(turn)])
-    right = np.array([np.sin(turn), 0.0, -np.cos(turn)])
-    return np.stack([right, np.cross(towards, right), towards])
 
 
 def _draw(axes: Any, body: "Body", edge: float, camera: Array) -> None:

@@ -17,7 +17,7 @@ from zoobench import registry
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.motion import motion_of
 from zoobench.registry import Kind
-from zoobench.spec import FRAME_SECONDS, Ref
+from zoobench.spec import Ref
 from zoobench.studies.driving import random_actuation
 from zoobench.tasks.base import Motion
 
@@ -178,5 +178,5 @@ def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Arra
     seconds = (process_time() - began) / actuation.shape[1]
     if rollout.divergences:
         raise DivergenceError(next(iter(rollout.divergences.values())))
-    motion = motion_of(rollout, body, env.robot.density, slice(None), FRAME_SECONDS)
+    motion = motion_of(rollout, body, env.robot.density)
     return _Episode(env.arena, motion, scene.particle_count, seconds)

@@ -34,6 +34,17 @@ _SLIPPERY: Colour = (0.74, 0.88, 0.96)
 _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
 
 
+def camera_axes(elevation: float, azimuth: float) -> Array:
+    """Rows: the directions to the right and up in the picture, and towards the camera, in (x, y, z).
+
+    Both angles are in degrees; azimuth 0 looks at a robot's face, 90 at its right flank.
+    """
+    rise, turn = np.radians(elevation), np.radians(azimuth)
+    towards = np.array([np.cos(rise) * np.cos(turn), np.sin(rise), np.cos(rise) * np.sin(turn)])
+    right = np.array([np.sin(turn), 0.0, -np.cos(turn)])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
 def medium_colour(scene: "Scene") -> Colour:
     """Of the medium of a scene that has one."""
     assert scene.medium is not None
