@@ -6,7 +6,6 @@ from tests.conformance.cells import cell
 from zoobench.motion import motion_of
 from zoobench.problem import Problem
 from zoobench.sim.rollout import Rollout
-from zoobench.spec import FRAME_SECONDS
 
 
 def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:

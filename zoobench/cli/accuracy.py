@@ -14,12 +14,14 @@ from zoobench.cli.words import parse_counts, parse_names
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
+    from zoobench.report.listing import Listing
     from zoobench.spec import Ref, RunSpec
     from zoobench.studies.accuracy.analyse import Analysis
     from zoobench.studies.accuracy.plan import Plan
     from zoobench.studies.accuracy.records import Measurements
+    from zoobench.studies.accuracy.tables import Table
 
-TABLES = ("references", "levels", "steps", "knobs")
+TABLES = ("references", "levels", "steps", "knobs", "choices")
 
 
 def accuracy(
@@ -45,7 +47,7 @@ def accuracy(
         Path | None, Option("--publish", help="Write the levels' errors and costs, by which --tolerance chooses.")
     ] = None,
     plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
-    table: Annotated[str, Option("--table", help="references, levels, steps, knobs or all.")] = "all",
+    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices or all.")] = "all",
     repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
@@ -149,9 +151,8 @@ def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
 
 def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
     """Every field for programs, what matters for people."""
-    from zoobench.report.listing import Listing
     from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.studies.accuracy.tables import knob_table, level_table, reference_table, step_table
+    from zoobench.studies.accuracy.tables import choice_table, knob_table, level_table, reference_table, step_table
     from zoobench.studies.accuracy.verdicts import KnobRow, StepRow, knobs, steps
 
     one_more, turned = list(steps(analysis)), list(knobs(analysis))
@@ -161,6 +162,7 @@ def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
             "levels": listing_of(LevelRow, analysis.levels),
             "steps": listing_of(StepRow, one_more),
             "knobs": listing_of(KnobRow, turned),
+            "choices": _listing(choice_table(turned)),
         }
     else:
         tables = {
@@ -168,6 +170,14 @@ def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
             "levels": level_table(analysis.levels),
             "steps": step_table(one_more),
             "knobs": knob_table(turned),
+            "choices": choice_table(turned),
         }
-        listings = {name: Listing(columns, tuple(rows)) for name, (columns, rows) in tables.items()}
+        listings = {name: _listing(table) for name, table in tables.items()}
     emit_several({name: listings[name] for name in wanted}, form)
+
+
+def _listing(table: "Table") -> "Listing":
+    from zoobench.report.listing import Listing
+
+    columns, rows = table
+    return Listing(columns, tuple(rows))

@@ -82,6 +82,24 @@ def knob_table(rows: Sequence[KnobRow]) -> Table:
     ]  # fmt: skip
 
 
+def choice_table(rows: Sequence[KnobRow]) -> Table:
+    """All knobs of an environment and task side by side: error, times dearer, and whether they differ from the noise.
+
+    `=` is no difference, `+` better, `-` worse, `~` other without being either.
+    """
+    names = list(dict.fromkeys(row.knob for row in rows))
+    cells: dict[tuple[str, str, str], dict[str, str]] = {}
+    for row in rows:
+        place = cells.setdefault((row.env, row.task, _percent(row.home_error) or "not known"), {})
+        cost = "" if row.cost is None else f", x {row.cost:.2g}"
+        place[row.knob] = f"{_SIGNS[row.effect]} {_percent(row.error)}{cost}"
+    columns = ("env", "task", "as it is", *names)
+    return columns, [(*place, *(found.get(name, "") for name in names)) for place, found in cells.items()]
+
+
+_SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}
+
+
 def _error(row: LevelRow) -> str:
     if row.error is None:
         return "not known"

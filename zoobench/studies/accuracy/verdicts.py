@@ -38,8 +38,9 @@ class KnobRow:
         error, home_error: of the score, with the knob turned and at the level as it is.
         change: how far the scores are from those at the level as it is.
         cost: wall time per simulated second by that of the level as it is.
-        verdict: `no difference` if the scores change by less than the noise floor, `better` or `worse` if the error
-            does by more, else `other`; and what that costs.
+        effect: `no difference` if the scores change by less than the noise floor, `better` or `worse` if the error
+            does by more, else `other`.
+        verdict: the effect, and what it costs.
     """
 
     env: str
@@ -52,6 +53,7 @@ class KnobRow:
     floor: float | None
     angle: float | None
     cost: float | None
+    effect: str
     verdict: str
 
 
@@ -84,6 +86,7 @@ def knobs(analysis: Analysis) -> Iterator[KnobRow]:
             continue
         changed = row.fidelity if row.fidelity != fidelity else row.env
         cost = _ratio(row.seconds, home.seconds)
+        effect = _effect(row, home)
         yield KnobRow(
             env=env,
             task=row.task,
@@ -95,7 +98,8 @@ def knobs(analysis: Analysis) -> Iterator[KnobRow]:
             floor=row.floor,
             angle=row.angle,
             cost=cost,
-            verdict=_verdict(row, home, cost),
+            effect=effect,
+            verdict=f"{effect} {_price(cost)}".strip(),
         )
 
 
@@ -113,21 +117,22 @@ _NOTICEABLE = 0.1
 """A change of the cost by less is none."""
 
 
-def _verdict(row: LevelRow, home: LevelRow, cost: float | None) -> str:
+def _effect(row: LevelRow, home: LevelRow) -> str:
     if row.error is None or home.error is None or row.change is None:
         return "not known"
     least = row.floor or 0.0
     gain = home.error - row.error
     if row.change <= least:
-        effect = "no difference"
-    elif abs(gain) <= least:
-        effect = "other"
-    else:
-        effect = "better" if gain > 0 else "worse"
+        return "no difference"
+    if abs(gain) <= least:
+        return "other"
+    return "better" if gain > 0 else "worse"
+
+
+def _price(cost: float | None) -> str:
     if cost is None:
-        return effect
-    price = "at no cost" if abs(cost - 1.0) <= _NOTICEABLE else "for more" if cost > 1.0 else "for less"
-    return f"{effect} {price}"
+        return ""
+    return "at no cost" if abs(cost - 1.0) <= _NOTICEABLE else "for more" if cost > 1.0 else "for less"
 
 
 def _ratio(upper: float | None, lower: float | None) -> float | None:
