@@ -144,3 +144,33 @@ def test_the_footer_names_everything_that_the_numbers_depend_on(filled: Path) ->
 def test_the_same_database_gives_the_same_text(filled: Path) -> None:
     """A table can be rebuilt byte for byte."""
     assert long_listing(tables_of(filled)) == long_listing(tables_of(filled))
+
+
+def test_what_is_wanted_and_does_not_exist_is_shown_as_missing(tmp_path: Path) -> None:
+    """A cell without any run says so, one with some counts the rest, and a row without any is known to be empty."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_done(store, make_spec(seed=seed), 1.0 + 0.001 * seed)
+        add_done(store, make_spec(method="cmaes-v1", seed=0), 0.5)
+        found = choose_results(store, Choice())
+    missing = [make_spec(method="cmaes-v1", seed=seed) for seed in (1, 2)]
+    missing += [make_spec(method="random-v1", seed=seed) for seed in range(3)]
+    missing += [make_spec(env="ice-v1")]
+    (table,) = score_tables(found, missing)
+    cells = cell_texts(table)
+    assert cells["desert", "cmaes"] == "0.5 m/s (n=1 of 3, missing 2/3)"
+    assert cells["desert", "random"] == cells["ice", "diffphysics"] == "missing"
+    assert [row.is_empty for row in table.rows] == [False, True]
+    counts = {(row["env"], row["method"]): row["missing"] for row in long_listing([table]).records()}
+    assert counts["desert-v1", "diffphysics-v1[lr=0.1]"] == 0
+    assert counts["desert-v1", "cmaes-v1"] == 2
+    assert counts["desert-v1", "random-v1"] == 3
+
+
+def test_nobody_wins_a_row_that_lacks_a_run(filled: Path) -> None:
+    """What is missing might be better; without it the same row has a winner."""
+    with Store(filled, create=False) as store:
+        found = choose_results(store, Choice(env="desert"))
+    assert any(cell.is_winner for row in score_tables(found)[0].rows for cell in row.cells if cell)
+    (table,) = score_tables(found, [make_spec(method="cmaes-v1")])
+    assert not any(cell.is_winner for row in table.rows for cell in row.cells if cell)

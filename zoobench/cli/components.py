@@ -25,6 +25,7 @@ class KindName(StrEnum):
     CONTROLLERS = "controllers"
     METHODS = "methods"
     FIDELITIES = "fidelities"
+    SUITES = "suites"
 
 
 def list_components(
@@ -33,15 +34,21 @@ def list_components(
 ) -> None:
     """List what there is to choose from.
 
-    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version.
+    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version, and suites: whole
+    benchmarks, for `zoobench run --suite`.
     """
     from zoobench import registry
+    from zoobench.harness import suites
     from zoobench.report.listing import Listing
 
-    kinds = list(registry.Kind) if kind is None else [registry.Kind(kind)]
-    components = [registry.get(each, name) for each in kinds for name in registry.names(each)]
-    rows = tuple((str(item.kind), item.name, item.version, item.summary) for item in components)
-    emit(Listing(("kind", "name", "version", "summary"), rows), form)
+    rows: list[tuple[str, str, int | None, str]] = []
+    for each in registry.Kind:
+        if kind in (None, KindName(each)):
+            found = (registry.get(each, name) for name in registry.names(each))
+            rows += [(str(item.kind), item.name, item.version, item.summary) for item in found]
+    if kind in (None, KindName.SUITES):
+        rows += [(str(KindName.SUITES), name, None, suites.summary(name)) for name in suites.names()]
+    emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
 
 
 def show(

@@ -1,6 +1,7 @@
 """`zoobench results`, `table` and `logs`: what the database holds of finished and unfinished runs."""
 
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
@@ -57,6 +58,19 @@ def table(
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
+    suite: Annotated[
+        str,
+        Option("--suite", help="Only the runs of a suite (`zoobench list suites`, or a .yaml), and what is missing."),
+    ] = "",
+    publish: Annotated[
+        Path | None, Option("--publish", help="Write the suite's leaderboard (.json, .csv, .md) into this folder.")
+    ] = None,
+    check: Annotated[
+        bool, Option("--check", help="Instead, compare published pages with what their exports make of them.")
+    ] = False,
+    folder: Annotated[
+        Path | None, Argument(help="With --check: where the leaderboards are.", show_default="leaderboards")
+    ] = None,
     transfer: Annotated[
         bool, Option("--transfer", help="Instead, what `zoobench evaluate` found of solutions in other environments.")
     ] = False,
@@ -75,6 +89,10 @@ def table(
     from zoobench.report.tables import score_tables
 
     choice = Choice(env, task, design, "", method, fidelity)
+    if suite or publish or check or folder:
+        narrowed = [*choice.options(), *(["--normalised"] if normalised else []), *(["--transfer"] if transfer else [])]
+        _leaderboard(suite, publish, check, folder, narrowed, db, form)
+        return
     if transfer:
         _print_transfer(db, form, [*choice.options(), *(["--normalised"] if normalised else [])])
         return
@@ -112,6 +130,36 @@ def logs(
             print(item.traceback.rstrip())
     if not lines and not any(item.traceback for item in attempts):
         say(f"Run {found.id} is {found.state} and has said nothing.")
+
+
+def _leaderboard(
+    suite: str, folder: Path | None, check: bool, checked: Path | None, others: list[str], db: str, form: Format
+) -> None:
+    """Publish, check, or print a suite's leaderboard."""
+    from zoobench.cli import leaderboard
+    from zoobench.report.footer import footer
+    from zoobench.report.leaderboard_pages import FOLDER, tables_of, without_empty_rows
+
+    if others:
+        raise UsageError(f"A leaderboard is that of a whole suite. Leave {' '.join(others)} out.")
+    if check and (suite or folder):
+        raise UsageError("--check compares what is published. Leave --suite and --publish out.")
+    if check:
+        leaderboard.check(checked or Path(FOLDER))
+        return
+    if checked is not None or not suite:
+        raise UsageError("A folder goes with --check, and --publish with --suite NAME.")
+    board = leaderboard.board_of(suite, db)
+    if folder is not None:
+        leaderboard.publish(board, folder)
+        return
+    every = tables_of(board)
+    tables = without_empty_rows(every)
+    command = ["zoobench", "table", "--suite", suite, "--format", str(form)]
+    made = [attempt for entry in board.entries for attempt in entry.attempts]
+    _print_tables(tables, footer(tables, made, command), form, normalised=False)
+    left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
+    say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 
 
 def _print_transfer(db: str, form: Format, others: list[str]) -> None:

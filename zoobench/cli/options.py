@@ -22,6 +22,10 @@ SeedsOption = Annotated[str, Option("--seeds", help="How many seeds (3), or whic
 PresetOption = Annotated[
     str, Option("--preset", help="Settings that go together: smoke, quick or paper.", show_default="quick")
 ]
+SuiteOption = Annotated[
+    str,
+    Option("--suite", help="A benchmark: its name (`zoobench list suites`) or .yaml. Other options narrow it down."),
+]
 SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
 BudgetOption = Annotated[
     str, Option("--budget", help="What each run may spend, as in '200000 substeps' or '60 seconds'.")

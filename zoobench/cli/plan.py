@@ -17,6 +17,7 @@ from zoobench.cli.options import (
     PresetOption,
     SeedsOption,
     SmokeOption,
+    SuiteOption,
     TaskOption,
     ToleranceOption,
     WorkersOption,
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
 
 
 def plan(
-    env: EnvOption,
-    task: TaskOption,
+    env: EnvOption = "",
+    task: TaskOption = "",
     design: DesignOption = "",
     controller: ControllerOption = "",
     method: MethodOption = "",
     seeds: SeedsOption = "",
+    suite: SuiteOption = "",
     preset: PresetOption = "",
     smoke: SmokeOption = False,
     budget: BudgetOption = "",
@@ -53,7 +55,9 @@ def plan(
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
+    chosen = Selection(
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, suite
+    )
     cells = chosen.cells()
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}

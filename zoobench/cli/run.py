@@ -23,6 +23,7 @@ from zoobench.cli.options import (
     PresetOption,
     SeedsOption,
     SmokeOption,
+    SuiteOption,
     TaskOption,
     ToleranceOption,
     WorkersOption,
@@ -49,12 +50,13 @@ class Retry(StrEnum):
 
 
 def run(
-    env: EnvOption,
-    task: TaskOption,
+    env: EnvOption = "",
+    task: TaskOption = "",
     design: DesignOption = "",
     controller: ControllerOption = "",
     method: MethodOption = "",
     seeds: SeedsOption = "",
+    suite: SuiteOption = "",
     preset: PresetOption = "",
     smoke: SmokeOption = False,
     budget: BudgetOption = "",
@@ -72,13 +74,16 @@ def run(
     """Run every combination that is not done yet.
 
     Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
-    preset decides.
+    preset decides, or the suite.
     """
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
+    from zoobench.harness.suites import spec_of
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
+    chosen = Selection(
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, suite
+    )
     limit = parse_duration(timeout) if timeout else None
     cells = chosen.cells()
     skips = [cell for cell in cells if isinstance(cell, Skip)]
@@ -91,7 +96,8 @@ def run(
     _tell_plan(report, again, skips)
     todo = sorted({*report.open, *again})
     rows = carry_out(db, todo, jobs=jobs, timeout=limit)
-    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=chosen.is_smoke)
+    is_smoke = all(spec_of(cell).fidelity.name == "smoke" for cell in cells)
+    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=is_smoke)
 
 
 def parse_duration(text: str) -> float:

@@ -1,4 +1,4 @@
-"""From the words after `run` and `plan` to a grid."""
+"""From the words after `run` and `plan` to a grid, or to a part of a suite."""
 
 from dataclasses import dataclass, replace
 from itertools import product
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Selection:
-    """What was typed; an empty text or None leaves the choice to the preset."""
+    """What was typed; an empty text or None leaves the choice to the preset, or takes all that the suite has."""
 
-    env: str
-    task: str
+    env: str = ""
+    task: str = ""
     design: str = ""
     controller: str = ""
     method: str = ""
@@ -30,15 +30,18 @@ class Selection:
     frames: int | None = None
     fidelity: str = ""
     tolerance: float | None = None
+    suite: str = ""
 
     def cells(self) -> "list[RunSpec | Skip]":
         """All runs that were asked for; with a tolerance, each environment and task at a fidelity of its own.
 
         Raises:
-            UsageError: as `grid`, or no fidelity is known to be within the tolerance.
+            UsageError: as `grid` or `Narrowing.of`, or no fidelity is known to be within the tolerance.
         """
         from zoobench.harness.grid import expand
 
+        if self.suite:
+            return self._part_of_suite()
         grid = self.grid()
         if self.tolerance is None:
             return expand(grid)
@@ -53,10 +56,20 @@ class Selection:
             found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
         return found
 
-    @property
-    def is_smoke(self) -> bool:
-        """Whether these are tests of the machinery, whose numbers mean nothing."""
-        return self.grid().fidelity.name == "smoke"
+    def _part_of_suite(self) -> "list[RunSpec | Skip]":
+        from zoobench.harness import suites
+        from zoobench.harness.narrowing import Narrowing
+        from zoobench.spec import Budget
+
+        settings = {"--preset": self.preset, "--smoke": self.smoke, "--tolerance": self.tolerance is not None}
+        if given := [name for name, is_given in settings.items() if is_given]:
+            raise UsageError(f"A suite states every setting. Leave {' and '.join(given)} out, or --suite.")
+        return Narrowing(
+            self.env, self.task, self.design, self.controller, self.method, self.fidelity,
+            seeds=parse_seeds(self.seeds) if self.seeds else None,
+            budget=Budget.parse(self.budget) if self.budget else None,
+            frames=self.frames,
+        ).of(suites.load(self.suite))  # fmt: skip
 
     def grid(self) -> "GridSpec":
         """The grid that was asked for.
@@ -68,6 +81,12 @@ class Selection:
         from zoobench.harness.grid import parse_selector
         from zoobench.registry import Kind
         from zoobench.spec import Budget, Ref
+
+        if missing := [name for name in ("env", "task") if not getattr(self, name)]:
+            raise UsageError(
+                f"Nothing is chosen by {' and '.join(f'--{name}' for name in missing)}. "
+                "Name some, as in --env desert --task turning, or a whole benchmark, as in --suite laptop."
+            )
 
         def chosen(text: str, kind: Kind) -> list[Ref] | None:
             return parse_selector(text, kind) if text else None

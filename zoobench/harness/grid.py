@@ -73,8 +73,8 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
         UsageError: another shape, or an unknown version.
     """
     refs: dict[Ref, None] = {}
-    for item in _COMMA_OUTSIDE_BRACKETS.split(text):
-        head, bracket, rest = item.strip().partition("[")
+    for item in split_selector(text):
+        head, bracket, rest = item.partition("[")
         known = registry.names(kind)
         heads = [head]
         if "*" in head or "?" in head:
@@ -91,6 +91,11 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
             registry.get(kind, ref.name, ref.version)
             refs[ref] = None
     return list(refs)
+
+
+def split_selector(text: str) -> list[str]:
+    """The items of a selector: at its commas, but for those between brackets."""
+    return [item.strip() for item in _COMMA_OUTSIDE_BRACKETS.split(text)]
 
 
 def parse_one(text: str, kind: Kind) -> Ref:

@@ -7,9 +7,8 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Protocol
 
-from zoobench.db.rows import AttemptRow
 from zoobench.report.tables import Table
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
@@ -17,6 +16,22 @@ _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval; n: seeds behind it, with the number asked for if fewer; "
     "bold or *: all seeds done and the interval above those of the other methods"
 )
+
+
+class Origin(Protocol):
+    """An attempt, as far as a footer tells of it; times in seconds since the epoch."""
+
+    @property
+    def started_at(self) -> float:
+        """When it began."""
+
+    @property
+    def ended_at(self) -> float | None:
+        """When it ended; None if nobody knows."""
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        """As `zoobench.provenance.gather` gives it."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +68,7 @@ class Footer:
         return [f"{name}: {'; '.join(values) or 'unknown'}" for name, values in facts.items()]
 
 
-def footer(tables: Sequence[Table], attempts: Iterable[AttemptRow], command: Sequence[str]) -> Footer:
+def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequence[str]) -> Footer:
     """Gather the provenance of these tables from the attempts that made their numbers."""
     made = list(attempts)
     documents = [attempt.provenance for attempt in made]

@@ -29,6 +29,7 @@ class Cell:
         asked: the seeds that were asked for in this row, of whatever method.
         states: how many runs of the cell are in each state.
         is_winner: every seed is done and the interval lies above those of all other methods.
+        missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
     """
 
@@ -38,6 +39,12 @@ class Cell:
     states: Mapping[RunState, int]
     is_winner: bool = False
     normalised: float | None = None
+    missing: int = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no run exists."""
+        return not self.states
 
     @property
     def count(self) -> int:
@@ -45,10 +52,12 @@ class Cell:
         return 0 if self.interval is None else self.interval.count
 
     def text(self, normalised: bool = False) -> str:
-        """For example `0.031 ± 0.004 m/s (n=3)` or `0.031 m/s (n=1 of 3, diverged 2/3)`.
+        """For example `0.031 ± 0.004 m/s (n=3)` or `0.031 m/s (n=1 of 3, diverged 2/3)`; `missing` without any run.
 
         With `normalised`, `0.031 ± 0.004 m/s = 0.85 (n=3)`.
         """
+        if self.is_empty:
+            return "missing"
         notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
         notes += [
             f"{state} {number}/{self.asked}"
@@ -57,6 +66,8 @@ class Cell:
         ]
         if without := self.states.get(RunState.DONE, 0) - self.count:
             notes.append(f"done without a finite score {without}/{self.asked}")
+        if self.missing:
+            notes.append(f"missing {self.missing}/{self.asked}")
         share = f" = {self.normalised:.2f}" if normalised and self.normalised is not None else ""
         return f"{self._value()}{share} ({', '.join(notes)})"
 
@@ -77,6 +88,11 @@ class Row:
     controller: Ref
     cells: tuple[Cell | None, ...]
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no run exists in any cell."""
+        return all(cell is None or cell.is_empty for cell in self.cells)
+
 
 @dataclass(frozen=True)
 class Table:
@@ -94,18 +110,24 @@ class Table:
         return f"fidelity {self.fidelity.name}, budget {self.budget}, {self.frames} frames"
 
 
-def score_tables(results: Iterable[Result]) -> list[Table]:
+_Wanted = tuple[RunSpec, Result | None]
+"""A run that was asked for, and its result; None if it does not exist."""
+
+
+def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> list[Table]:
     """The tables of these results, sorted by name, so that equal data give equal text.
 
     Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
-    asked for.
+    asked for. `missing` are wanted and do not exist: they are shown as such, and nobody wins a row that lacks one.
     """
-    settings: dict[tuple[Ref, int, Budget], list[Result]] = {}
-    for result in results:
-        if result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED:
-            continue
-        spec = result.run.spec
-        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(result)
+    settings: dict[tuple[Ref, int, Budget], list[_Wanted]] = {}
+    counted = [
+        result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
+    ]
+    wanted: list[_Wanted] = [(result.run.spec, result) for result in counted]
+    wanted += [(spec, None) for spec in missing]
+    for spec, result in wanted:
+        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append((spec, result))
     return [
         _table(*setting, members)
         for setting, members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
@@ -139,8 +161,8 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     """All tables in long form, one row per cell, for programs; references with every parameter stated."""
     columns = (
         "fidelity", "frames", "budget_kind", "budget_amount", "env", "task", "design", "controller", "method",
-        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished", "winner",
-        "normalised",
+        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
+        "missing", "winner", "normalised",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -161,16 +183,15 @@ def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...
         interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
         cell.count, cell.asked,
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
-        sum(states.get(state, 0) for state in OPEN_STATES), cell.is_winner,
-        cell.normalised,
+        sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
     )  # fmt: skip
 
 
-def _table(fidelity: Ref, frames: int, budget: Budget, members: list[Result]) -> Table:
-    methods = tuple(sorted({result.run.spec.method for result in members}, key=str))
-    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[Result]] = {}
-    for result in members:
-        grouped.setdefault(_row_key(result.run.spec), []).append(result)
+def _table(fidelity: Ref, frames: int, budget: Budget, members: list[_Wanted]) -> Table:
+    methods = tuple(sorted({spec.method for spec, _ in members}, key=str))
+    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[_Wanted]] = {}
+    for spec, result in members:
+        grouped.setdefault(_row_key(spec), []).append((spec, result))
     rows = [
         Row(*key, _cells(group, methods))
         for key, group in sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
@@ -182,23 +203,24 @@ def _row_key(spec: RunSpec) -> tuple[Ref, Ref, Ref, Ref]:
     return spec.env, spec.task, spec.design, spec.controller
 
 
-def _cells(group: list[Result], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
-    asked = len({result.run.spec.seed for result in group})
-    by_method = [[result for result in group if result.run.spec.method == method] for method in methods]
+def _cells(group: list[_Wanted], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
+    asked = len({spec.seed for spec, _ in group})
+    by_method = [[result for spec, result in group if spec.method == method] for method in methods]
     cells = [_cell(members, asked) if members else None for members in by_method]
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
-    if best is not None and (winner := cells[best]) is not None and winner.count == winner.asked:
+    is_complete = not any(cell is not None and cell.missing for cell in cells)
+    if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    return tuple(
-        cell and replace(cell, normalised=share)
-        for cell, share in zip(cells, shares(means, floor_of(group)), strict=True)
-    )
+    lots = shares(means, floor_of(result for _, result in group if result is not None))
+    return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
 
 
-def _cell(members: list[Result], asked: int) -> Cell:
-    scores = [result.score for result in members if result.run.state is RunState.DONE]
+def _cell(members: list[Result | None], asked: int) -> Cell:
+    results = [result for result in members if result is not None]
+    scores = [result.score for result in results if result.run.state is RunState.DONE]
     found = [score for score in scores if score is not None and math.isfinite(score.value)]
     units = sorted({score.unit for score in found})
-    states = Counter(result.run.state for result in members)
-    return Cell(t_interval([score.value for score in found]), ", ".join(units), asked, states)
+    states = Counter(result.run.state for result in results)
+    interval = t_interval([score.value for score in found])
+    return Cell(interval, ", ".join(units), asked, states, missing=len(members) - len(results))

@@ -106,13 +106,16 @@ def run_card(result: Result, attempts: Sequence[AttemptRow]) -> dict[str, Any]:
     }
 
 
-def repeat_command(spec: RunSpec) -> str:
-    """The command that makes this run again in another database."""
+def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
+    """The command that makes this run again in another database, with others that differ in method or seed only."""
+    specs = (spec, *others)
     words = ["zoobench", "run"]
     for axis in AXES:
-        words += [f"--{axis}", str(getattr(spec, axis))]
+        words += [f"--{axis}", ",".join(dict.fromkeys(str(getattr(each, axis)) for each in specs))]
     words += ["--frames", str(spec.frames), "--budget", str(spec.budget)]
-    words += ["--seeds", f"{spec.seed},"]  # a bare number is a count of seeds, so one seed alone is written as a list
+    seeds = sorted({each.seed for each in specs})
+    # A bare number is a count of seeds, so one seed alone is written as a list.
+    words += ["--seeds", ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]},"]
     return shlex.join(words)
 
 

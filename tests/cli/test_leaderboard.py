@@ -1,0 +1,179 @@
+"""Suites and leaderboards from the command line: run, publish, check, repeat."""
+
+import csv
+import io
+import json
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.conftest import Command, Reply
+from tests.report.boards import board
+from zoobench.cli.leaderboard import publish
+
+COMMITTED = Path(__file__).parents[2] / "leaderboards"
+
+TINY = """
+summary: a robot for two frames
+grids:
+  - envs: ground
+    tasks: movement-speed
+    designs: caterpillar
+    controllers: sine-basis
+    methods: ["random[batch=1]", "cmaes[population=4]"]
+    seeds: 1
+    budget: 1 iterations
+    fidelity: draft
+    frames: 2
+"""
+
+
+@pytest.fixture
+def boards(tmp_path: Path) -> Path:
+    """A folder with the published leaderboard `mine`."""
+    publish(board(tmp_path), tmp_path / "boards")
+    return tmp_path / "boards"
+
+
+def ok(reply: Reply) -> Reply:
+    """The reply of a command that went well."""
+    assert reply.code == 0, reply.err
+    return reply
+
+
+def scores(text: str) -> dict[str, Any]:
+    """Final scores by key, from `results --format json`."""
+    return {run["key"]: run["finals"]["score"] for run in json.loads(text)}
+
+
+def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_path: Path) -> None:
+    """From a file to its leaderboard; the command in a row makes the same number, bit for bit, elsewhere."""
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    ok(zoobench("run", "--suite", "tiny.yaml", "--method", "random", "-j", "1"))
+    ok(zoobench("table", "--suite", "tiny.yaml", "--publish", "leaderboards"))
+    assert sorted(path.name for path in (tmp_path / "leaderboards").iterdir()) == ["tiny.csv", "tiny.json", "tiny.md"]
+    assert "tiny" in ok(zoobench("table", "--check")).err
+
+    page = (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
+    assert "- Runs: 1 done, 1 missing, of 2;" in page
+    assert "| ground | movement-speed | caterpillar | missing |" in page
+    rows = csv.DictReader(io.StringIO((tmp_path / "leaderboards" / "tiny.csv").read_text(encoding="utf-8")))
+    (command,) = [row["repeat"] for row in rows if row["n"] == "1"]
+    ok(zoobench(*shlex.split(command)[1:], "--db", "again.db"))
+    first = scores(ok(zoobench("results", "--format", "json")).out)
+    assert scores(ok(zoobench("results", "--format", "json", "--db", "again.db")).out) == first
+    assert len(first) == 1
+
+
+def test_check_names_the_first_line_that_differs(zoobench: Command, boards: Path) -> None:
+    """In the Markdown, in the CSV, and where the export itself is written in another form."""
+    assert "mine" in ok(zoobench("table", "--check", boards)).err
+    for name, old, new in (("mine.md", "n=3", "n=4"), ("mine.csv", "0.101", "0.201"), ("mine.json", ":{", ": {")):
+        path = boards / name
+        text = path.read_text(encoding="utf-8")
+        number = text[: text.index(old)].count("\n") + 1
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+        reply = zoobench("table", "--check", boards)
+        assert reply.code == 1
+        assert f"{path}, line {number} differs: there is" in reply.err
+        assert old in reply.err
+        assert new in reply.err
+        path.write_text(text, encoding="utf-8")
+    ok(zoobench("table", "--check", boards))
+
+
+def test_a_score_changed_in_the_export_shows_in_its_pages(zoobench: Command, boards: Path) -> None:
+    """Whoever edits a number has two other files to explain."""
+    path = boards / "mine.json"
+    text = path.read_text(encoding="utf-8")
+    assert '"value":1.002' in text
+    path.write_text(text.replace('"value":1.002', '"value":1.902', 1), encoding="utf-8")
+    reply = zoobench("table", "--check", boards)
+    assert reply.code == 1
+    assert "mine.md, line" in reply.err
+    assert "mine.csv, line" in reply.err
+
+
+def test_check_misses_pages_and_exports(zoobench: Command, boards: Path) -> None:
+    """A page that is gone, and one whose export is."""
+    (boards / "mine.md").rename(boards / "mine.txt")
+    shutil.copy(boards / "mine.csv", boards / "other.csv")
+    reply = zoobench("table", "--check", boards)
+    assert reply.code == 1
+    assert "mine.md is missing" in reply.err
+    assert "other.csv has no export other.json" in reply.err
+
+
+def test_an_export_that_cannot_be_read_is_exit_code_two(zoobench: Command, boards: Path) -> None:
+    """Broken JSON, bytes that are no text, and a folder without any."""
+    for content in (b"{", b"\xff", b"[]"):
+        (boards / "mine.json").write_bytes(content)
+        reply = zoobench("table", "--check", boards)
+        assert reply.code == 2
+        assert "mine.json" in reply.err
+    reply = zoobench("table", "--check", boards / "empty")
+    assert reply.code == 2
+    assert "There is no export" in reply.err
+
+
+def test_the_committed_leaderboards_are_what_their_exports_make_of_them(zoobench: Command) -> None:
+    """Byte for byte; there is nothing to compare only as long as none was committed."""
+    if any(COMMITTED.glob("*")):
+        ok(zoobench("table", "--check", COMMITTED))
+
+
+def test_a_suite_is_printed_with_what_is_missing(zoobench: Command, database: Path) -> None:
+    """Nothing of the laptop suite is in the database: no table, and how much is missing."""
+    reply = ok(zoobench("table", "--suite", "laptop"))
+    assert reply.out == ""
+    assert "1,152 runs of the suite are missing; 128 rows without any run are not shown" in reply.err
+    assert json.loads(zoobench("table", "--suite", "laptop", "--format", "json").out)["cells"] == []
+
+
+def test_suites_are_listed(zoobench: Command) -> None:
+    """Alone, and with everything else; they have no version."""
+    records = json.loads(zoobench("list", "suites", "--format", "json").out)
+    assert [record["name"] for record in records] == ["codesign", "design", "laptop", "paper", "smoke"]
+    assert {record["version"] for record in records} == {None}
+    assert all(record in json.loads(zoobench("list", "--format", "json").out) for record in records)
+
+
+def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
+    """What the other options leave of it, in its order."""
+    reply = ok(zoobench("plan", "--suite", "design", "--method", "neat,random", "--seeds", "1", "--format", "json"))
+    runs = [(run["design"], run["method"]) for run in json.loads(reply.out)]
+    assert runs[:4] == [("particle", "neat"), ("particle", "random"), ("voxel", "neat"), ("voxel", "random")]
+    assert len(runs) == 8
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["plan"], "Nothing is chosen by --env and --task"),
+        (["run", "--env", "ice"], "Nothing is chosen by --task"),
+        (["plan", "--suite", "labtop"], "Did you mean 'laptop'"),
+        (["plan", "--suite", "laptop", "--env", "lake"], "Unknown env in the suite 'laptop': 'lake'"),
+        (["run", "--suite", "laptop", "--smoke"], "A suite states every setting. Leave --smoke out"),
+        (["run", "--suite", "laptop", "--preset", "paper", "--tolerance", "1"], "Leave --preset and --tolerance out"),
+        (["table", "--suite", "smoke"], "no table shows those"),
+        (["table", "--suite", "laptop", "--env", "ice"], "A leaderboard is that of a whole suite. Leave --env ice out"),
+        (["table", "--publish", "boards"], "--publish with --suite NAME"),
+        (["table", "boards"], "A folder goes with --check"),
+        (["table", "--check", "--suite", "laptop"], "--check compares what is published"),
+        (["table", "--suite", "laptop", "--publish", "zoobench.db"], "Cannot write a leaderboard into 'zoobench.db'"),
+    ],
+)
+def test_what_goes_not_together_is_refused(zoobench: Command, database: Path, words: list[str], message: str) -> None:
+    """Exit code 2 and what to do."""
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert message in reply.err
+
+
+def test_there_is_no_leaderboard_without_a_database(zoobench: Command, tmp_path: Path) -> None:
+    """Nothing is written, not even a page on which all is missing."""
+    assert zoobench("table", "--suite", "laptop", "--publish", "boards").code == 2
+    assert not (tmp_path / "boards").exists()

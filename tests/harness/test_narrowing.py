@@ -1,0 +1,74 @@
+"""A suite narrowed down: part of it, in its order, or a refusal."""
+
+from typing import Any
+
+import pytest
+
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.harness import suites
+from zoobench.harness.narrowing import Narrowing
+from zoobench.harness.suites import Suite, spec_of
+from zoobench.spec import Budget, RunSpec
+
+
+@pytest.fixture(scope="module")
+def laptop() -> Suite:
+    """A suite with all axes."""
+    return suites.load("laptop")
+
+
+def chosen(suite: Suite, **words: Any) -> list[RunSpec]:
+    """What is left."""
+    return [spec_of(cell) for cell in Narrowing(**words).of(suite)]
+
+
+def test_nothing_said_is_all_of_it(laptop: Suite) -> None:
+    """In its order."""
+    assert chosen(laptop) == list(laptop.specs)
+
+
+@pytest.mark.parametrize(
+    ("words", "count"),
+    [
+        ({"env": "ground,sn*"}, 2 * 16 * 9),
+        ({"task": "turning", "design": "fish-v1"}, 8 * 9),
+        ({"method": "diffphysics[restarts=1]", "controller": "sine*"}, 128 * 3),
+        ({"method": "*[batch=10],cma*"}, 128 * 6),
+        ({"seeds": (2, 0)}, 128 * 6),
+        ({"budget": Budget("substeps", 240_000)}, 16 * 9),
+        ({"frames": 100, "fidelity": "standard"}, 1152),
+        ({"env": "ice", "task": "turning", "design": "fish", "method": "random", "seeds": (1,)}, 1),
+    ],
+)
+def test_a_part_is_what_fits_every_word_in_the_order_of_the_suite(
+    laptop: Suite, words: dict[str, Any], count: int
+) -> None:
+    """Names, globs, versions, parameters, seeds, budgets and frames."""
+    part = chosen(laptop, **words)
+    assert len(part) == count
+    wanted = set(part)
+    assert part == [spec for spec in laptop.specs if spec in wanted]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"method": "diffphysics[lr=0.5]"}, r"has no method 'diffphysics\[lr=0.5\]': options narrow.*lr=0.1"),
+        ({"method": "random-v9"}, "has no method 'random-v9'"),
+        ({"seeds": (0, 3)}, "has no seed 3.*It has 0, 1, 2"),
+        ({"budget": Budget("substeps", 5)}, "has no budget 5 substeps.*126000 substeps"),
+        ({"frames": 7}, "has no frames 7.*It has 100"),
+        ({"env": "ground", "budget": Budget("substeps", 240_000)}, "No run of the suite 'laptop'.*--env, --budget"),
+    ],
+)
+def test_what_the_suite_does_not_have_is_refused(laptop: Suite, words: dict[str, Any], message: str) -> None:
+    """A suite is narrowed down, not changed; so is what leaves nothing."""
+    with pytest.raises(UsageError, match=message):
+        Narrowing(**words).of(laptop)
+
+
+@pytest.mark.parametrize(("name", "hint"), [("grond", "Did you mean 'ground'"), ("sea*", "Known: clay"), ("lake", "")])
+def test_an_unknown_name_is_refused_with_those_of_the_suite(laptop: Suite, name: str, hint: str) -> None:
+    """Even beside one that is known."""
+    with pytest.raises(UnknownNameError, match=rf"env in the suite 'laptop'.*{hint}"):
+        Narrowing(env=f"ice,{name}").of(laptop)

@@ -1,0 +1,205 @@
+"""Suites: a file becomes runs in order of value, or a refusal that names file, key and what was expected."""
+
+import math
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.harness import suites
+from zoobench.harness.grid import Skip
+from zoobench.harness.suites import Suite, read
+from zoobench.spec import RunSpec
+
+COMPLETE = """
+summary: a test
+grids:
+  - envs: ground
+    tasks: turning
+    designs: caterpillar
+    controllers: sine-basis
+    methods: random
+    seeds: 1
+    budget: 100 substeps
+    fidelity: draft
+    frames: 10
+"""
+
+
+def suite_of(content: str) -> Suite:
+    """The suite of a file called mine.yaml."""
+    return read(content, "mine.yaml", source="mine.yaml")
+
+
+@pytest.mark.parametrize("name", suites.names())
+def test_every_suite_can_be_carried_out(name: str) -> None:
+    """Each run once, none that its method cannot do, and a summary to choose by."""
+    suite = suites.load(name)
+    assert not [cell for cell in suite.cells if isinstance(cell, Skip)]
+    assert len({spec.key() for spec in suite.specs}) == len(suite.specs) > 0
+    assert suite.name == suite.source == name
+    assert suites.summary(name) == suite.summary
+
+
+@pytest.mark.parametrize("name", suites.names())
+def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
+    """The others give results that may be shown."""
+    assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
+
+
+@pytest.mark.parametrize("name", ["laptop", "design", "codesign"])
+def test_methods_compete_at_equal_substeps(name: str) -> None:
+    """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
+    rows: dict[tuple[object, ...], set[object]] = {}
+    for spec in suites.load(name).specs:
+        rows.setdefault((spec.env, spec.task, spec.design, spec.controller), set()).add(spec.budget)
+        assert spec.budget.kind == "substeps"
+        assert spec.seed in range(3)
+    assert {len(budgets) for budgets in rows.values()} == {1}
+
+
+def test_laptop_has_every_cell_and_the_most_valuable_first() -> None:
+    """8 x 4 x 4 cells, 3 methods, 3 seeds; the caterpillar's speed everywhere, then its turning, come first."""
+    specs = suites.load("laptop").specs
+    assert len(specs) == 8 * 4 * 4 * 3 * 3
+    for part, task in ((specs[:72], "movement-speed"), (specs[72:144], "turning")):
+        assert {(spec.task.name, spec.design.name) for spec in part} == {(task, "caterpillar")}
+        assert len({spec.env for spec in part}) == 8
+
+
+def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> None:
+    """Evolution only where it can be; the gait is given in one and found in the other."""
+    for name, rival, controller in (("design", "neat", "fixed-sine"), ("codesign", "evolution", "sine-basis")):
+        specs = suites.load(name).specs
+        spaces = Counter(spec.method.name for spec in specs if spec.seed == 0)
+        assert spaces == {"diffphysics": 6, "random": 6, rival: 2}
+        assert {spec.controller.name for spec in specs} == {controller}
+        assert {(spec.env.name, spec.task.name) for spec in specs} == {("ocean", "movement-speed")}
+
+
+def test_paper_has_the_settings_of_the_appendix() -> None:
+    """F.1: rate and iterations by what is optimised, with 8 starts; F.2; F.3."""
+    found = {(spec.controller.name, spec.design.name, spec.method.name, spec.method.params) for spec in _paper()}
+    ascents = {
+        (controller, design): (dict(params)["lr"], dict(params)["iterations"], dict(params)["restarts"])
+        for controller, design, method, params in found
+        if method == "diffphysics" and design != "caterpillar"
+    }
+    assert ascents["sine-basis", "panda"] == (0.1, 30, 8)
+    assert ascents["fixed-sine", "implicit"] == (0.01, 100, 8)
+    assert ascents["sine-basis", "barycenter"] == (0.01, 250, 8)
+    ppo = next(dict(params) for _, _, method, params in found if method == "ppo")
+    wanted = {"timesteps": 100_000, "buffer": 2048, "batch": 32, "gae": 0.95, "discount": 0.98, "epochs": 20}
+    wanted |= {"entropy": 0.001, "lr": 1e-4, "clip": 0.2}
+    assert {name: ppo[name] for name in wanted} == wanted
+    evolution = next(dict(params) for _, _, method, params in found if method == "evolution")
+    assert evolution == {"population": 10, "generations": 100, "sigma": 0.1}
+
+
+def _paper() -> tuple[RunSpec, ...]:
+    return suites.load("paper").specs
+
+
+@pytest.mark.slow
+def test_a_laptop_run_is_twenty_iterations_or_a_few_more() -> None:
+    """By the declared step of every environment and animal; a gradient costs three episodes."""
+    from zoobench.problem import Problem
+
+    cells = {(spec.env, spec.design): spec for spec in suites.load("laptop").specs}
+    counts = [math.floor(spec.budget.amount / Problem(spec).substeps_per_episode / 3) for spec in cells.values()]
+    assert len(counts) == 32
+    assert min(counts) == 20
+    assert max(counts) <= 25
+
+
+def test_common_settings_are_those_of_grids_that_state_none() -> None:
+    """A grid's own come before; the grids' order is that of the runs, and none comes twice."""
+    grid, settings = COMPLETE.split("grids:")
+    common = settings.replace("  - envs", "  envs").replace("    ", "  ")
+    suite = suite_of(f"{grid}common:{common}grids:\n  - envs: [ice, desert]\n  - {{}}\n  - envs: '*'\n    seeds: [4]\n")
+    assert [(spec.env.name, spec.seed) for spec in suite.specs[:3]] == [("ice", 0), ("desert", 0), ("ground", 0)]
+    assert {spec.seed for spec in suite.specs[3:]} == {4}
+    assert len(suite.specs) == 3 + 8
+
+
+def test_a_budget_may_depend_on_the_environment() -> None:
+    """The first name or pattern that fits counts."""
+    content = COMPLETE.replace("envs: ground", "envs: [snow, ground, ice]")
+    content = content.replace("100 substeps", '{snow: 500, "i*": 2 episodes, "*": 100.5}')
+    budgets = {spec.env.name: str(spec.budget) for spec in suite_of(content).specs}
+    assert budgets == {"snow": "500 substeps", "ground": "100.5 substeps", "ice": "2 episodes"}
+
+
+def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
+    """As in a grid of the command line."""
+    (cell,) = suite_of(COMPLETE.replace("methods: random", "methods: neat")).cells
+    assert isinstance(cell, Skip)
+    assert "needs a design space" in cell.reason
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("frames: 10", "frame: 10", r"Unknown key in mine.yaml, grid 1: 'frame'. Did you mean 'frames'"),
+        ("frames: 10", "", r"mine.yaml, grid 1, frames: nothing, expected a value here or in `common`"),
+        ("frames: 10", "frames: 1.5", r"grid 1, frames: 1.5, expected a whole number"),
+        ("frames: 10", "frames: true", r"grid 1, frames: True, expected a whole number"),
+        ("seeds: 1", "seeds: 0", r"grid 1, seeds: 0, expected how many seeds"),
+        ("seeds: 1", "seeds: [0, -1]", r"grid 1, seeds: \[0, -1\], expected how many seeds"),
+        ("seeds: 1", "seeds: 10001", r"at most 10,000"),
+        ("envs: ground", "envs: grund", r"grid 1, envs: Unknown environment 'grund'. Did you mean 'ground'"),
+        ("envs: ground", "envs: 3", r"grid 1, envs: 3, expected a name as `zoobench list envs` shows them, or a list"),
+        ("envs: ground", "envs: []", r"grid 1, envs: \[\], expected"),
+        ("methods: random", 'methods: "random[batsch=2]"', r"grid 1: .*batsch"),
+        ("methods: random", 'methods: "random[batch=0]"', r"grid 1: .*batch"),
+        ("budget: 100 substeps", "budget: 100 apples", r"grid 1, budget: Unknown budget kind 'apples'"),
+        ("budget: 100 substeps", "budget: [1]", r"grid 1, budget: \[1\], expected a budget such as"),
+        (
+            "budget: 100 substeps",
+            "budget: {snow: 1}",
+            r"grid 1, budget: nothing for ground, expected a budget for each",
+        ),
+        ("fidelity: draft", "fidelity: [draft]", r"grid 1, fidelity: \['draft'\], expected text"),
+        ("fidelity: draft", "fidelity: '*'", r"grid 1, fidelity: .* means several"),
+        ("summary: a test", "summary: 3", r"mine.yaml, summary: 3, expected a line of text"),
+        ("summary: a test", "", r"mine.yaml, summary: nothing"),
+        ("summary: a test", "summary: a\nsummary: b", r"Cannot read mine.yaml as YAML: the key 'summary' comes twice"),
+        ("summary: a test", "summary: a\ncomon: {}", r"Unknown key in mine.yaml: 'comon'. Did you mean 'common'"),
+        ("summary: a test", "summary: a\ncommon: []", r"mine.yaml, common: \[\], expected keys with values"),
+        ("summary: a test", "summary: [", r"Cannot read mine.yaml as YAML"),
+    ],
+)
+def test_what_no_suite_says_is_refused_with_its_place(old: str, new: str, message: str) -> None:
+    """File, grid, key, what was given and what was expected."""
+    assert old in COMPLETE
+    with pytest.raises(UsageError, match=message):
+        suite_of(COMPLETE.replace(old, new))
+
+
+@pytest.mark.parametrize("content", ["", "3", "- a", "summary: a", "summary: a\ngrids: []", "summary: a\ngrids: [3]"])
+def test_a_file_without_grids_is_refused(content: str) -> None:
+    """Nothing, a number, a list, no grids, none in the list, or something else."""
+    with pytest.raises(UsageError, match=r"mine.yaml.*expected"):
+        suite_of(content)
+
+
+def test_code_in_a_file_is_not_carried_out() -> None:
+    """A tag that would call Python is not understood."""
+    with pytest.raises(UsageError, match=r"Cannot read mine\.yaml as YAML"):
+        suite_of("summary: !!python/object/apply:os.getcwd []")
+
+
+def test_a_suite_is_named_or_in_a_file(tmp_path: Path) -> None:
+    """What ends in .yaml is a path; of it only the file's name is kept."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(COMPLETE)
+    suite = suites.load(str(path))
+    assert (suite.name, suite.source, len(suite.specs)) == ("mine", "mine.yaml", 1)
+    with pytest.raises(UnknownNameError, match=r"Unknown suite 'labtop'\. Did you mean 'laptop'"):
+        suites.load("labtop")
+    with pytest.raises(UsageError, match="Cannot read the suite"):
+        suites.load(str(tmp_path / "other.yaml"))
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(UsageError, match="Cannot read the suite"):
+        suites.load(str(path))

@@ -1,0 +1,96 @@
+"""The pages of a leaderboard: made from the export alone, with all that is missing or failed."""
+
+import csv
+import io
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.report.boards import CMAES, asked, board
+from zoobench.report.leaderboard import from_text, to_text
+from zoobench.report.leaderboard_pages import csv_page, first_difference, markdown_page, pages
+
+
+def test_pages_are_a_function_of_the_export(tmp_path: Path) -> None:
+    """What is made from the JSON is what was made from the database."""
+    found = board(tmp_path)
+    assert pages(from_text(to_text(found), "mine.json")) == pages(found)
+
+
+def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: Path) -> None:
+    """Counts, missing cells, the row that is wholly missing left out, reasons, origin; the smoke run is nowhere."""
+    text = markdown_page(board(tmp_path))
+    assert text.startswith("# mine\n\nA test of pages.\n")
+    assert "- Runs: 1 queued, 1 running, 8 done, 1 failed, 1 diverged, 1 skipped, 15 missing, of 28;" in text
+    assert "- Rows (environment, task, design, controller): 2 of 3;" in text
+    assert "## Score: fidelity draft, budget 1000 substeps, 10 frames" in text
+    assert "| desert | turning | caterpillar | missing | 1.001 ± 0.0025 m/s (n=3) | 0.101 ± 0.0025 m/s (n=3) |" in text
+    assert "| ice | turning | caterpillar | sine-basis | diffphysics | 2 | diverged | det F is -1. |" in text
+    assert "| ice | turning | caterpillar | sine-basis | random | 0 | failed | ValueError: boom |" in text
+    assert "| desert | turning | caterpillar | sine-basis | neat | 0 | skipped | needs a space |" in text
+    assert "snow" not in text
+    assert "smoke" not in text
+    assert "- commit: 0123456789ab with uncommitted changes" in text
+    assert text.endswith("- made by: zoobench table --suite mine.yaml --publish leaderboards\n")
+
+
+def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:
+    """Nothing is done: no table, no commands, no origin."""
+    found = board(tmp_path)
+    text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.entries)))
+    assert "- Runs: 28 missing, of 28; 0 s of computing." in text
+    assert "##" not in text
+
+
+def test_the_csv_has_a_line_for_every_cell_of_the_suite(tmp_path: Path) -> None:
+    """Nine cells, three of them wholly missing on snow; the one that cannot be is no cell."""
+    rows = list(csv.DictReader(io.StringIO(csv_page(board(tmp_path)))))
+    assert len(rows) == 9
+    by_name = {(row["env"].partition("-")[0], row["method"]): row for row in rows}
+    assert {by_name["snow", method]["missing"] for _, method in by_name} == {"3"}
+    diverged = by_name["ice", "diffphysics-v1[lr=0.1]"]
+    assert (diverged["n"], diverged["asked"], diverged["reasons"]) == ("2", "3", "seed 2 diverged: det F is -1.")
+    assert by_name["desert", CMAES]["mean"] == ""
+
+
+def test_computed_numbers_have_nine_digits(tmp_path: Path) -> None:
+    """The last ones of an interval come from a library, and the file is compared byte for byte."""
+    rows = csv.DictReader(io.StringIO(csv_page(board(tmp_path))))
+    texts = [row[name] for row in rows for name in ("mean", "low", "high") if row[name]]
+    assert len(texts) == 9
+    assert all(len(text.lstrip("-0.").replace(".", "")) <= 9 for text in texts)
+
+
+def test_every_row_has_the_command_that_repeats_it(tmp_path: Path) -> None:
+    """A cell's names all settings and seeds in the CSV, a row's the methods that were run in the Markdown."""
+    first = next(csv.DictReader(io.StringIO(csv_page(board(tmp_path)))))
+    words = shlex.split(first["repeat"])
+    spec = next(spec for spec, _ in asked() if str(spec.method) == CMAES)
+    options = dict(zip(words[2::2], words[3::2], strict=True))
+    assert words[:2] == ["zoobench", "run"]
+    assert options["--method"] == CMAES
+    assert options["--seeds"] == "0,1,2"
+    assert options["--budget"] == str(spec.budget)
+    assert {f"--{axis}" for axis in ("env", "task", "design", "controller", "fidelity", "frames")} < set(options)
+    commands = [line for line in markdown_page(board(tmp_path)).splitlines() if line.startswith("zoobench run --env")]
+    assert len(commands) == 2
+    assert all("'diffphysics-v1[lr=0.1],random-v1'" in command for command in commands)
+
+
+@pytest.mark.parametrize(
+    ("committed", "rebuilt", "expected"),
+    [
+        ("a\nb\n", "a\nb\n", None),
+        ("a\nb\nc\n", "a\nB\nC\n", (2, "b", "B")),
+        ("a\n", "a\nb\n", (2, "", "b")),
+        ("a\nb\n", "a", (2, "b", None)),
+        ("a", "a\n", (2, None, "")),
+        ("a\r\n", "a\n", (1, "a\r", "a")),
+    ],
+)
+def test_the_first_differing_line_is_found(
+    committed: str, rebuilt: str, expected: tuple[int, str | None, str | None] | None
+) -> None:
+    """By number from 1, with both versions; ends of lines and of files count."""
+    assert first_difference(committed, rebuilt) == expected

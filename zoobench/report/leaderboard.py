@@ -1,0 +1,240 @@
+"""A leaderboard: all that a suite asks for, with what a database knows of it, and its export, which is all of that.
+
+The export is JSON in one canonical form: a line for each provenance and each run, keys sorted. Equal content is equal
+text, so that what is committed can be compared byte for byte.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from zoobench.db.rows import FinalRow, RunRow, RunState
+from zoobench.errors import UsageError
+from zoobench.report.query import SMOKE, Choice, Result, choose_results, origins
+from zoobench.spec import RunSpec, canonical_json
+
+if TYPE_CHECKING:
+    from zoobench.db.query import Reader
+
+FORMAT = 1
+MISSING = "missing"
+_OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
+"""What an export tells of an attempt's origin; not the name of the machine."""
+_SETTLED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One that a result came from; times in seconds since the epoch."""
+
+    started_at: float
+    ended_at: float | None
+    resumed: bool
+    provenance: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A run that the suite asks for.
+
+    Attributes:
+        state: None if no such run exists.
+        reason: why it has no score, or cannot be done.
+        seconds: wall time of its attempts [s]; 0 while it is not settled.
+        attempts: those that its result came from.
+    """
+
+    spec: RunSpec
+    state: RunState | None = None
+    reason: str | None = None
+    seconds: float = 0.0
+    finals: Mapping[str, FinalRow] = field(default_factory=dict)
+    attempts: tuple[Attempt, ...] = ()
+
+
+@dataclass(frozen=True)
+class Leaderboard:
+    """A suite with its results; `source` is what `--suite` takes."""
+
+    name: str
+    source: str
+    summary: str
+    entries: tuple[Entry, ...]
+
+    def results(self) -> list[Result]:
+        """The runs that exist, as tables take them."""
+        return [
+            Result(_run_row(number, entry, entry.state), dict(entry.finals))
+            for number, entry in enumerate(self.entries, start=1)
+            if entry.state is not None
+        ]
+
+    def missing(self) -> list[RunSpec]:
+        """The runs that do not exist."""
+        return [entry.spec for entry in self.entries if entry.state is None]
+
+
+def gather(
+    reader: "Reader", name: str, source: str, summary: str, asked: Sequence[tuple[RunSpec, str | None]]
+) -> Leaderboard:
+    """What a database knows of the runs that a suite asks for, each with why it cannot be done, if so.
+
+    Smoke runs are left out: their numbers mean nothing.
+
+    Raises:
+        UsageError: the suite has no other runs.
+        StorageError: the database cannot be read.
+    """
+    counted = [(spec, why) for spec, why in asked if spec.fidelity.name != SMOKE]
+    if not counted:
+        raise UsageError(f"All runs of the suite {name!r} have the fidelity smoke, and no table shows those.")
+    known = {result.run.key: result for result in choose_results(reader, Choice())}
+    entries = (_entry(reader, spec, why, known.get(spec.key())) for spec, why in counted)
+    return Leaderboard(name, source, summary, tuple(entries))
+
+
+def to_text(board: Leaderboard) -> str:
+    """The export."""
+    documents: list[Mapping[str, Any]] = []
+    runs = [_record(entry, documents) for entry in board.entries]
+    suite = {"name": board.name, "source": board.source, "summary": board.summary}
+    lines = [
+        f'"format":{FORMAT}',
+        f'"suite":{canonical_json(suite)}',
+        f'"provenance":{_lines(documents)}',
+        f'"runs":{_lines(runs)}',
+    ]
+    return "{" + ",\n".join(lines) + "}\n"
+
+
+def from_text(text: str, where: str) -> Leaderboard:
+    """The inverse of `to_text`; `where` names the file in messages.
+
+    Raises:
+        UsageError: this is no export, or one of another format, or a run's key is not that of its settings.
+    """
+    try:
+        document = json.loads(text, parse_constant=_refuse_constant)
+        if document["format"] != FORMAT:
+            raise UsageError(f"its format is {document['format']!r}, and this zoobench reads {FORMAT}")
+        suite, documents = document["suite"], document["provenance"]
+        entries = tuple(_entry_of(record, documents) for record in document["runs"])
+        _check_entries(entries)
+        return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), entries)
+    except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise UsageError(
+            f"{where} is no export of a leaderboard: {what}. `zoobench table --suite NAME --publish DIR` writes one."
+        ) from None
+
+
+def _entry(reader: "Reader", spec: RunSpec, why: str | None, result: Result | None) -> Entry:
+    if result is None:
+        return Entry(spec) if why is None else Entry(spec, RunState.SKIPPED, why)
+    run = result.run
+    made = tuple(
+        Attempt(
+            attempt.started_at,
+            attempt.ended_at,
+            attempt.resumed,
+            {name: attempt.provenance[name] for name in _OF_PROVENANCE if name in attempt.provenance},
+        )
+        for attempt in origins(reader, [result])
+    )
+    seconds = run.seconds if run.state in _SETTLED else 0.0
+    return Entry(spec, run.state, run.reason, seconds, result.finals, made)
+
+
+def _record(entry: Entry, documents: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """An entry as JSON data; its provenance is the place of a document in the list, which grows."""
+    return {
+        "key": entry.spec.key(),
+        "spec": entry.spec.to_dict(),
+        "state": MISSING if entry.state is None else str(entry.state),
+        "reason": entry.reason,
+        "seconds": round(entry.seconds, 3),
+        "finals": {
+            # JSON holds no NaN and no infinity: such a value is null.
+            name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
+            for name, final in entry.finals.items()
+        },
+        "attempts": [
+            {
+                "started_at": round(attempt.started_at, 3),
+                "ended_at": None if attempt.ended_at is None else round(attempt.ended_at, 3),
+                "resumed": attempt.resumed,
+                "provenance": _place(attempt.provenance, documents),
+            }
+            for attempt in entry.attempts
+        ],
+    }
+
+
+def _entry_of(record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]]) -> Entry:
+    spec = RunSpec.from_dict(record["spec"])
+    if spec.key() != record["key"]:
+        raise UsageError(f"the key {str(record['key'])[:12]} is not that of {spec}")
+    state = None if record["state"] == MISSING else RunState(record["state"])
+    finals = {
+        name: FinalRow(name, math.nan if item["value"] is None else float(item["value"]), str(item["unit"]))
+        for name, item in record["finals"].items()
+    }
+    attempts = tuple(
+        Attempt(item["started_at"], item["ended_at"], item["resumed"], documents[item["provenance"]])
+        for item in record["attempts"]
+    )
+    return Entry(spec, state, record["reason"], float(record["seconds"]), finals, attempts)
+
+
+def _check_entries(entries: Iterable[Entry]) -> None:
+    seen: set[str] = set()
+    for entry in entries:
+        key = entry.spec.key()
+        if key in seen:
+            raise UsageError(f"{entry.spec} comes twice")
+        if entry.spec.fidelity.name == SMOKE:
+            raise UsageError(f"{entry.spec} is a smoke run, whose numbers mean nothing")
+        if entry.finals and entry.state is not RunState.DONE:
+            raise UsageError(f"{entry.spec} is {entry.state or MISSING} and has results")
+        if entry.state is RunState.DONE and not entry.attempts:
+            raise UsageError(f"{entry.spec} is done, and no attempt says where")
+        seen.add(key)
+
+
+def _place(provenance: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> int:
+    if provenance not in documents:
+        documents.append(provenance)
+    return documents.index(provenance)
+
+
+def _lines(items: Sequence[Any]) -> str:
+    """A JSON list with an item on each line."""
+    return "[\n" + ",\n".join(map(canonical_json, items)) + "\n]" if items else "[]"
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no JSON")
+
+
+def _run_row(number: int, entry: Entry, state: RunState) -> RunRow:
+    """The run as a database would give it, as far as tables ask."""
+    return RunRow(
+        id=number,
+        key=entry.spec.key(),
+        spec=entry.spec,
+        state=state,
+        attempt=len(entry.attempts),
+        first_attempt=1,
+        owner=None,
+        reason=entry.reason,
+        created_at=0.0,
+        started_at=None,
+        finished_at=None,
+        progress_at=None,
+        lease_until=None,
+        fraction=1.0,
+        score=None,
+        seconds=entry.seconds,
+    )

@@ -1,0 +1,163 @@
+"""The pages of a leaderboard, Markdown and CSV: a pure function of its export."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from zoobench.db.rows import RunState
+from zoobench.report.footer import footer
+from zoobench.report.labels import labels
+from zoobench.report.leaderboard import MISSING, Entry, Leaderboard, to_text
+from zoobench.report.listing import Listing, to_csv, to_markdown
+from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.report.views import duration, repeat_command
+from zoobench.spec import Budget
+
+FOLDER = "leaderboards"
+_DIGITS = 9
+"""Significant digits of a computed number in the CSV: the last ones depend on the version of a library."""
+_COMPUTED = ("mean", "low", "high", "normalised")
+
+
+def pages(board: Leaderboard) -> dict[str, str]:
+    """The content of the files by their ending."""
+    return {".json": to_text(board), ".csv": csv_page(board), ".md": markdown_page(board)}
+
+
+def tables_of(board: Leaderboard) -> list[Table]:
+    """All tables of the suite, with what is missing."""
+    return score_tables(board.results(), board.missing())
+
+
+def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
+    """The tables with the rows for which some run exists; those without any stay out."""
+    kept = [replace(table, rows=tuple(row for row in table.rows if not row.is_empty)) for table in tables]
+    return [table for table in kept if table.rows]
+
+
+def csv_page(board: Leaderboard) -> str:
+    """A line for every cell of the suite, with the reasons of what has no score and the command that repeats it."""
+    cells: dict[tuple[str, ...], list[Entry]] = {}
+    for entry in board.entries:
+        cells.setdefault(entry.spec.cell(), []).append(entry)
+    listing = long_listing(tables_of(board))
+    rows = []
+    for record in (dict(zip(listing.columns, row, strict=True)) for row in listing.rows):
+        entries = cells[_cell_of(record)]
+        reasons = "; ".join(
+            f"seed {entry.spec.seed} {entry.state}: {entry.reason}" for entry in _without_score(entries)
+        )
+        rows.append((*map(_shortened, listing.columns, record.values()), reasons, _repeat(entries)))
+    return to_csv(Listing((*listing.columns, "reasons", "repeat"), tuple(rows))) + "\n"
+
+
+def markdown_page(board: Leaderboard) -> str:
+    """The page that one reads: tables, what became of the runs without a score, commands, origin."""
+    every = tables_of(board)
+    tables = without_empty_rows(every)
+    lines = [
+        f"# {board.name}",
+        "",
+        f"{board.summary[:1].upper()}{board.summary[1:]}.",
+        "",
+        *_state_lines(board, every, tables),
+    ]
+    for table in tables:
+        lines += ["", f"## Score: {table.title}", "", to_markdown(table_listing(table))]
+    if lost := _without_score(board.entries):
+        lines += ["", "## Without a score", "", to_markdown(_reasons_listing(lost))]
+    if tables:
+        lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
+        made = [attempt for entry in board.entries for attempt in entry.attempts]
+        command = ["zoobench", "table", "--suite", board.source, "--publish", FOLDER]
+        lines += [f"- {line}" for line in footer(tables, made, command).lines()]
+    return "\n".join(lines) + "\n"
+
+
+def first_difference(committed: str, rebuilt: str) -> tuple[int, str | None, str | None] | None:
+    """Number from 1 and both versions of the first line in which two texts differ; None if they are equal.
+
+    A version is None where its text has ended before.
+    """
+    if committed == rebuilt:
+        return None
+    old, new = committed.split("\n"), rebuilt.split("\n")
+    shared = min(len(old), len(new))
+    place = next((number for number in range(shared) if old[number] != new[number]), shared)
+    was, would_be = (lines[place] if place < len(lines) else None for lines in (old, new))
+    return place + 1, was, would_be
+
+
+def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Table]) -> list[str]:
+    counts = Counter(MISSING if entry.state is None else str(entry.state) for entry in board.entries)
+    states = [state for state in (*map(str, RunState), MISSING) if counts[state]]
+    seconds = sum(entry.seconds for entry in board.entries)
+    rows, shown_rows = (sum(len(table.rows) for table in tables) for tables in (every, shown))
+    lines = [
+        f"- Runs: {', '.join(f'{counts[state]:,} {state}' for state in states)}, of {len(board.entries):,}; "
+        f"{duration(seconds)} of computing.",
+        f"- Rows (environment, task, design, controller): {shown_rows:,} of {rows:,}; the others have no run yet.",
+    ]
+    if counts[MISSING]:
+        lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
+    lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
+    return lines
+
+
+def _without_score(entries: Iterable[Entry]) -> list[Entry]:
+    """The runs that ended, or were skipped, without a result."""
+    fine = (None, RunState.DONE, RunState.QUEUED, RunState.RUNNING)
+    return [entry for entry in entries if entry.state not in fine]
+
+
+def _reasons_listing(entries: Sequence[Entry]) -> Listing:
+    axes = ("env", "task", "design", "controller", "method")
+    names = {axis: labels(getattr(entry.spec, axis) for entry in entries) for axis in axes}
+    rows = tuple(
+        (
+            *(names[axis][getattr(entry.spec, axis)] for axis in axes),
+            entry.spec.seed,
+            str(entry.state),
+            entry.reason or "",
+        )
+        for entry in entries
+    )
+    return Listing((*axes, "seed", "state", "reason"), rows)
+
+
+def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:
+    """A command for each row; without a database in the way it makes the same numbers."""
+    exists = [entry for entry in board.entries if entry.state not in (None, RunState.SKIPPED)]
+    lines = ["With `--db` and the name of a new file; one method or seed of it alone is repeated as well.", "", "```sh"]
+    for table in tables:
+        setting = (table.fidelity, table.frames, table.budget)
+        for row in table.rows:
+            place = (row.env, row.task, row.design, row.controller)
+            entries = [entry for entry in exists if _setting(entry) == setting and _row(entry) == place]
+            names = (row.env.name, row.task.name, row.design.name, row.controller.name)
+            lines += [f"# {' x '.join(names)}", _repeat(entries)]
+    return [*lines, "```"]
+
+
+def _setting(entry: Entry) -> tuple[Any, ...]:
+    return entry.spec.fidelity, entry.spec.frames, entry.spec.budget
+
+
+def _row(entry: Entry) -> tuple[Any, ...]:
+    return entry.spec.env, entry.spec.task, entry.spec.design, entry.spec.controller
+
+
+def _repeat(entries: Sequence[Entry]) -> str:
+    first, *others = (entry.spec for entry in entries)
+    return repeat_command(first, *others)
+
+
+def _cell_of(record: Mapping[str, Any]) -> tuple[str, ...]:
+    """`RunSpec.cell` of a line of the CSV."""
+    refs = (record[name] for name in ("env", "task", "design", "controller", "method", "fidelity"))
+    return (*refs, str(record["frames"]), str(Budget(record["budget_kind"], record["budget_amount"])))
+
+
+def _shortened(column: str, value: Any) -> Any:
+    return float(f"{value:.{_DIGITS}g}") if column in _COMPUTED and value is not None else value
