@@ -110,7 +110,7 @@ def test_a_laptop_run_is_twenty_iterations_or_a_few_more() -> None:
     counts = [math.floor(spec.budget.amount / Problem(spec).substeps_per_episode / 3) for spec in cells.values()]
     assert len(counts) == 32
     assert min(counts) == 20
-    assert max(counts) <= 25
+    assert max(counts) <= 26
 
 
 def test_common_settings_are_those_of_grids_that_state_none() -> None:
