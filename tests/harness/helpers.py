@@ -47,9 +47,9 @@ Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]
 
 
 def numbers(location: Path, run_id: int) -> Numbers:
-    """All numbers of a run: curves without the attempt that wrote them, and finals."""
+    """All numbers that every run of a spec shares: curves, but for seconds and attempts, and finals."""
     with Store(location, create=False) as store:
-        return [_point(row) for row in store.metrics(run_id)], store.finals(run_id)
+        return [_point(row) for row in store.metrics(run_id) if row.name != "seconds"], store.finals(run_id)
 
 
 def _point(row: MetricRow) -> tuple[str, int, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -73,21 +73,16 @@ class DiffPhysics:
         ascent: "_Ascent",
         results: Sequence[tuple[Evaluation, Array]],
     ) -> None:
-        meter, champion = problem.meter, ascent.champion
-        readings = {"substeps": float(meter.substeps), "diverged": float(champion.diverged)}
-        readings.update(ascent.counts())
+        readings = ascent.counts()
         norms = [float(np.linalg.norm(slope)) for _, slope in results if np.isfinite(slope).all()]
         scores = {i: item.score for i, (item, _) in enumerate(results) if item.failure is None}
-        if champion.score is not None:
-            readings["score"] = champion.score
         if scores:
             readings["score_current"] = max(scores.values())
         if norms:
             readings["gradient_norm"] = float(np.median(norms))
         readings.update({f"restart_{i}": score for i, score in scores.items()})
-        context.report(meter.iterations, **readings)
-        share = meter.iterations / self.iterations if self.iterations else 0.0
-        context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), champion.score)
+        share = problem.meter.iterations / self.iterations if self.iterations else 0.0
+        report(problem, context, ascent.champion, readings, share=share)
 
 
 class _Ascent:
