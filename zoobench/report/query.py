@@ -36,10 +36,14 @@ class Choice:
 
 @dataclass(frozen=True)
 class Result:
-    """A run with its final values by name; there are none unless it is DONE."""
+    """A run with its final values by name; there are none unless it is DONE.
+
+    `lacks` says why one that is DONE has no score.
+    """
 
     run: RunRow
     finals: dict[str, FinalRow]
+    lacks: str = "done without a finite score"
 
     @property
     def score(self) -> FinalRow | None:
