@@ -52,12 +52,14 @@ def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> 
         results = choose_results(store, Choice())
         assert draw(results, curves(store, results, "seconds"), tmp_path / "curves.png") == 2
     panels = drawn[0].axes
-    assert [axes.get_title() for axes in panels] == ["desert, turning, caterpillar", "ice, turning, caterpillar"]
+    assert [axes.get_title() for axes in panels] == [
+        f"{env}, turning, caterpillar (2 seeds)" for env in ("desert", "ice")
+    ]
     for axes in panels:
         assert axes.get_xlabel() == "wall time [s]"
         assert axes.get_ylabel() == "best score [m/s]"
         assert axes.get_legend_handles_labels()[1] == ["diffphysics", "random"]
-        assert {text.get_text() for text in axes.texts} == {"idle", "random"}
+        assert {text.get_text() for text in axes.texts} == {"idle", "mean random"}
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])

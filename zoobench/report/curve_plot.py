@@ -1,5 +1,6 @@
 """Learning curves as pictures: a panel for each cell, a line for each method."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +25,10 @@ _PANEL = (5.4, 3.9)  # [inches]
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 _WORDS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
+_REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
 _CAPTION = (
     "best score so far; line: mean over seeds; band: lowest to highest seed; "
-    "dotted: a robot at rest (idle) and the mean random controller (random)"
+    "dotted: a robot at rest (idle) and the mean random controller"
 )
 
 
@@ -84,7 +86,7 @@ def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> i
         from matplotlib.figure import Figure
     except ImportError:
         raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
-    columns = min(len(groups), 3)
+    columns = 2 if len(groups) == 4 else min(len(groups), 3)
     rows = -(-len(groups) // columns)
     figure = Figure(figsize=(_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9), dpi=110, layout="constrained")
     FigureCanvasAgg(figure)
@@ -125,9 +127,18 @@ def _titles(groups: Sequence[Sequence[Result]]) -> list[str]:
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
     several = len({spec.frames for spec in specs}) > 1
     return [
-        ", ".join(names[axis][getattr(spec, axis)] for axis in shown) + (f", {spec.frames} frames" if several else "")
-        for spec in specs
+        ", ".join(names[axis][getattr(spec, axis)] for axis in shown)
+        + (f", {spec.frames} frames" if several else "")
+        + f" ({_seeds(group)})"
+        for spec, group in zip(specs, groups, strict=True)
     ]
+
+
+def _seeds(group: Sequence[Result]) -> str:
+    """How many seeds each line stands for: `3 seeds`, or `2 to 3 seeds`."""
+    counts = sorted(Counter(result.run.spec.method for result in group).values())
+    number = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else str(counts[0])
+    return f"{number} seed" if number == "1" else f"{number} seeds"
 
 
 def _panel(
@@ -141,18 +152,10 @@ def _panel(
             continue
         label, colour, stroke = looks[method]
         ends.append(drawn.spent[-1])
-        marker = "o" if len(drawn.spent) == 1 else ""
-        axes.step(drawn.spent, drawn.mean, where="post", color=colour, linestyle=stroke, marker=marker, label=label)
+        axes.step(drawn.spent, drawn.mean, where="post", color=colour, linestyle=stroke, label=label)
+        axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
         axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
-    for name in REFERENCES:
-        found = [result.finals[name].value for result in group if name in result.finals]
-        if found:
-            level = sum(found) / len(found)
-            axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
-            axes.annotate(
-                name.removesuffix("_score"), (1.0, level), xycoords=("axes fraction", "data"), fontsize=7, color="0.35",
-                ha="right", va="bottom" if name == REFERENCES[-1] else "top",
-            )  # fmt: skip
+    _mark_references(axes, group)
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
@@ -160,3 +163,19 @@ def _panel(
     axes.set_xlabel(_WORDS[kind])
     axes.set_ylabel(f"best score [{unit}]" if unit else "best score")
     axes.grid(alpha=0.3)
+
+
+def _mark_references(axes: "Axes", group: Sequence[Result]) -> None:
+    """A thin line for each reference score, the mean over the runs that know it."""
+    levels = []
+    for name in REFERENCES:
+        found = [result.finals[name].value for result in group if name in result.finals]
+        if found:
+            levels.append((sum(found) / len(found), _REFERENCE_NAMES[name]))
+    for place, (level, word) in enumerate(sorted(levels)):
+        axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
+        below = place == 0 and len(levels) > 1  # the words of two that are close stay apart
+        axes.annotate(
+            word, (0.99, level), xycoords=("axes fraction", "data"), fontsize=7, color="0.35", ha="right",
+            va="top" if below else "bottom",
+        )  # fmt: skip
