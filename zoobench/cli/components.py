@@ -14,6 +14,7 @@ from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from zoobench.registry import Component
+    from zoobench.report.listing import Listing
 
 
 class KindName(StrEnum):
@@ -25,6 +26,7 @@ class KindName(StrEnum):
     CONTROLLERS = "controllers"
     METHODS = "methods"
     FIDELITIES = "fidelities"
+    PRESETS = "presets"
 
 
 def list_components(
@@ -33,11 +35,15 @@ def list_components(
 ) -> None:
     """List what there is to choose from.
 
-    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version.
+    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version; `presets` shows the
+    settings that `run --preset` takes.
     """
     from zoobench import registry
     from zoobench.report.listing import Listing
 
+    if kind is KindName.PRESETS:
+        emit(_presets(), form)
+        return
     kinds = list(registry.Kind) if kind is None else [registry.Kind(kind)]
     components = [registry.get(each, name) for each in kinds for name in registry.names(each)]
     rows = tuple((str(item.kind), item.name, item.version, item.summary) for item in components)
@@ -70,6 +76,23 @@ def show(
         _print_components(card)
     else:
         _print_run(card)
+
+
+def _presets() -> "Listing":
+    """What each preset stands for, every setting as it can be typed."""
+    from zoobench.harness import presets
+    from zoobench.report.listing import Listing
+
+    rows = []
+    for preset in map(presets.get, presets.names()):
+        axes = (preset.designs, preset.controllers, preset.methods)
+        lists = (",".join(str(ref) for ref in refs) for refs in axes)
+        rows.append(
+            (preset.name, preset.summary, str(preset.fidelity), preset.frames, str(preset.budget), len(preset.seeds),
+             *lists)
+        )  # fmt: skip
+    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods")
+    return Listing(columns, tuple(rows))
 
 
 def _components(text: str) -> list["Component"]:

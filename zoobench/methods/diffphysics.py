@@ -24,7 +24,8 @@ class DiffPhysics:
     * `lr`: Adam's learning rate; the specification has 0.1 for animals, 0.01 elsewhere.
     * `iterations`: steps of every restart, 0 for as many as the budget holds; the specification has 30 for
       animals.
-    * `restarts`: random starts, run side by side; the specification has 8.
+    * `restarts`: random starts, run side by side; the specification has 8. The best is the result, and the best score
+      of each is kept with it.
     * `clip`: a longer gradient is scaled back to this length before Adam sees it, and counted.
 
     A restart whose episode diverged or whose gradient is not finite makes no step: it goes half of the way
@@ -58,7 +59,8 @@ class DiffPhysics:
             context.checkpoint(pack(ascent.state(problem, context)))
             if context.should_stop():
                 break
-        return ascent.champion.solution(iterations=problem.meter.iterations, **ascent.counts())
+        facts = {**ascent.counts(), **ascent.best_scores()}
+        return ascent.champion.solution(iterations=problem.meter.iterations, **facts)
 
     def _goes_on(self, problem: Problem) -> bool:
         done = problem.meter.iterations
@@ -108,6 +110,11 @@ class _Ascent:
     def counts(self) -> dict[str, float]:
         """How many gradients were clipped, and how many were not finite though their episode was healthy."""
         return {"clipped_gradients": float(self._clipped), "nonfinite_gradients": float(self._unusable)}
+
+    def best_scores(self) -> dict[str, float]:
+        """The best score of each restart that has one: how much the start decides."""
+        scores = {f"restart_{index}_best": best.score for index, best in enumerate(self._own_best)}
+        return {name: score for name, score in scores.items() if score is not None}
 
     def step(self, results: Sequence[tuple[Evaluation, Array]], draw: Callable[[], Array]) -> None:
         """Take the results at `points` into account and move on."""
