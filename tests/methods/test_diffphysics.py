@@ -93,3 +93,17 @@ def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
     """A usage error that names the values."""
     with pytest.raises(UsageError, match="no ascent"):
         DiffPhysics(**bad)
+
+
+def test_restarts_from_one_point_are_one() -> None:
+    """Where a warm start leaves nothing to be drawn, the budget is spent on a single way."""
+
+    class Warm(Quadratic):
+        def initial(self, rng: np.random.Generator) -> np.ndarray:
+            super().initial(rng)
+            return np.zeros(self.parameter_count)
+
+    problem = Warm(Budget("substeps", 300))
+    solution = DiffPhysics(restarts=8).run(problem, Context())
+    assert len(problem.seen) == 10
+    assert solution.facts["iterations"] == 10

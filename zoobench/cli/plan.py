@@ -53,7 +53,9 @@ def plan(
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
+    chosen = Selection(
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db
+    )
     cells = chosen.cells()
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}

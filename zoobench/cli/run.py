@@ -78,7 +78,9 @@ def run(
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
 
-    chosen = Selection(env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance)
+    chosen = Selection(
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db
+    )
     limit = parse_duration(timeout) if timeout else None
     cells = chosen.cells()
     skips = [cell for cell in cells if isinstance(cell, Skip)]

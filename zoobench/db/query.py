@@ -35,6 +35,7 @@ from zoobench.db.schema import prepare
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
 from zoobench.spec import RunSpec
+from zoobench.start import Start, key_named
 
 
 class Reader:
@@ -132,6 +133,11 @@ class Reader:
             stored = session.scalar(statement)
             return None if stored is None else decode_params(stored)
 
+    def start(self, spec: RunSpec) -> Start | None:
+        """What the run that a spec starts from has found; None if it names none, or that is not here and done."""
+        with self._database.read() as session:
+            return load_start(session, spec)
+
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
         """The learning curves of a run, or the one of that name, by name and step.
 
@@ -196,6 +202,21 @@ class Reader:
     def check(self) -> list[str]:
         """What the database's own integrity check complains about; empty if nothing."""
         return self._database.check()
+
+
+def load_start(session: Session, spec: RunSpec) -> Start | None:
+    """As `Reader.start`, within a transaction."""
+    key = key_named(spec.method)
+    if not key:
+        return None
+    statement = (
+        select(SpecRecord.document, SolutionRecord.params)
+        .join(RunRecord, RunRecord.spec_key == SpecRecord.key)
+        .join(SolutionRecord, SolutionRecord.run_id == RunRecord.id)
+        .where(SpecRecord.key.startswith(key), RunRecord.state == RunState.DONE)
+    )
+    found = session.execute(statement).first()
+    return None if found is None else Start(RunSpec.from_dict(json.loads(found[0])), decode_params(found[1]))
 
 
 def _last_former_attempt() -> ScalarSelect[int]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from zoobench.errors import UsageError
 from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
+from zoobench.start import FROM_NONE, StoredRun
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -26,6 +28,8 @@ class DiffPhysics:
       animals.
     * `restarts`: random starts, run side by side; the specification has 8. The best is the result, and the best score
       of each is kept with it.
+    * `start`: a stored run, whose solution is where all restarts begin, as far as it fits; what does not is drawn.
+      Restarts that would begin at the same point are one.
     * `clip`: a longer gradient is scaled back to this length before Adam sees it, and counted.
 
     A restart whose episode diverged or whose gradient is not finite makes no step: it goes half of the way
@@ -37,6 +41,7 @@ class DiffPhysics:
     iterations: int = 0
     restarts: int = 8
     clip: float = 1.0
+    start: StoredRun = FROM_NONE
 
     def __post_init__(self) -> None:
         if self.lr <= 0 or self.clip <= 0 or self.restarts < 1 or self.iterations < 0:
@@ -50,8 +55,8 @@ class DiffPhysics:
         if (stored := context.restore()) is not None:
             ascent = _Ascent.from_state(self, unpack(stored), problem, context)
         else:
-            ascent = _Ascent(self, [problem.initial(context.rng) for _ in range(self.restarts)])
-        while self._goes_on(problem):
+            ascent = _Ascent(self, _distinct([problem.initial(context.rng) for _ in range(self.restarts)]))
+        while self._goes_on(problem, len(ascent.points)):
             results = problem.loss_and_grad_batch(ascent.points)
             problem.meter.iterations += 1
             ascent.step(results, lambda: problem.initial(context.rng))
@@ -62,11 +67,11 @@ class DiffPhysics:
         facts = {**ascent.counts(), **ascent.best_scores()}
         return ascent.champion.solution(iterations=problem.meter.iterations, **facts)
 
-    def _goes_on(self, problem: Problem) -> bool:
+    def _goes_on(self, problem: Problem, restarts: int) -> bool:
         done = problem.meter.iterations
         if done == 0 or done == self.iterations:
             return done == 0
-        return problem.affords(self.restarts, gradient=True)
+        return problem.affords(restarts, gradient=True)
 
     def _report(
         self,
@@ -85,6 +90,11 @@ class DiffPhysics:
         readings.update({f"restart_{i}": score for i, score in scores.items()})
         share = problem.meter.iterations / self.iterations if self.iterations else 0.0
         report(problem, context, ascent.champion, readings, share=share)
+
+
+def _distinct(points: Sequence[Array]) -> list[Array]:
+    """The points, each once."""
+    return [point for index, point in enumerate(points) if not any(map(partial(np.array_equal, point), points[:index]))]
 
 
 class _Ascent:
