@@ -4,6 +4,8 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import psutil
+
 from zoobench.db.rows import FinalRow, MetricRow, RunRow
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
@@ -41,6 +43,21 @@ def launch_fakes(
     """Queue that many runs, do them with fake children, and return them."""
     ids = enqueue(location, count)
     return launch(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
+
+
+class KillOnce:
+    """Kills the child process when its run is under way."""
+
+    def __init__(self) -> None:
+        self.done = False
+
+    def __call__(self, rows: list[RunRow]) -> None:
+        if self.done or not 0.0 < rows[0].fraction < 0.9:
+            return
+        for worker in psutil.Process().children():
+            for child in worker.children():
+                child.kill()
+                self.done = True
 
 
 Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]

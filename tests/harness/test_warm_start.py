@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conformance.cells import cell
+from tests.harness.helpers import KillOnce, numbers
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
@@ -35,6 +36,23 @@ def test_it_begins_where_the_other_ended(tmp_path: Path, method: str) -> None:
         assert any("parameters are those of the start" in line.text for line in store.logs(warm.id))
         finals = {final.name: final.value for final in store.finals(warm.id)}
     assert finals["episodes"] == (2 if "diffphysics" in method else 8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["diffphysics[restarts=1]", "cmaes[population=4]"])
+def test_a_killed_one_ends_as_an_undisturbed_one(tmp_path: Path, method: str) -> None:
+    """It goes on from its checkpoint and begins nowhere else."""
+    warm = replace(_warm(method), budget=Budget("iterations", 100))
+    killer, found = KillOnce(), []
+    for name, watch in (("battered", killer), ("calm", None)):
+        path = tmp_path / f"{name}.db"
+        with Store(path) as store:
+            first, second = store.enqueue([FIRST, warm]).new
+        launch(path, [first])
+        (row,) = launch(path, [second], on_update=watch)
+        found.append((row.state, numbers(path, second)))
+    assert killer.done, "the run ended before it could be killed"
+    assert found[0] == found[1]
 
 
 def test_without_its_start_a_run_fails_and_says_why(tmp_path: Path) -> None:
