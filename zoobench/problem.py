@@ -20,6 +20,7 @@ from zoobench.robot import Built, Robot
 from zoobench.session import Session
 from zoobench.sim.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.start import Start, overlay
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
@@ -53,12 +54,14 @@ class Problem:
     Args:
         spec: what to simulate and how much may be spent.
         worlds: how many evaluations run side by side at most; results do not depend on it.
+        start: what draws begin with instead, as far as it fits; the spec names it.
 
     Raises:
-        UnknownNameError, UsageError, SceneError: the spec names or describes something that cannot be built.
+        UnknownNameError, UsageError, SceneError: the spec names or describes something that cannot be built, or
+            nothing of the start fits.
     """
 
-    def __init__(self, spec: RunSpec, *, worlds: int = 8) -> None:
+    def __init__(self, spec: RunSpec, *, worlds: int = 8, start: Start | None = None) -> None:
         if worlds < 1:
             raise UsageError(f"{worlds} worlds side by side evaluate nothing. Give at least 1.")
         self.spec = spec
@@ -68,6 +71,7 @@ class Problem:
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
         self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
+        self.overlay = None if start is None else overlay(start, spec, self.robot)
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density
         self._substeps_per_frame = self._choose_substeps()
@@ -95,8 +99,9 @@ class Problem:
         return self._substeps_per_frame * self.spec.frames
 
     def initial(self, rng: np.random.Generator) -> Array:
-        """A draw from the prior over parameters `[parameter_count]`; every method starts from it."""
-        return self.robot.initial(rng)
+        """A draw from the prior over parameters `[parameter_count]`, over it the start; every method begins with it."""
+        draw = self.robot.initial(rng)
+        return draw if self.overlay is None else self.overlay.over(draw, self.robot.control_count)
 
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
         """Whether the budget holds `count` more evaluations, with gradients or without."""

@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.inputs import InputFile, pin
 from zoobench.spec import Ref, Scalar
+from zoobench.start import StoredRun, checked
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
@@ -93,6 +94,9 @@ _components: dict[Kind, dict[str, dict[int, Component]]] = {kind: {} for kind in
 _discovered: set[Kind] = set()
 _failures: list[PluginFailure] = []
 
+_TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked}
+"""Types of parameters that are text, and what makes a setting of what was typed."""
+
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
@@ -158,7 +162,10 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     missing = [key for key in component.parameters if key not in given and key not in component.defaults]
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
-    return Ref(ref.name, component.version, tuple(sorted({**component.defaults, **given}.items())))
+    stated = {**component.defaults, **given}
+    # a run that starts from none keeps the key that it had before its method could start from one
+    unset = [key for key, kind in component.parameters.items() if kind is StoredRun and not stated[key]]
+    return Ref(ref.name, component.version, tuple(sorted(item for item in stated.items() if item[0] not in unset)))
 
 
 def create(kind: Kind, ref: Ref) -> Any:
@@ -207,10 +214,8 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
                 return cast("Scalar", choice)
         choices = ", ".join(str(choice) for choice in get_args(expected))
         raise UsageError(f"{component.name}[{key}={value}] is not offered. Choose one of {choices}.")
-    if expected is InputFile:
-        return pin(str(value))
-    if expected is str:
-        return str(value)
+    if expected in _TEXTS:
+        return _TEXTS[expected](str(value))
     if isinstance(value, bool):
         if expected is bool:
             return value

@@ -7,7 +7,7 @@ import pytest
 
 from tests.cli.conftest import Command
 from zoobench import registry
-from zoobench.harness import suites
+from zoobench.harness import presets, suites
 
 
 def test_list_names_every_component(zoobench: Command) -> None:
@@ -25,6 +25,16 @@ def test_list_of_one_kind(zoobench: Command) -> None:
     lines = zoobench("list", "envs", "--format", "csv").out.splitlines()
     assert lines[0] == "kind,name,version,summary"
     assert [line.split(",")[1] for line in lines[1:]] == registry.names(registry.Kind.ENV)
+
+
+def test_presets_are_listed_with_their_settings(zoobench: Command) -> None:
+    """Every one, each setting as it can be typed."""
+    records = json.loads(zoobench("list", "presets", "--format", "json").out)
+    assert [record["name"] for record in records] == presets.names()
+    (animals,) = (record for record in records if record["name"] == "animals")
+    assert animals["methods"] == "diffphysics[iterations=30,lr=0.1,restarts=8],random[batch=24]"
+    assert animals["designs"].split(",") == ["caterpillar", "baby-seal", "fish", "panda"]
+    assert animals["budget"] == "30 iterations"
 
 
 def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) -> None:

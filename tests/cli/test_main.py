@@ -21,6 +21,7 @@ COMMANDS = (
     "status",
     "results",
     "table",
+    "curves",
     "evaluate",
     "logs",
     "render",

@@ -4,6 +4,8 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import psutil
+
 from zoobench.db.rows import FinalRow, MetricRow, RunRow
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
@@ -43,13 +45,28 @@ def launch_fakes(
     return launch(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
 
 
+class KillOnce:
+    """Kills the child process when its run is under way."""
+
+    def __init__(self) -> None:
+        self.done = False
+
+    def __call__(self, rows: list[RunRow]) -> None:
+        if self.done or not 0.0 < rows[0].fraction < 0.9:
+            return
+        for worker in psutil.Process().children():
+            for child in worker.children():
+                child.kill()
+                self.done = True
+
+
 Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]
 
 
 def numbers(location: Path, run_id: int) -> Numbers:
-    """All numbers of a run: curves without the attempt that wrote them, and finals."""
+    """All numbers that every run of a spec shares: curves, but for seconds and attempts, and finals."""
     with Store(location, create=False) as store:
-        return [_point(row) for row in store.metrics(run_id)], store.finals(run_id)
+        return [_point(row) for row in store.metrics(run_id) if row.name != "seconds"], store.finals(run_id)
 
 
 def _point(row: MetricRow) -> tuple[str, int, float]:

@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-import psutil
 import pytest
 
-from tests.harness.helpers import numbers
-from zoobench.db.rows import RunRow, RunState
+from tests.harness.helpers import KillOnce, numbers
+from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
@@ -26,26 +25,11 @@ def _queue(path: Path, method: str) -> tuple[int, ...]:
         return store.enqueue(run for run in expand(grid) if isinstance(run, RunSpec)).open
 
 
-class _KillOnce:
-    """Kills the child process when its run is under way."""
-
-    def __init__(self) -> None:
-        self.done = False
-
-    def __call__(self, rows: list[RunRow]) -> None:
-        if self.done or not 0.0 < rows[0].fraction < 0.9:
-            return
-        for worker in psutil.Process().children():
-            for child in worker.children():
-                child.kill()
-                self.done = True
-
-
 @pytest.mark.parametrize("method", ["diffphysics[restarts=1]", "random[batch=1]"])
 def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) -> None:
     """The two runs of one spec agree bit for bit in every stored number, though one was killed in the middle."""
     battered, calm = tmp_path / "battered.db", tmp_path / "calm.db"
-    killer = _KillOnce()
+    killer = KillOnce()
     (row,) = launch(battered, _queue(battered, method), on_update=killer)
     (other,) = launch(calm, _queue(calm, method))
     assert killer.done, "the run ended before it could be killed"

@@ -5,6 +5,7 @@ import pytest
 from zoobench.errors import UnknownNameError
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
+from zoobench.registry import Kind, resolve
 from zoobench.spec import Budget, Ref, RunSpec
 
 
@@ -14,6 +15,29 @@ def test_every_preset_can_be_run(name: str) -> None:
     runs = expand(presets.get(name).grid([Ref("desert")], [Ref("turning")]))
     assert runs
     assert all(isinstance(run, RunSpec) for run in runs)
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "settings"),
+    [
+        ("animals", "diffphysics", {"lr": 0.1, "iterations": 30, "restarts": 8}),
+        ("control", "diffphysics", {"lr": 0.01, "iterations": 100, "restarts": 8}),
+        ("design", "diffphysics", {"lr": 0.01, "iterations": 100, "restarts": 8}),
+        ("codesign", "diffphysics", {"lr": 0.01, "iterations": 250, "restarts": 8}),
+        ("codesign", "evolution", {"sigma": 0.1, "population": 10, "generations": 100}),
+        ("ppo", "ppo", {"timesteps": 100_000, "buffer": 2048, "batch": 32, "gae": 0.95, "discount": 0.98, "epochs": 20,
+                        "entropy": 0.001, "lr": 1e-4, "clip": 0.2}),
+    ],
+)  # fmt: skip
+def test_presets_have_the_settings_of_the_specification(name: str, method: str, settings: dict[str, float]) -> None:
+    """F.1 to F.3, at the fidelity of the published benchmark, and with a budget that ends no method before its own."""
+    preset = presets.get(name)
+    settled = resolve(Kind.METHOD, preset.settle(Ref(method))).kwargs
+    assert settings.items() <= settled.items()
+    assert preset.fidelity.name == presets.get("paper").fidelity.name
+    needed = -(-100_000 // 2048) if method == "ppo" else settings.get("iterations", settings.get("generations"))
+    assert preset.budget.kind == "iterations"
+    assert preset.budget.amount >= needed
 
 
 def test_smoke_runs_carry_the_fidelity_smoke() -> None:

@@ -28,6 +28,25 @@ def test_it_makes_the_iterations_asked_for() -> None:
     assert {f"restart_{i}" for i in range(3)} <= set(context.curve[-1][1])
 
 
+def test_the_best_score_of_every_restart_is_kept() -> None:
+    """The highest of its curve; the best of them all is the result."""
+    context = Context(3)
+    solution = DiffPhysics(lr=1.0, iterations=6, restarts=4).run(Quadratic(PLENTY), context)
+    kept = [solution.facts[f"restart_{i}_best"] for i in range(4)]
+    assert kept == [max(metrics[f"restart_{i}"] for _, metrics in context.curve) for i in range(4)]
+    assert len(set(kept)) == 4
+    assert max(kept) == solution.evaluation.score
+
+
+def test_a_restart_that_never_had_a_score_has_none_kept() -> None:
+    """It is left out, as there is nothing to say of it."""
+    first = Quadratic(PLENTY).initial(np.random.default_rng(0))
+    problem = Quadratic(PLENTY, diverges=lambda params: bool(np.array_equal(params, first)))
+    facts = DiffPhysics(iterations=1, restarts=2).run(problem, Context(0)).facts
+    assert "restart_0_best" not in facts
+    assert "restart_1_best" in facts
+
+
 def test_restarts_do_not_influence_each_other() -> None:
     """The first of four restarts walks the way of a single one."""
     alone, together = Context(3), Context(3)
@@ -74,3 +93,17 @@ def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
     """A usage error that names the values."""
     with pytest.raises(UsageError, match="no ascent"):
         DiffPhysics(**bad)
+
+
+def test_restarts_from_one_point_are_one() -> None:
+    """Where a warm start leaves nothing to be drawn, the budget is spent on a single way."""
+
+    class Warm(Quadratic):
+        def initial(self, rng: np.random.Generator) -> np.ndarray:
+            super().initial(rng)
+            return np.zeros(self.parameter_count)
+
+    problem = Warm(Budget("substeps", 300))
+    solution = DiffPhysics(restarts=8).run(problem, Context())
+    assert len(problem.seen) == 10
+    assert solution.facts["iterations"] == 10

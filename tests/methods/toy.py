@@ -117,9 +117,12 @@ class Context:
         self.rng = np.random.default_rng(seed)
         self.stored, self.stop_after = stored, stop_after
         self.curve: list[tuple[int, dict[str, float]]] = []
+        self.seconds: list[float] = []  # apart, since they are all of a curve that two runs do not share
         self.fractions: list[float] = []
 
     def report(self, step: int, **metrics: float) -> None:
+        if "seconds" in metrics:
+            self.seconds.append(metrics.pop("seconds"))
         self.curve.append((step, metrics))
 
     def checkpoint(self, data: bytes) -> None:

@@ -10,10 +10,12 @@ from typer import Argument, Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, say
 from zoobench.cli.solutions import may_be_run, names_run
+from zoobench.cli.starts import run_and_its_starts
 from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from zoobench.registry import Component
+    from zoobench.report.listing import Listing
 
 
 class KindName(StrEnum):
@@ -26,6 +28,7 @@ class KindName(StrEnum):
     METHODS = "methods"
     FIDELITIES = "fidelities"
     SUITES = "suites"
+    PRESETS = "presets"
 
 
 def list_components(
@@ -34,13 +37,16 @@ def list_components(
 ) -> None:
     """List what there is to choose from.
 
-    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version, and suites: whole
-    benchmarks, for `zoobench run --suite`.
+    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version; suites, which are
+    whole benchmarks, for `zoobench run --suite`; `presets` shows the settings that `run --preset` takes.
     """
     from zoobench import registry
     from zoobench.harness import suites
     from zoobench.report.listing import Listing
 
+    if kind is KindName.PRESETS:
+        emit(_presets(), form)
+        return
     rows: list[tuple[str, str, int | None, str]] = []
     for each in registry.Kind:
         if kind in (None, KindName(each)):
@@ -77,6 +83,23 @@ def show(
         _print_components(card)
     else:
         _print_run(card)
+
+
+def _presets() -> "Listing":
+    """What each preset stands for, every setting as it can be typed."""
+    from zoobench.harness import presets
+    from zoobench.report.listing import Listing
+
+    rows = []
+    for preset in map(presets.get, presets.names()):
+        axes = (preset.designs, preset.controllers, preset.methods)
+        lists = (",".join(str(ref) for ref in refs) for refs in axes)
+        rows.append(
+            (preset.name, preset.summary, str(preset.fidelity), preset.frames, str(preset.budget), len(preset.seeds),
+             *lists)
+        )  # fmt: skip
+    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods")
+    return Listing(columns, tuple(rows))
 
 
 def _components(text: str) -> list["Component"]:
@@ -123,7 +146,7 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
     with Store(db, create=False) as store:
         run = store.run(text)
         result = Result(run, {final.name: final for final in store.finals(run.id)})
-        return run_card(result, store.attempts(run.id))
+        return run_card(result, store.attempts(run.id), run_and_its_starts(store, run))
 
 
 def _component_card(component: "Component", text: str) -> dict[str, Any]:

@@ -1,11 +1,13 @@
 """`zoobench results`, `table` and `logs`: what the database holds of finished and unfinished runs."""
 
+import math
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
+from zoobench.cli.curves import Currency
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     ChosenDesignOption,
@@ -20,7 +22,9 @@ from zoobench.cli.output import Format, emit, say
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
+    from zoobench.db.store import Store
     from zoobench.report.footer import Footer
+    from zoobench.report.query import Result
     from zoobench.report.tables import Table
 
 
@@ -74,13 +78,20 @@ def table(
     transfer: Annotated[
         bool, Option("--transfer", help="Instead, what `zoobench evaluate` found of solutions in other environments.")
     ] = False,
+    by: Annotated[
+        Currency | None, Option("--by", help="Instead, scores when all runs of a row had spent the same of this.")
+    ] = None,
+    at: Annotated[
+        float | None, Option("--at", help="With --by: how much; the most that all have reached if not given.")
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Compare the methods, with 95 % intervals.
 
     Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget and
-    episode length, and below it where the numbers come from. Smoke runs are left out. A normalised score is 0 where a
+    episode length, and below it where the numbers come from; with --by, runs of all budgets stand in one, each with
+    its best score at an equal amount spent. Smoke runs are left out. A normalised score is 0 where a
     method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row.
     """
     from zoobench.db.store import Store
@@ -89,17 +100,17 @@ def table(
     from zoobench.report.tables import score_tables
 
     choice = Choice(env, task, design, "", method, fidelity)
+    flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
     if suite or publish or check or folder:
-        narrowed = [*choice.options(), *(["--normalised"] if normalised else []), *(["--transfer"] if transfer else [])]
+        narrowed = [*choice.options(), *flags, *(["--transfer"] if transfer else [])]
         _leaderboard(suite, publish, check, folder, narrowed, db, form)
         return
     if transfer:
-        _print_transfer(db, form, [*choice.options(), *(["--normalised"] if normalised else [])])
+        _print_transfer(db, form, [*choice.options(), *flags])
         return
     with Store(db, create=False) as store:
         counted = [result for result in choose_results(store, choice) if not result.is_smoke]
-        tables = score_tables(counted)
-        flags = ["--normalised"] if normalised else []
+        tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
         command = ["zoobench", "table", *choice.options(), *flags, "--format", str(form)]
         foot = footer(tables, origins(store, counted), command)
     _print_tables(tables, foot, form, normalised)
@@ -160,6 +171,23 @@ def _leaderboard(
     _print_tables(tables, footer(tables, made, command), form, normalised=False)
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
+
+
+def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
+    """--by and --at as they are typed.
+
+    Raises:
+        UsageError: an amount of nothing.
+    """
+    if at is not None and (by is None or not 0.0 < at < math.inf):
+        raise UsageError(f"--at {at:g} is no amount spent. Give a positive number, and with --by of what.")
+    return [*(["--by", by.value] if by else []), *(["--at", f"{at:.10g}"] if at is not None else [])]
+
+
+def _spending_tables(store: "Store", results: "list[Result]", by: Currency, at: float | None) -> "list[Table]":
+    from zoobench.report.curves import curves, spending_tables
+
+    return spending_tables(results, curves(store, results, by.value), by.value, at)
 
 
 def _print_transfer(db: str, form: Format, others: list[str]) -> None:

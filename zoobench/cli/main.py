@@ -9,6 +9,7 @@ from typer import Exit, Option, Typer
 from zoobench import __version__
 from zoobench.cli.accuracy import accuracy
 from zoobench.cli.components import list_components, show
+from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
@@ -59,6 +60,7 @@ app.command("run")(run)
 app.command("status")(status)
 app.command("results")(results)
 app.command("table")(table)
+app.command("curves")(curves)
 app.command("evaluate")(evaluate)
 app.command("logs")(logs)
 app.command("render")(render)

@@ -20,7 +20,7 @@ MethodOption = Annotated[
 ]
 SeedsOption = Annotated[str, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
 PresetOption = Annotated[
-    str, Option("--preset", help="Settings that go together: smoke, quick or paper.", show_default="quick")
+    str, Option("--preset", help="Settings that go together; see `zoobench list presets`.", show_default="quick")
 ]
 SuiteOption = Annotated[
     str,

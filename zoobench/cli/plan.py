@@ -56,7 +56,7 @@ def plan(
     from zoobench.report.views import duration, plan_listing
 
     chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, suite
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
     )
     cells = chosen.cells()
     past = _past_results(db)

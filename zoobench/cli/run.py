@@ -82,7 +82,7 @@ def run(
     from zoobench.harness.suites import spec_of
 
     chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, suite
+        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
     )
     limit = parse_duration(timeout) if timeout else None
     cells = chosen.cells()

@@ -30,6 +30,7 @@ class Selection:
     frames: int | None = None
     fidelity: str = ""
     tolerance: float | None = None
+    db: str = ""  # where the runs are that others start from
     suite: str = ""
 
     def cells(self) -> "list[RunSpec | Skip]":
@@ -41,10 +42,10 @@ class Selection:
         from zoobench.harness.grid import expand
 
         if self.suite:
-            return self._part_of_suite()
+            return self._told(self._part_of_suite())
         grid = self.grid()
         if self.tolerance is None:
-            return expand(grid)
+            return self._told(expand(grid))
         if self.fidelity or self.smoke:
             raise UsageError("--tolerance chooses the fidelity, and one was given too. Leave one of them out.")
         from zoobench.studies.accuracy.tolerance import choose
@@ -54,7 +55,15 @@ class Selection:
             choice = choose(env, task.name, self.tolerance)
             say(choice.reason)
             found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
-        return found
+        return self._told(found)
+
+    def _told(self, cells: "list[RunSpec | Skip]") -> "list[RunSpec | Skip]":
+        """The cells, after saying how those with a start begin."""
+        from zoobench.cli.starts import tell_starts
+        from zoobench.harness.grid import Skip
+
+        tell_starts([cell for cell in cells if not isinstance(cell, Skip)], self.db)
+        return cells
 
     def _part_of_suite(self) -> "list[RunSpec | Skip]":
         from zoobench.harness import suites
@@ -77,6 +86,7 @@ class Selection:
         Raises:
             UsageError: something cannot be read; UnknownNameError: something is not known.
         """
+        from zoobench.cli.starts import pinned
         from zoobench.harness import presets
         from zoobench.harness.grid import parse_selector
         from zoobench.registry import Kind
@@ -96,7 +106,7 @@ class Selection:
             parse_selector(self.task, Kind.TASK),
             designs=chosen(self.design, Kind.DESIGN),
             controllers=chosen(self.controller, Kind.CONTROLLER),
-            methods=chosen(self.method, Kind.METHOD),
+            methods=pinned(parse_selector(self.method, Kind.METHOD), self.db) if self.method else None,
             seeds=parse_seeds(self.seeds) if self.seeds else None,
             budget=Budget.parse(self.budget) if self.budget else None,
             fidelity=Ref.parse(self.fidelity) if self.fidelity else None,

@@ -35,6 +35,7 @@ from zoobench.db.schema import prepare
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
 from zoobench.spec import RunSpec
+from zoobench.start import Start, key_named
 
 
 class Reader:
@@ -132,6 +133,11 @@ class Reader:
             stored = session.scalar(statement)
             return None if stored is None else decode_params(stored)
 
+    def start(self, spec: RunSpec) -> Start | None:
+        """What the run that a spec starts from has found; None if it names none, or that is not here and done."""
+        with self._database.read() as session:
+            return load_start(session, spec)
+
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
         """The learning curves of a run, or the one of that name, by name and step.
 
@@ -150,6 +156,21 @@ class Reader:
                 MetricRow(record.name, record.step, decode_value(record.value, record.kind), record.attempt)
                 for record in session.scalars(statement.order_by(MetricRecord.name, MetricRecord.step))
             ]
+
+    def all_metrics(self, ids: Collection[int], names: Collection[str]) -> dict[int, list[MetricRow]]:
+        """These learning curves of many runs at once, by run id; otherwise as `metrics`."""
+        table = MetricRecord  # its columns and not objects of it, of which there may be a million
+        statement = (
+            select(table.run_id, table.name, table.step, table.value, table.kind, table.attempt)
+            .join(RunRecord, RunRecord.id == table.run_id)
+            .where(among(table.run_id, ids), table.name.in_(list(names)), table.attempt > _last_former_attempt())
+            .order_by(table.run_id, table.name, table.step)
+        )
+        found: dict[int, list[MetricRow]] = {}
+        with self._database.read() as session:
+            for run_id, name, step, value, kind, attempt in session.execute(statement):
+                found.setdefault(run_id, []).append(MetricRow(name, step, decode_value(value, kind), attempt))
+        return found
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""
@@ -181,6 +202,21 @@ class Reader:
     def check(self) -> list[str]:
         """What the database's own integrity check complains about; empty if nothing."""
         return self._database.check()
+
+
+def load_start(session: Session, spec: RunSpec) -> Start | None:
+    """As `Reader.start`, within a transaction."""
+    key = key_named(spec.method)
+    if not key:
+        return None
+    statement = (
+        select(SpecRecord.document, SolutionRecord.params)
+        .join(RunRecord, RunRecord.spec_key == SpecRecord.key)
+        .join(SolutionRecord, SolutionRecord.run_id == RunRecord.id)
+        .where(SpecRecord.key.startswith(key), RunRecord.state == RunState.DONE)
+    )
+    found = session.execute(statement).first()
+    return None if found is None else Start(RunSpec.from_dict(json.loads(found[0])), decode_params(found[1]))
 
 
 def _last_former_attempt() -> ScalarSelect[int]:

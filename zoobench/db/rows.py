@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from zoobench.spec import RunSpec
+from zoobench.start import Start
 
 
 class RunState(StrEnum):
@@ -211,13 +212,17 @@ class EnqueueReport:
 
 @dataclass(frozen=True)
 class Claim:
-    """The right to work on a run. Owner and attempt together are the fencing token of every write."""
+    """The right to work on a run. Owner and attempt together are the fencing token of every write.
+
+    `start` is what the spec names as such; None if it names none, or the database does not have it.
+    """
 
     run_id: int
     spec: RunSpec
     owner: str
     attempt: int
     checkpoint: bytes | None
+    start: Start | None = None
 
 
 @dataclass

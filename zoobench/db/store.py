@@ -25,7 +25,7 @@ from zoobench.db.models import (
     SpecRecord,
 )
 from zoobench.db.owner import Owner
-from zoobench.db.query import Reader
+from zoobench.db.query import Reader, load_start
 from zoobench.db.rows import (
     OPEN_STATES,
     UNSUCCESSFUL_STATES,
@@ -124,7 +124,8 @@ class Store(Reader):
             checkpoint = session.get(CheckpointRecord, run.id)
             self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
             spec = _load_spec(session, run.spec_key)
-            return Claim(run.id, spec, str(owner), run.attempt, checkpoint.data if checkpoint else None)
+            data = checkpoint.data if checkpoint else None
+            return Claim(run.id, spec, str(owner), run.attempt, data, load_start(session, spec))
 
     def _open_attempt(
         self,

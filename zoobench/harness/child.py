@@ -1,8 +1,8 @@
 """One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
 
-The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null) and `parent` (process
-id). A later line `stop` asks the method to return. What it has to say goes to standard output, one JSON object a
-line with a `type`:
+The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `start` (`spec` and
+`params` of the run that the spec names as its start, or null) and `parent` (process id). A later line `stop` asks the
+method to return. What it has to say goes to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
@@ -22,13 +22,14 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from zoobench import registry
-from zoobench.errors import DivergenceError, ZoobenchError
+from zoobench.errors import DivergenceError, UsageError, ZoobenchError
 from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with
 from zoobench.memory import peak_memory
 from zoobench.registry import Kind
 from zoobench.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.spec import RunSpec
+from zoobench.start import Start, key_named
 
 if TYPE_CHECKING:
     from zoobench.methods.base import Method, Solution
@@ -61,9 +62,17 @@ class Wire:
 
 
 class ChildContext:
-    """The `RunContext` of a method that runs in a child process."""
+    """The `RunContext` of a method that runs in a child process, with the `start` that its spec names."""
 
-    def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
+    def __init__(
+        self,
+        spec: RunSpec,
+        wire: Wire,
+        checkpoint: bytes | None,
+        stop: threading.Event,
+        start: Start | None = None,
+    ) -> None:
+        self.start = start
         self.rng = generator(spec, "method", STUDY_AXES if _is_study(spec) else METHOD_AXES)
         self._wire = wire
         self._checkpoint = checkpoint
@@ -100,7 +109,13 @@ def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     from zoobench.problem import Problem
     from zoobench.references import reference_scores
 
-    problem = Problem(spec)
+    if (key := key_named(spec.method)) and context.start is None:
+        raise UsageError(
+            f"The run is to start from the run {key}, which is not in this database and done. Do that run first."
+        )
+    problem = Problem(spec, start=context.start)
+    if problem.overlay is not None:
+        print(f"Warm start: {problem.overlay.words}.")
     method: Method = registry.create(Kind.METHOD, spec.method)
     solution = method.run(problem, context)
     # a run that was asked to stop has no results
@@ -147,7 +162,8 @@ def serve(solve: Callable[[RunSpec, ChildContext], Outcome]) -> None:
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
-        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop))._asdict()}
+        start = job["start"] and Start(RunSpec.from_dict(job["start"]["spec"]), tuple(job["start"]["params"]))
+        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop, start))._asdict()}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
     except Exception as error:

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -130,6 +131,36 @@ class Champion:
             state["diverged"],
             None if last is None else _FAILURES[last[0]](**last[1]),
         )
+
+
+def report(
+    problem: Problem,
+    context: RunContext,
+    champion: Champion,
+    readings: Mapping[str, float] = MappingProxyType({}),
+    *,
+    share: float = 0.0,
+) -> None:
+    """Put an iteration on the learning curve and say how far the run is; every method does so before it checkpoints.
+
+    So that all methods can be compared by whatever is spent, a point holds the best `score` so far, if there is one,
+    with what it took: `substeps` and of these the `forward_substeps`, `episodes`, `seconds` of wall time, and how many
+    evaluations `diverged`. All but the seconds are the same in every run of a spec.
+
+    Args:
+        readings: what else the method has to say of the iteration.
+        share: how much is done of what the method's own settings ask for, in [0, 1]; 0 if these ask for no end.
+    """
+    meter = problem.meter
+    spent = {
+        "substeps": float(meter.substeps),
+        "forward_substeps": float(meter.forward),
+        "episodes": float(meter.episodes),
+        "seconds": meter.seconds,
+    }
+    best = {} if champion.score is None else {"score": champion.score}
+    context.report(meter.iterations, **spent, **best, diverged=float(champion.diverged), **readings)
+    context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), champion.score)
 
 
 def resume(problem: Problem, context: RunContext) -> Champion:

@@ -12,6 +12,7 @@ from zoobench.methods.base import Array, RunContext, Solution
 from zoobench.methods.generations import Lesson, evolve, scores_of
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
+from zoobench.start import FROM_NONE, StoredRun
 
 SEPARABLE = 500
 """Parameters from which on the covariance is kept diagonal (sep-CMA-ES, Ros and Hansen 2008)."""
@@ -29,10 +30,12 @@ class CmaEs:
 
     * `sigma`: initial standard deviation of every parameter; the specification has 0.1.
     * `population`: individuals of a generation; the specification has 10.
+    * `start`: a stored run, whose solution is every strategy's first mean, as far as it fits; what does not is drawn.
     """
 
     sigma: float = 0.1
     population: int = 10
+    start: StoredRun = FROM_NONE
 
     def __post_init__(self) -> None:
         check_strategy(self.sigma, self.population)

@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
+from zoobench.start import FROM_NONE, StoredRun
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -24,7 +26,10 @@ class DiffPhysics:
     * `lr`: Adam's learning rate; the specification has 0.1 for animals, 0.01 elsewhere.
     * `iterations`: steps of every restart, 0 for as many as the budget holds; the specification has 30 for
       animals.
-    * `restarts`: random starts, run side by side; the specification has 8.
+    * `restarts`: random starts, run side by side; the specification has 8. The best is the result, and the best score
+      of each is kept with it.
+    * `start`: a stored run, whose solution is where all restarts begin, as far as it fits; what does not is drawn.
+      Restarts that would begin at the same point are one.
     * `clip`: a longer gradient is scaled back to this length before Adam sees it, and counted.
 
     A restart whose episode diverged or whose gradient is not finite makes no step: it goes half of the way
@@ -36,6 +41,7 @@ class DiffPhysics:
     iterations: int = 0
     restarts: int = 8
     clip: float = 1.0
+    start: StoredRun = FROM_NONE
 
     def __post_init__(self) -> None:
         if self.lr <= 0 or self.clip <= 0 or self.restarts < 1 or self.iterations < 0:
@@ -49,8 +55,8 @@ class DiffPhysics:
         if (stored := context.restore()) is not None:
             ascent = _Ascent.from_state(self, unpack(stored), problem, context)
         else:
-            ascent = _Ascent(self, [problem.initial(context.rng) for _ in range(self.restarts)])
-        while self._goes_on(problem):
+            ascent = _Ascent(self, _distinct([problem.initial(context.rng) for _ in range(self.restarts)]))
+        while self._goes_on(problem, len(ascent.points)):
             results = problem.loss_and_grad_batch(ascent.points)
             problem.meter.iterations += 1
             ascent.step(results, lambda: problem.initial(context.rng))
@@ -58,13 +64,14 @@ class DiffPhysics:
             context.checkpoint(pack(ascent.state(problem, context)))
             if context.should_stop():
                 break
-        return ascent.champion.solution(iterations=problem.meter.iterations, **ascent.counts())
+        facts = {**ascent.counts(), **ascent.best_scores()}
+        return ascent.champion.solution(iterations=problem.meter.iterations, **facts)
 
-    def _goes_on(self, problem: Problem) -> bool:
+    def _goes_on(self, problem: Problem, restarts: int) -> bool:
         done = problem.meter.iterations
         if done == 0 or done == self.iterations:
             return done == 0
-        return problem.affords(self.restarts, gradient=True)
+        return problem.affords(restarts, gradient=True)
 
     def _report(
         self,
@@ -73,21 +80,21 @@ class DiffPhysics:
         ascent: "_Ascent",
         results: Sequence[tuple[Evaluation, Array]],
     ) -> None:
-        meter, champion = problem.meter, ascent.champion
-        readings = {"substeps": float(meter.substeps), "diverged": float(champion.diverged)}
-        readings.update(ascent.counts())
+        readings = ascent.counts()
         norms = [float(np.linalg.norm(slope)) for _, slope in results if np.isfinite(slope).all()]
         scores = {i: item.score for i, (item, _) in enumerate(results) if item.failure is None}
-        if champion.score is not None:
-            readings["score"] = champion.score
         if scores:
             readings["score_current"] = max(scores.values())
         if norms:
             readings["gradient_norm"] = float(np.median(norms))
         readings.update({f"restart_{i}": score for i, score in scores.items()})
-        context.report(meter.iterations, **readings)
-        share = meter.iterations / self.iterations if self.iterations else 0.0
-        context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), champion.score)
+        share = problem.meter.iterations / self.iterations if self.iterations else 0.0
+        report(problem, context, ascent.champion, readings, share=share)
+
+
+def _distinct(points: Sequence[Array]) -> list[Array]:
+    """The points, each once."""
+    return [point for index, point in enumerate(points) if not any(map(partial(np.array_equal, point), points[:index]))]
 
 
 class _Ascent:
@@ -113,6 +120,11 @@ class _Ascent:
     def counts(self) -> dict[str, float]:
         """How many gradients were clipped, and how many were not finite though their episode was healthy."""
         return {"clipped_gradients": float(self._clipped), "nonfinite_gradients": float(self._unusable)}
+
+    def best_scores(self) -> dict[str, float]:
+        """The best score of each restart that has one: how much the start decides."""
+        scores = {f"restart_{index}_best": best.score for index, best in enumerate(self._own_best)}
+        return {name: score for name, score in scores.items() if score is not None}
 
     def step(self, results: Sequence[tuple[Evaluation, Array]], draw: Callable[[], Array]) -> None:
         """Take the results at `points` into account and move on."""

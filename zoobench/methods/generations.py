@@ -1,12 +1,12 @@
 """What evolutionary methods share: generations within the budget, reports, and resumption by replay."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from zoobench.episode import Evaluation
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
 from zoobench.problem import Problem
 
 Lesson = Sequence[Any]
@@ -72,7 +72,8 @@ def evolve(
             champion.offer(point, evaluation)
         told.append(breeder.lesson(evaluations))
         breeder.learn(told[-1])
-        _report(problem, context, champion, evaluations, breeder.readings(), generations)
+        share = problem.meter.iterations / generations if generations else 0.0
+        report(problem, context, champion, breeder.readings() | _readings(evaluations), share=share)
         meter = problem.meter.state()
         context.checkpoint(pack({"champion": champion.state(), "told": told, "first": first, "meter": meter}))
         if context.should_stop():
@@ -97,21 +98,7 @@ def _goes_on(problem: Problem, population: int, generations: int) -> bool:
     return problem.affords(population)
 
 
-def _report(
-    problem: Problem,
-    context: RunContext,
-    champion: Champion,
-    evaluations: Sequence[Evaluation],
-    further: Mapping[str, float],
-    generations: int,
-) -> None:
-    meter = problem.meter
-    readings = {"substeps": float(meter.substeps), "diverged": float(champion.diverged), **further}
-    if champion.score is not None:
-        readings["score"] = champion.score
+def _readings(evaluations: Sequence[Evaluation]) -> dict[str, float]:
+    """Best and median of a generation, for the learning curve."""
     scores = [score for score in scores_of(evaluations) if score is not None]
-    if scores:
-        readings |= {"score_current": max(scores), "score_median": float(np.median(scores))}
-    context.report(meter.iterations, **readings)
-    share = meter.iterations / generations if generations else 0.0
-    context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), champion.score)
+    return {"score_current": max(scores), "score_median": float(np.median(scores))} if scores else {}

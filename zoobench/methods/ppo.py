@@ -9,7 +9,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, resume, unpack
+from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, resume, unpack
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -90,6 +90,7 @@ class Ppo:
             self._demand_a_buffer(course)
             while self._goes_on(course) and course.go_on():
                 self._report(course)
+                context.checkpoint(pack(course.state()))
                 if context.should_stop():
                     break
         return course.solution()
@@ -130,17 +131,13 @@ class Ppo:
         )
 
     def _report(self, course: "_Course") -> None:
-        problem, context, champion = course.problem, course.context, course.champion
-        readings = {"substeps": float(problem.meter.substeps), "diverged": float(champion.diverged)}
-        readings |= {"timesteps": float(course.learner.timesteps), "deviation": course.learner.deviation}
+        learner = course.learner
+        readings = {"timesteps": float(learner.timesteps), "deviation": learner.deviation}
         readings["reward_explored"] = course.reward
-        if champion.score is not None:
-            readings["score"] = champion.score
         if course.score is not None:
             readings["score_current"] = course.score
-        context.report(problem.meter.iterations, **readings)
-        share = course.learner.timesteps / self.timesteps if self.timesteps else 0.0
-        context.progress(min(1.0, max(share, problem.meter.fraction(problem.spec.budget))), champion.score)
+        share = learner.timesteps / self.timesteps if self.timesteps else 0.0
+        report(course.problem, course.context, course.champion, readings, share=share)
 
 
 class _Course:
@@ -179,7 +176,6 @@ class _Course:
         self.problem.meter.iterations += 1
         self._resumed += int(self._is_resumed)
         self._is_resumed = False
-        self.context.checkpoint(pack(self.state()))
         return True
 
     def solution(self) -> Solution:

@@ -7,7 +7,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.episode import Episode
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, keep, resume
+from zoobench.methods.base import Array, RunContext, Solution, keep, report, resume
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.spec import Ref
@@ -51,9 +51,10 @@ class Probe:
             close = self._is_close(problem)
             episode = problem.observe(params, gradient=close)
             champion.offer(params, episode.evaluation)
-            self._report(problem.meter.iterations, context, champion, episode, close=close)
             problem.meter.iterations += 1
-            context.progress(problem.meter.fraction(problem.spec.budget), champion.score)
+            report(problem, context, champion, self._readings(episode))
+            if close and episode.evaluation.failure is None:
+                _report_closely(problem.meter.iterations - 1, context, episode)
             keep(problem, context, champion)
             if context.should_stop():
                 break
@@ -66,22 +67,24 @@ class Probe:
         """Whether the next draw is to be looked at closely."""
         return problem.meter.iterations < self.gradients
 
-    def _report(self, number: int, context: RunContext, champion: Champion, episode: Episode, *, close: bool) -> None:
-        readings = {"diverged": float(champion.diverged)}
-        if champion.score is not None:
-            readings["score"] = champion.score
-        if episode.evaluation.failure is None:
-            readings["score_current"] = episode.evaluation.score
-            readings |= {f"score_{name}": _score(name, episode) for name in self._further()}
-        context.report(number + 1, **readings)
-        if close and episode.evaluation.failure is None:
-            for step, value in enumerate(episode.slope.tolist()):
-                if np.isfinite(value):
-                    context.report(step, **{f"slope_{number}": value})
-            path, spread = path_and_spread(episode)
-            for place, values in enumerate(np.hstack([path, spread]).tolist()):
-                readings = {f"{name}_{number}": value for name, value in zip(PATHS + SPREADS, values, strict=True)}
-                context.report(EVERY * place, **readings)
+    def _readings(self, episode: Episode) -> dict[str, float]:
+        """The scores of a draw; none if it diverged."""
+        if episode.evaluation.failure is not None:
+            return {}
+        return {"score_current": episode.evaluation.score} | {
+            f"score_{name}": _score(name, episode) for name in self._further()
+        }
+
+
+def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
+    """The slope, the path and the spread of the draw of this number."""
+    for step, value in enumerate(episode.slope.tolist()):
+        if np.isfinite(value):
+            context.report(step, **{f"slope_{number}": value})
+    path, spread = path_and_spread(episode)
+    for place, values in enumerate(np.hstack([path, spread]).tolist()):
+        readings = {f"{name}_{number}": value for name, value in zip(PATHS + SPREADS, values, strict=True)}
+        context.report(EVERY * place, **readings)
 
 
 def path_and_spread(episode: Episode) -> tuple[Array, Array]:

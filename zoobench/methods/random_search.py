@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from zoobench.errors import UsageError
-from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
+from zoobench.methods.base import RunContext, Solution, keep, report, resume
 from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
@@ -32,7 +32,8 @@ class RandomSearch:
             for params, evaluation in zip(draws, evaluations, strict=True):
                 champion.offer(params, evaluation)
             problem.meter.iterations += 1
-            self._report(problem, context, champion, max(item.score for item in evaluations))
+            current = max(item.score for item in evaluations)
+            report(problem, context, champion, {"score_current": current} if current > -float("inf") else {})
             keep(problem, context, champion)
             if context.should_stop():
                 break
@@ -40,13 +41,3 @@ class RandomSearch:
 
     def _affordable(self, problem: Problem) -> int:
         return next((size for size in range(self.batch, 0, -1) if problem.affords(size)), 0)
-
-    @staticmethod
-    def _report(problem: Problem, context: RunContext, champion: Champion, current: float) -> None:
-        readings = {"substeps": float(problem.meter.substeps), "diverged": float(champion.diverged)}
-        if champion.score is not None:
-            readings["score"] = champion.score
-        if current > -float("inf"):
-            readings["score_current"] = current
-        context.report(problem.meter.iterations, **readings)
-        context.progress(problem.meter.fraction(problem.spec.budget), champion.score)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.spec import Ref
+from zoobench.spec import Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -36,10 +36,19 @@ class Choice:
 
 @dataclass(frozen=True)
 class Result:
-    """A run with its final values by name; there are none unless it is DONE."""
+    """A run with its final values by name; there are none unless it is DONE.
+
+    `lacks` says why one that is DONE has no score.
+    """
 
     run: RunRow
     finals: dict[str, FinalRow]
+    lacks: str = "done without a finite score"
+
+    @property
+    def spec(self) -> RunSpec:
+        """What the run is."""
+        return self.run.spec
 
     @property
     def score(self) -> FinalRow | None:

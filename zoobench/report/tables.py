@@ -7,8 +7,8 @@ A row is an environment, task, design and controller; a column is a method; a ce
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
@@ -16,7 +16,7 @@ from zoobench.report.listing import Listing
 from zoobench.report.normalise import floor_of, shares
 from zoobench.report.query import Result
 from zoobench.report.statistics import Interval, clear_winner, t_interval
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class Cell:
         unit: of the score.
         asked: the seeds that were asked for in this row, of whatever method.
         states: how many runs of the cell are in each state.
+        lacks: how many that are DONE have no score, by why.
         is_winner: every seed is done and the interval lies above those of all other methods.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
@@ -40,6 +41,7 @@ class Cell:
     is_winner: bool = False
     normalised: float | None = None
     missing: int = 0
+    lacks: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def is_empty(self) -> bool:
@@ -64,8 +66,7 @@ class Cell:
             for state, number in sorted(self.states.items())
             if state is not RunState.DONE
         ]
-        if without := self.states.get(RunState.DONE, 0) - self.count:
-            notes.append(f"done without a finite score {without}/{self.asked}")
+        notes += [f"{reason} {number}/{self.asked}" for reason, number in sorted(self.lacks.items())]
         if self.missing:
             notes.append(f"missing {self.missing}/{self.asked}")
         share = f" = {self.normalised:.2f}" if normalised and self.normalised is not None else ""
@@ -79,14 +80,43 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class Spending:
+    """What the scores of a table were taken at that is drawn from learning curves.
+
+    Attributes:
+        kind: the currency.
+        amount: what was asked for; None for the largest amount that all runs of a row have reached, in each row.
+        budgets: the runs' own.
+    """
+
+    kind: BudgetKind
+    amount: float | None
+    budgets: tuple[Budget, ...]
+
+    @property
+    def unit(self) -> str:
+        """Of amounts."""
+        return "s" if self.kind == "seconds" else self.kind
+
+    def __str__(self) -> str:
+        amount = f"equal {self.kind}" if self.amount is None else f"{self.amount:.10g} {self.unit}"
+        own = " and ".join(map(str, self.budgets))
+        return f"best so far at {amount}, of runs with a budget of {own}"
+
+
+@dataclass(frozen=True)
 class Row:
-    """What the methods are compared on; `cells` has one entry per method of the table, None if it was not asked."""
+    """What the methods are compared on; `cells` has one entry per method of the table, None if it was not asked.
+
+    `amount` is what each run had spent, in a table drawn from learning curves.
+    """
 
     env: Ref
     task: Ref
     design: Ref
     controller: Ref
     cells: tuple[Cell | None, ...]
+    amount: float | None = None
 
     @property
     def is_empty(self) -> bool:
@@ -96,22 +126,32 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one fidelity, episode length [control frames] and budget."""
+    """All rows of one fidelity, episode length [control frames] and budget, or what was spent of whatever budgets."""
 
     fidelity: Ref
     frames: int
-    budget: Budget
+    budget: Budget | Spending
     methods: tuple[Ref, ...]
     rows: tuple[Row, ...]
 
     @property
     def title(self) -> str:
         """The settings that all numbers of the table share."""
-        return f"fidelity {self.fidelity.name}, budget {self.budget}, {self.frames} frames"
+        spent = f"budget {self.budget}" if isinstance(self.budget, Budget) else str(self.budget)
+        return f"fidelity {self.fidelity.name}, {spent}, {self.frames} frames"
 
 
-_Wanted = tuple[RunSpec, Result | None]
-"""A run that was asked for, and its result; None if it does not exist."""
+@dataclass(frozen=True)
+class Missing:
+    """A run that is wanted and does not exist."""
+
+    spec: RunSpec
+
+
+Member = Result | Missing
+"""What a cell is made of."""
+
+M = TypeVar("M", Result, Member)
 
 
 def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> list[Table]:
@@ -120,17 +160,21 @@ def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> 
     Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
     asked for. `missing` are wanted and do not exist: they are shown as such, and nobody wins a row that lacks one.
     """
-    settings: dict[tuple[Ref, int, Budget], list[_Wanted]] = {}
-    counted = [
-        result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
-    ]
-    wanted: list[_Wanted] = [(result.run.spec, result) for result in counted]
-    wanted += [(spec, None) for spec in missing]
-    for spec, result in wanted:
-        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append((spec, result))
+    settings: dict[tuple[Ref, int, Budget], list[Member]] = {}
+    members: list[Member] = [*comparable(results), *map(Missing, missing)]
+    for member in members:
+        spec = member.spec
+        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(member)
     return [
         _table(*setting, members)
         for setting, members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
+    ]
+
+
+def comparable(results: Iterable[Result]) -> list[Result]:
+    """Those that may stand in a table: no smoke runs, probes, or runs that cannot be."""
+    return [
+        result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
     ]
 
 
@@ -140,27 +184,34 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     # The controller is a column only where it tells rows apart.
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
     methods = labels(table.methods)
+    # What was spent is a column only where it is not in the title.
+    spent = [f"at [{table.budget.unit}]"] if isinstance(table.budget, Spending) and not table.budget.amount else []
     rows = [
         (
             *(names[axis][getattr(row, axis)] for axis in axes),
+            *(None if row.amount is None else f"{row.amount:.10g}" for _ in spent),
             *("" if cell is None else cell.text(normalised) for cell in row.cells),
         )
         for row in table.rows
     ]
     winners = {
-        (number, len(axes) + place)
+        (number, len(axes) + len(spent) + place)
         for number, row in enumerate(table.rows)
         for place, cell in enumerate(row.cells)
         if cell is not None and cell.is_winner
     }
-    columns = (*axes, *(methods[method] for method in table.methods))
+    columns = (*axes, *spent, *(methods[method] for method in table.methods))
     return Listing(columns, tuple(rows), frozenset(winners))
 
 
 def long_listing(tables: Sequence[Table]) -> Listing:
-    """All tables in long form, one row per cell, for programs; references with every parameter stated."""
+    """All tables in long form, one row per cell, for programs; references with every parameter stated.
+
+    Tables drawn from learning curves say what was spent in place of the budget.
+    """
+    what = "spent" if any(isinstance(table.budget, Spending) for table in tables) else "budget"
     columns = (
-        "fidelity", "frames", "budget_kind", "budget_amount", "env", "task", "design", "controller", "method",
+        "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
         "missing", "winner", "normalised",
     )  # fmt: skip
@@ -178,7 +229,7 @@ def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...
     interval = cell.interval
     states = cell.states
     return (
-        str(table.fidelity), table.frames, table.budget.kind, table.budget.amount,
+        str(table.fidelity), table.frames, table.budget.kind, row.amount or table.budget.amount,
         str(row.env), str(row.task), str(row.design), str(row.controller), str(method),
         interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
         cell.count, cell.asked,
@@ -187,40 +238,46 @@ def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...
     )  # fmt: skip
 
 
-def _table(fidelity: Ref, frames: int, budget: Budget, members: list[_Wanted]) -> Table:
-    methods = tuple(sorted({spec.method for spec, _ in members}, key=str))
-    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[_Wanted]] = {}
-    for spec, result in members:
-        grouped.setdefault(_row_key(spec), []).append((spec, result))
-    rows = [
-        Row(*key, _cells(group, methods))
-        for key, group in sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
-    ]
+def _table(fidelity: Ref, frames: int, budget: Budget, members: list[Member]) -> Table:
+    methods = methods_of(members)
+    rows = [Row(*key, compare(group, methods)) for key, group in in_rows(members)]
     return Table(fidelity, frames, budget, methods, tuple(rows))
 
 
-def _row_key(spec: RunSpec) -> tuple[Ref, Ref, Ref, Ref]:
-    return spec.env, spec.task, spec.design, spec.controller
+def methods_of(members: Iterable[Member]) -> tuple[Ref, ...]:
+    """The columns of a table."""
+    return tuple(sorted({member.spec.method for member in members}, key=str))
 
 
-def _cells(group: list[_Wanted], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
-    asked = len({spec.seed for spec, _ in group})
-    by_method = [[result for spec, result in group if spec.method == method] for method in methods]
+def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[M]]]:
+    """What stands in each row of a table, by environment, task, design and controller; sorted by name."""
+    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[M]] = {}
+    for member in members:
+        spec = member.spec
+        grouped.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(member)
+    return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
+
+
+def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
+    """The cells of a row, the winner marked."""
+    asked = len({member.spec.seed for member in group})
+    by_method = [[member for member in group if member.spec.method == method] for method in methods]
     cells = [_cell(members, asked) if members else None for members in by_method]
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     is_complete = not any(cell is not None and cell.missing for cell in cells)
     if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    lots = shares(means, floor_of(result for _, result in group if result is not None))
+    lots = shares(means, floor_of(member for member in group if isinstance(member, Result)))
     return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
 
 
-def _cell(members: list[Result | None], asked: int) -> Cell:
-    results = [result for result in members if result is not None]
-    scores = [result.score for result in results if result.run.state is RunState.DONE]
-    found = [score for score in scores if score is not None and math.isfinite(score.value)]
+def _cell(members: Sequence[Member], asked: int) -> Cell:
+    results = [member for member in members if isinstance(member, Result)]
+    scores = [(result.score, result.lacks) for result in results if result.run.state is RunState.DONE]
+    found = [score for score, _ in scores if score is not None and math.isfinite(score.value)]
     units = sorted({score.unit for score in found})
     states = Counter(result.run.state for result in results)
+    lacks = Counter(why for score, why in scores if score is None or not math.isfinite(score.value))
     interval = t_interval([score.value for score in found])
-    return Cell(interval, ", ".join(units), asked, states, missing=len(members) - len(results))
+    return Cell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)

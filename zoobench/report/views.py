@@ -96,13 +96,16 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
     return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
 
 
-def run_card(result: Result, attempts: Sequence[AttemptRow]) -> dict[str, Any]:
-    """Everything that is stored about one run, as plain data."""
+def run_card(result: Result, attempts: Sequence[AttemptRow], specs: Sequence[RunSpec] = ()) -> dict[str, Any]:
+    """Everything that is stored about one run, as plain data.
+
+    `specs` are what has to be run to repeat it, where that is more than itself.
+    """
     return {
         **_run_record(result),
         "finals": _finals_record(result),
         "attempts": [_attempt_record(attempt) for attempt in attempts],
-        "repeat": repeat_command(result.run.spec),
+        "repeat": " && ".join(repeat_command(spec) for spec in specs or (result.run.spec,)),
     }
 
 

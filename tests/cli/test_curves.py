@@ -1,0 +1,78 @@
+"""`curves`, and `table` at an equal amount spent."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Command
+from tests.report.content import add_curve, make_spec
+from zoobench.db.store import Store
+
+
+@pytest.fixture
+def learnt(tmp_path: Path) -> Path:
+    """Two methods of different budgets, under the name that commands look for."""
+    path = tmp_path / "zoobench.db"
+    with Store(path) as store:
+        for seed in range(2):
+            add_curve(store, make_spec(seed=seed), [0.2, 0.4 + 0.001 * seed, 0.8])
+            add_curve(store, make_spec(method="random-v1", seed=seed, budget="100 episodes"), [0.1, 0.1], cost=50.0)
+    return path
+
+
+def test_without_a_file_curves_are_a_table(zoobench: Command, learnt: Path) -> None:
+    """A row for each method; against seconds if asked."""
+    out = zoobench("curves").out
+    assert "spent [substeps]" in out
+    assert len(out.splitlines()) == 4
+    assert "spent [s]" in zoobench("curves", "--by", "seconds", "--format", "md").out
+
+
+def test_curves_for_programs_hold_every_point(zoobench: Command, learnt: Path) -> None:
+    """As csv and json, ten iterations in all."""
+    assert len(json.loads(zoobench("curves", "--format", "json").out)) == 10
+    assert len(list(csv.DictReader(io.StringIO(zoobench("curves", "--format", "csv").out)))) == 10
+
+
+def test_curves_are_drawn_into_a_file(zoobench: Command, learnt: Path, tmp_path: Path) -> None:
+    """And said to be."""
+    reply = zoobench("curves", "-o", tmp_path / "curves.png")
+    assert (reply.code, reply.out) == (0, "")
+    assert "1 cell" in reply.err
+    assert (tmp_path / "curves.png").stat().st_size > 5000
+
+
+def test_without_curves_it_says_what_to_type(zoobench: Command, tmp_path: Path) -> None:
+    """Nothing to show is no error; nothing to draw is."""
+    Store(tmp_path / "zoobench.db").close()
+    reply = zoobench("curves")
+    assert reply.code == 0
+    assert "zoobench run" in reply.err
+    assert zoobench("curves", "-o", tmp_path / "curves.png").code == 2
+
+
+def test_a_table_by_what_was_spent_names_its_command(zoobench: Command, learnt: Path) -> None:
+    """Both methods in one table, at what both have spent."""
+    out = zoobench("table", "--by", "substeps").out
+    assert "best so far at equal substeps, of runs with a budget of 100 episodes and 1000 substeps" in out
+    assert "0.2 ± 0 m/s (n=2)" in out
+    assert "made by: zoobench table --by substeps --format table" in out
+
+
+def test_a_table_at_an_amount_says_who_spent_less(zoobench: Command, learnt: Path) -> None:
+    """Random ended at 16 episodes of its own 100, which it was given; in seconds it ended at 1."""
+    assert "0.1 ± 0 m/s (n=2)" in zoobench("table", "--by", "episodes", "--at", "20").out
+    out = zoobench("table", "--by", "seconds", "--at", "1.2").out
+    assert "no score (n=0 of 2, spent less 2/2)" in out
+    assert "made by: zoobench table --by seconds --at 1.2 --format table" in out
+    document = json.loads(zoobench("table", "--by", "seconds", "--at", "1.2", "--format", "json").out)
+    assert {cell["spent_amount"] for cell in document["cells"]} == {1.2}
+
+
+@pytest.mark.parametrize("words", [("--at", "5"), ("--by", "substeps", "--at", "0"), ("--by", "iterations")])
+def test_amounts_that_mean_nothing_are_refused(zoobench: Command, learnt: Path, words: tuple[str, ...]) -> None:
+    """An amount of nothing in particular, no amount, and a currency that methods do not share."""
+    assert zoobench("table", *words).code == 2

@@ -1,0 +1,79 @@
+"""`run` and `plan` with a stored run to start from."""
+
+import json
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from tests.conformance.cells import cell
+from tests.report.content import add_done, add_ended, make_spec
+from zoobench.cli.selection import Selection
+from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.store import Store
+from zoobench.problem import Problem
+from zoobench.spec import RunSpec
+from zoobench.start import key_named
+
+HOME = cell(design="caterpillar")
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Path:
+    """Run 1 kept no solution; run 2, a caterpillar's, has one."""
+    path = tmp_path / "zoobench.db"
+    params = Problem(HOME).initial(np.random.default_rng(0)).tolist()
+    with Store(path) as store:
+        add_done(store, make_spec(), 1.0)
+        add_ended(store, HOME, Ending(RunState.DONE, finals=(FinalRow("score", 1.0, "m/s"),), params=tuple(params)))
+    return path
+
+
+def _specs(method: str, db: Path, **options: str) -> list[RunSpec]:
+    cells = Selection("ice", "turning", smoke=True, method=method, db=str(db), **options).cells()
+    return [found for found in cells if isinstance(found, RunSpec)]
+
+
+def test_a_number_becomes_a_key(database: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By number, by key and as the setting has it, it is the same run, and what it takes is said."""
+    (spec,) = _specs("diffphysics[start=2]", database)
+    assert key_named(spec.method) == HOME.key()[:16]
+    assert "the controller's" in capsys.readouterr().err
+    assert _specs(f"diffphysics[start={HOME.key()[:9]}]", database) == [spec]
+    assert _specs(str(spec.method), database) == [spec]
+
+
+@pytest.mark.parametrize(
+    ("start", "options", "reason"),
+    [
+        ("7", (), "No run matches '7'"),
+        ("1", (), "kept no solutions"),
+        ("2", ("--design", "fish"), "The start does not fit: it has"),
+        ("2", ("--controller", "trajectory"), "The start does not fit: it has"),
+    ],
+)
+def test_a_start_that_cannot_be_is_refused(
+    zoobench: Command, database: Path, start: str, options: tuple[str, ...], reason: str
+) -> None:
+    """Before anything is queued, with the reason."""
+    words = ("--env", "ice", "--task", "turning", "--smoke", "--method", f"diffphysics[start={start}]", *options)
+    for command in ("run", "plan"):
+        reply = zoobench(command, *words)
+        assert reply.code == 2
+        assert reason in reply.err
+    with Store(database) as store:
+        assert len(store.runs()) == 2
+
+
+def test_the_command_that_repeats_a_run_repeats_its_start_first(zoobench: Command, database: Path) -> None:
+    """So that it works where neither has been done."""
+    (spec,) = _specs("cmaes[start=2]", database)
+    with Store(database) as store:
+        store.enqueue([spec])
+    card = json.loads(zoobench("show", "3", "--format", "json").out)
+    before, after = card["repeat"].split(" && ")
+    assert "random-v1" in before
+    assert f"start=run-{HOME.key()[:16]}" in after
+    assert zoobench("plan", *shlex.split(after)[2:]).code == 0

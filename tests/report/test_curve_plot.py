@@ -1,0 +1,94 @@
+"""Learning curves as pictures."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.report.content import add_curve, make_spec
+from zoobench.db.store import Store
+from zoobench.errors import UsageError
+from zoobench.report.curve_plot import MOST_PANELS, draw, line
+from zoobench.report.curves import curves
+from zoobench.report.query import Choice, choose_results
+
+REFERENCES = {"idle_score": 0.0, "random_score": 0.05}
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    """Two methods with two seeds on two environments."""
+    store = Store(tmp_path / "runs.db")
+    for env in ("desert-v1", "ice-v1"):
+        for seed in range(2):
+            add_curve(store, make_spec(env=env, seed=seed), [0.1, 0.2 + seed, 0.8 + seed], references=REFERENCES)
+            late = [None, 0.1, 0.3, 0.3]
+            add_curve(store, make_spec(env=env, method="random-v1", seed=seed), late, cost=60.0 + seed)
+    return store
+
+
+def test_a_line_is_the_mean_in_a_band_from_the_lowest_to_the_highest_seed(store: Store) -> None:
+    """It begins where all seeds have a score, changes where any of them does, and ends where the longest does."""
+    known = curves(store, choose_results(store, Choice()), "substeps")
+    both = line([known[1], known[3]])
+    assert both is not None
+    assert both.spent == (100.0, 200.0, 300.0)
+    assert both.mean == pytest.approx((0.1, 0.7, 1.3))
+    assert both.low == (0.1, 0.2, 0.8)
+    assert both.high == (0.1, 1.2, 1.8)
+    late = line([known[2], known[4]])
+    assert late is not None
+    assert late.spent == (122.0, 180.0, 183.0, 240.0, 244.0)
+    assert late.mean == pytest.approx((0.1, 0.2, 0.3, 0.3, 0.3))
+
+
+def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> None:
+    """With words and units on both axes, a line for each method and two for the references."""
+    from matplotlib.figure import Figure
+
+    drawn: list[Figure] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        results = choose_results(store, Choice())
+        assert draw(results, curves(store, results, "seconds"), tmp_path / "curves.png") == 2
+    panels = drawn[0].axes
+    assert [axes.get_title() for axes in panels] == [
+        f"{env}, turning, caterpillar (2 seeds)" for env in ("desert", "ice")
+    ]
+    for axes in panels:
+        assert axes.get_xlabel() == "wall time [s]"
+        assert axes.get_ylabel() == "best score [m/s]"
+        assert axes.get_legend_handles_labels()[1] == ["diffphysics", "random"]
+        assert {text.get_text() for text in axes.texts} == {"idle", "mean random"}
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_it_is_written_as_its_ending_says(store: Store, tmp_path: Path, ending: str) -> None:
+    """A file of some substance."""
+    results = choose_results(store, Choice(env="ice"))
+    path = tmp_path / f"curves.{ending}"
+    assert draw(results, curves(store, results, "episodes"), path) == 1
+    assert path.stat().st_size > 5000
+
+
+def test_what_cannot_be_drawn_is_refused(store: Store, tmp_path: Path) -> None:
+    """Nothing, too many cells, and a file that is no picture."""
+    results = choose_results(store, Choice())
+    known = curves(store, results, "substeps")
+    with pytest.raises(UsageError, match="0 cells"):
+        draw([], {}, tmp_path / "curves.png")
+    with pytest.raises(UsageError, match=r"curves\.png"):
+        draw(results, known, tmp_path / "curves.doc")
+    for number in range(MOST_PANELS):
+        add_curve(store, make_spec(env=f"place{number}-v1"), [0.1])
+    results = choose_results(store, Choice())
+    with pytest.raises(UsageError, match=f"{MOST_PANELS + 2} cells"):
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
+
+
+def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what to install."""
+    monkeypatch.setitem(sys.modules, "matplotlib.backends.backend_agg", None)
+    results = choose_results(store, Choice())
+    with pytest.raises(UsageError, match="pip install"):
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")

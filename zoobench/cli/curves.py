@@ -1,0 +1,62 @@
+"""`zoobench curves`: how good a method is by what it has spent."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+from typer import Option
+
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    ChosenDesignOption,
+    ChosenEnvOption,
+    ChosenFidelityOption,
+    ChosenMethodOption,
+    ChosenTaskOption,
+    DatabaseOption,
+    FormatOption,
+)
+from zoobench.cli.output import Format, emit, say
+
+
+class Currency(StrEnum):
+    """What a method spends."""
+
+    SUBSTEPS = "substeps"
+    EPISODES = "episodes"
+    SECONDS = "seconds"
+
+
+def curves(
+    env: ChosenEnvOption = "",
+    task: ChosenTaskOption = "",
+    design: ChosenDesignOption = "",
+    method: ChosenMethodOption = "",
+    fidelity: ChosenFidelityOption = "",
+    by: Annotated[Currency, Option("--by", help="What was spent.")] = Currency.SUBSTEPS,
+    output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Show the best scores by what was spent.
+
+    A picture has a panel for each cell and a line for each method: the mean over seeds, in a band from the lowest to
+    the highest. Without one, a table gives the means at shares of what all methods of a cell have spent; csv and json
+    give every point. Finished runs only; smoke runs are left out.
+    """
+    from zoobench.db.store import Store
+    from zoobench.report import curves as report
+    from zoobench.report.curve_plot import draw
+    from zoobench.report.query import Choice, choose_results
+
+    with Store(db, create=False) as store:
+        results = choose_results(store, Choice(env, task, design, "", method, fidelity))
+        known = report.curves(store, results, by.value)
+        points = report.points_listing(store, results) if form in (Format.CSV, Format.JSON) else None
+    if output is not None:
+        count = draw(results, known, output)
+        say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
+        return
+    emit(report.curves_overview(results, known, by.value) if points is None else points, form)
+    if not known:
+        say("No finished run has a curve yet. `zoobench run --env desert --task turning` makes some.")

@@ -1,0 +1,181 @@
+"""Learning curves as pictures: a panel for each cell, a line for each method."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zoobench.errors import UsageError
+from zoobench.report.curves import Curve, cells
+from zoobench.report.labels import labels
+from zoobench.report.normalise import REFERENCES
+from zoobench.report.query import Result
+from zoobench.report.tables import methods_of
+from zoobench.spec import Ref
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_PANELS = 24
+
+_COLOURS = ("#0b62a4", "#c8501e", "#2b8a3e", "#7a3e9d", "#946b00", "#0aa5b5", "#d6337c", "#6b6b6b")
+_STROKES = ("-", "--", "-.", ":")  # where there are more methods than colours
+_PANEL = (5.4, 3.9)  # [inches]
+_AXES = ("env", "task", "design", "controller", "fidelity")
+_UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
+_WORDS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
+_REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
+_CAPTION = (
+    "best score so far; line: mean over seeds; band: lowest to highest seed; "
+    "dotted: a robot at rest (idle) and the mean random controller"
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A method in a cell, over the amounts at which all its seeds have a score; it holds from each to the next.
+
+    Attributes:
+        spent: rising amounts.
+        mean, low, high: of the best scores of the seeds, at each [the task's unit].
+    """
+
+    spent: tuple[float, ...]
+    mean: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+def line(seeds: Sequence[Curve]) -> Line | None:
+    """The line of a method; None where there is no amount at which all seeds have a score."""
+    first = [
+        next((x for x, score in zip(one.spent, one.scores, strict=True) if score is not None), None) for one in seeds
+    ]
+    begins = [x for x in first if x is not None]
+    if len(begins) < len(seeds):
+        return None
+    begin = max(begins)
+    end = min(min(one.reach for one in seeds), max(one.spent[-1] for one in seeds))
+    if end < begin:
+        return None
+    spent = sorted({begin, end, *(x for one in seeds for x in one.spent if begin < x < end)})
+    rows = [[score for one in seeds if (score := one.at(x)) is not None] for x in spent]
+    return Line(
+        tuple(spent),
+        tuple(sum(row) / len(row) for row in rows),
+        tuple(map(min, rows)),
+        tuple(map(max, rows)),
+    )
+
+
+def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> int:
+    """Draw the curves of these results, a panel for each cell; how many panels there are.
+
+    Raises:
+        UsageError: there is nothing to draw or too much, matplotlib is missing, or the file cannot be written.
+    """
+    groups = cells(results, known)
+    if not groups or len(groups) > MOST_PANELS:
+        raise UsageError(
+            f"{len(groups)} cells have curves, and a picture holds 1 to {MOST_PANELS}. "
+            "Choose others with --env, --task, --design or --fidelity."
+        )
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
+    columns = 2 if len(groups) == 4 else min(len(groups), 3)
+    rows = -(-len(groups) // columns)
+    figure = Figure(figsize=(_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    looks = _looks(result.run.spec.method for group in groups for result in group)
+    titles = _titles(groups)
+    for number, group in enumerate(groups):
+        axes = figure.add_subplot(rows, columns, number + 1)
+        _panel(axes, group, known, looks)
+        axes.set_title(titles[number], fontsize=10)
+    seen = {
+        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=min(len(seen), 4), fontsize=9)
+    figure.suptitle(_CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted"), fontsize=8)
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:  # ValueError: an ending that stands for no picture
+        raise UsageError(
+            f"No picture can be written to {str(path)!r}: {error}. Give another file, as curves.png."
+        ) from error
+    return len(groups)
+
+
+def _looks(methods: Iterable[Ref]) -> dict[Ref, tuple[str, str, str]]:
+    """Label, colour and stroke of each method, the same in all panels."""
+    names = labels(methods)
+    ordered = sorted(names, key=str)
+    return {
+        method: (names[method], _COLOURS[number % len(_COLOURS)], _STROKES[number // len(_COLOURS) % len(_STROKES)])
+        for number, method in enumerate(ordered)
+    }
+
+
+def _titles(groups: Sequence[Sequence[Result]]) -> list[str]:
+    """What each panel is about: environment and task, and of the other axes what tells panels apart."""
+    specs = [group[0].run.spec for group in groups]
+    names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
+    shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
+    several = len({spec.frames for spec in specs}) > 1
+    return [
+        ", ".join(names[axis][getattr(spec, axis)] for axis in shown)
+        + (f", {spec.frames} frames" if several else "")
+        + f" ({_seeds(group)})"
+        for spec, group in zip(specs, groups, strict=True)
+    ]
+
+
+def _seeds(group: Sequence[Result]) -> str:
+    """How many seeds each line stands for: `3 seeds`, or `2 to 3 seeds`."""
+    counts = sorted(Counter(result.run.spec.method for result in group).values())
+    number = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else str(counts[0])
+    return f"{number} seed" if number == "1" else f"{number} seeds"
+
+
+def _panel(
+    axes: "Axes", group: Sequence[Result], known: Mapping[int, Curve], looks: Mapping[Ref, tuple[str, str, str]]
+) -> None:
+    ends = []
+    for method in methods_of(group):
+        seeds = [known[result.run.id] for result in group if result.run.spec.method == method]
+        drawn = line(seeds)
+        if drawn is None:
+            continue
+        label, colour, stroke = looks[method]
+        ends.append(drawn.spent[-1])
+        axes.step(drawn.spent, drawn.mean, where="post", color=colour, linestyle=stroke, label=label)
+        axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
+        axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
+    _mark_references(axes, group)
+    if ends and max(ends) > _UNLIKE * min(ends):
+        axes.set_xscale("log")
+    kind = known[group[0].run.id].kind
+    unit = group[0].score.unit if group[0].score is not None else ""
+    axes.set_xlabel(_WORDS[kind])
+    axes.set_ylabel(f"best score [{unit}]" if unit else "best score")
+    axes.grid(alpha=0.3)
+
+
+def _mark_references(axes: "Axes", group: Sequence[Result]) -> None:
+    """A thin line for each reference score, the mean over the runs that know it."""
+    levels = []
+    for name in REFERENCES:
+        found = [result.finals[name].value for result in group if name in result.finals]
+        if found:
+            levels.append((sum(found) / len(found), _REFERENCE_NAMES[name]))
+    for place, (level, word) in enumerate(sorted(levels)):
+        axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
+        below = place == 0 and len(levels) > 1  # the words of two that are close stay apart
+        axes.annotate(
+            word, (0.99, level), xycoords=("axes fraction", "data"), fontsize=7, color="0.35", ha="right",
+            va="top" if below else "bottom",
+        )  # fmt: skip

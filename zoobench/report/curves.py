@@ -1,0 +1,200 @@
+"""Learning curves: the best score of a run by what it had spent, and tables at an equal amount spent.
+
+Only runs that are DONE have a curve here, as only they have results.
+"""
+
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from zoobench.db.rows import FinalRow, RunState
+from zoobench.report.labels import labels
+from zoobench.report.listing import Listing
+from zoobench.report.query import SCORE, Result
+from zoobench.report.statistics import t_interval
+from zoobench.report.tables import Cell, Row, Spending, Table, comparable, compare, in_rows, methods_of
+from zoobench.spec import BudgetKind, Ref
+
+if TYPE_CHECKING:
+    from zoobench.db.query import Reader
+
+CURRENCIES: tuple[BudgetKind, ...] = ("substeps", "episodes", "seconds")
+"""What curves can be drawn against."""
+
+COLUMNS = ("substeps", "forward_substeps", "episodes", "seconds", SCORE)
+"""What every method puts on its curve at every iteration; the score, from its first on."""
+
+_SHARES = (0.125, 0.25, 0.5, 1.0)  # of what was spent, in a listing for reading
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What a run had found by what it had spent; a point for each iteration.
+
+    Attributes:
+        kind: the currency.
+        spent: never falling; a run has at least one point.
+        scores: the best so far, None before the first [the task's unit].
+    """
+
+    result: Result
+    kind: BudgetKind
+    spent: tuple[float, ...]
+    scores: tuple[float | None, ...]
+
+    @property
+    def reach(self) -> float:
+        """Up to which amount it says what the run had found.
+
+        A run in this currency has its whole budget, of which the last bit may not have held another iteration.
+        """
+        budget = self.result.run.spec.budget
+        return max(self.spent[-1], budget.amount if budget.kind == self.kind else 0.0)
+
+    def at(self, amount: float) -> float | None:
+        """The best score when no more than this was spent; None before the first."""
+        passed = bisect_right(self.spent, amount)
+        return self.scores[passed - 1] if passed else None
+
+
+def curves(reader: "Reader", results: Iterable[Result], kind: BudgetKind) -> dict[int, Curve]:
+    """The curves of these results by run id; of runs by an earlier zoobench, which kept less, there may be none.
+
+    Raises:
+        StorageError: the database cannot be read.
+    """
+    done = {result.run.id: result for result in results if result.run.state is RunState.DONE}
+    found = {}
+    for run_id, points in _points(reader, done, (kind, SCORE)).items():
+        if pairs := [(point[kind], point.get(SCORE)) for _, point in sorted(points.items()) if kind in point]:
+            spent, scores = zip(*pairs, strict=True)
+            found[run_id] = Curve(done[run_id], kind, spent, scores)
+    return found
+
+
+def furthest(results: Iterable[Result], known: Mapping[int, Curve]) -> list[Result]:
+    """One run for each cell, method and seed: among those that differ by the budget, the one with the longest curve.
+
+    The budget decides how far a run goes and not where, so a shorter one says nothing that the longer does not.
+    """
+    best: dict[tuple[object, ...], tuple[tuple[float, str], Result]] = {}
+    for result in results:
+        spec, run = result.run.spec, result.run
+        key = (*(getattr(spec, axis) for axis in ("env", "task", "design", "controller", "method", "fidelity")),
+               spec.frames, spec.seed)  # fmt: skip
+        rank = (known[run.id].reach if run.id in known else float(run.state is RunState.DONE) - 1.0, run.key)
+        if key not in best or rank > best[key][0]:
+            best[key] = (rank, result)
+    return [result for _, result in best.values()]
+
+
+def spending_tables(
+    results: Iterable[Result], known: Mapping[int, Curve], kind: BudgetKind, amount: float | None = None
+) -> list[Table]:
+    """Tables of the scores that runs had when all had spent the same, whatever their own budgets.
+
+    Args:
+        known: the curves of the results, against `kind`.
+        amount: what had been spent; in each row the largest amount that all its finished runs have reached if None.
+    """
+    settings: dict[tuple[Ref, int], list[Result]] = {}
+    for result in furthest(comparable(results), known):
+        settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
+    tables = []
+    for (fidelity, frames), members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0]))):
+        methods = methods_of(members)
+        budgets = sorted({result.run.spec.budget for result in members}, key=lambda own: (own.kind, own.amount))
+        rows = tuple(Row(*key, *_row(group, methods, known, amount)) for key, group in in_rows(members))
+        tables.append(Table(fidelity, frames, Spending(kind, amount, tuple(budgets)), methods, rows))
+    return tables
+
+
+def points_listing(reader: "Reader", results: Iterable[Result]) -> Listing:
+    """Every point of every curve, one row per iteration, for programs; references with every parameter stated."""
+    axes = ("env", "task", "design", "controller", "method", "fidelity")
+    done = {result.run.id: result for result in comparable(results) if result.run.state is RunState.DONE}
+    rows = [
+        (
+            run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in axes), done[run_id].run.spec.frames,
+            done[run_id].run.spec.seed, iteration, *(point.get(name) for name in COLUMNS), _unit(done[run_id]),
+        )
+        for run_id, points in _points(reader, done, COLUMNS).items()
+        for iteration, point in sorted(points.items())
+    ]  # fmt: skip
+    return Listing(("run", *axes, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
+
+
+def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind: BudgetKind) -> Listing:
+    """Mean best scores at shares of what all methods of a cell have spent, for reading: a row per cell and method."""
+    unit = Spending(kind, None, ()).unit
+    groups = cells(results, known)
+    names = {axis: labels(getattr(group[0].run.spec, axis) for group in groups) for axis in ("env", "task", "design")}
+    methods = labels(result.run.spec.method for group in groups for result in group)
+    rows = []
+    for group in groups:
+        end = min(known[result.run.id].reach for result in group)
+        for method in methods_of(group):
+            own = [known[result.run.id] for result in group if result.run.spec.method == method]
+            spec = own[0].result.run.spec
+            means = [_mean([curve.at(share * end) for curve in own]) for share in _SHARES]
+            rows.append(
+                (*(names[axis][getattr(spec, axis)] for axis in names), methods[method], len(own), f"{end:.10g}",
+                 *means, _unit(own[0].result))
+            )  # fmt: skip
+    shares = (f"at {share:g}" for share in _SHARES[:-1])
+    return Listing((*names, "method", "n", f"spent [{unit}]", *shares, "at all of it", "unit"), tuple(rows))
+
+
+def cells(results: Iterable[Result], known: Mapping[int, Curve]) -> list[list[Result]]:
+    """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
+    able = [result for result in furthest(comparable(results), known) if result.run.id in known]
+    settings: dict[tuple[Ref, int], list[Result]] = {}
+    for result in able:
+        settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
+    ordered = sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
+    return [group for _, members in ordered for _, group in in_rows(members)]
+
+
+def _points(
+    reader: "Reader", done: Mapping[int, Result], names: Sequence[str]
+) -> dict[int, dict[int, dict[str, float]]]:
+    """By run id and iteration, what these curves hold."""
+    found: dict[int, dict[int, dict[str, float]]] = {}
+    for run_id, rows in reader.all_metrics(done, names).items() if done else ():
+        points = found.setdefault(run_id, {})
+        for row in rows:
+            points.setdefault(row.step, {})[row.name] = row.value
+    return found
+
+
+def _row(
+    group: list[Result], methods: tuple[Ref, ...], known: Mapping[int, Curve], amount: float | None
+) -> tuple[tuple[Cell | None, ...], float | None]:
+    """The cells of a row, and at what amount."""
+    if amount is None:
+        amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
+    return compare([_read(result, known.get(result.run.id), amount) for result in group], methods), amount
+
+
+def _read(result: Result, curve: Curve | None, amount: float | None) -> Result:
+    """The result as it was when this much was spent; without a score where that cannot be said."""
+    if result.run.state is not RunState.DONE:
+        return result
+    score, lacks = None, "kept no curve"
+    if curve is not None and amount is not None:
+        score, lacks = (curve.at(amount), "no score yet") if curve.reach >= amount else (None, "spent less")
+    finals = {name: final for name, final in result.finals.items() if name != SCORE}
+    if score is not None:
+        finals[SCORE] = FinalRow(SCORE, score, _unit(result))
+    return replace(result, finals=finals, lacks=lacks)
+
+
+def _mean(scores: Sequence[float | None]) -> float | None:
+    """None unless every seed has a score."""
+    interval = t_interval([score for score in scores if score is not None])
+    return interval.mean if interval is not None and interval.count == len(scores) else None
+
+
+def _unit(result: Result) -> str:
+    return "" if result.score is None else result.score.unit
