@@ -1,5 +1,6 @@
 """Bodies from point clouds: what is exported comes back, what is wrong is refused."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,13 @@ def cloud(path: Path, **changed: Any) -> CloudDesign:
     return CloudDesign(path=InputFile(path))
 
 
-def test_an_exported_animal_comes_back(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "library"), [("a.ply", "trimesh"), ("a.pcd", "pypcd4")])
+def test_an_exported_animal_comes_back(name: str, library: str, tmp_path: Path) -> None:
     """At the same fidelity: the same places, fibres, stiffness, mass, and the muscle of the largest share."""
-    pytest.importorskip("trimesh")
+    pytest.importorskip(library)
     panda = registry.create(Kind.DESIGN, Ref("panda")).body(PAPER)
-    export(panda, 1 / 256, tmp_path / "a.ply")
-    again = registry.create(Kind.DESIGN, Ref("cloud", params=(("path", str(tmp_path / "a.ply")),))).body(PAPER)
+    export(panda, 1 / 256, tmp_path / name)
+    again = registry.create(Kind.DESIGN, Ref("cloud", params=(("path", str(tmp_path / name)),))).body(PAPER)
     assert isinstance(again, Body)
     shift = again.positions.mean(axis=0) - panda.positions.mean(axis=0)
     assert again.particle_count == panda.particle_count
@@ -68,6 +70,8 @@ def test_cubes_have_their_volume_and_stand_on_the_ground(tmp_path: Path) -> None
         ({"fibres": np.zeros((3, 3))}, "fibres"),
         ({"positions": np.full((80, 3), np.nan)}, "positions"),
         ({"muscle": np.full(80, 2)}, "numbered"),
+        ({"muscle": np.full(80, 0.5)}, "not whole"),
+        ({"muscle": np.full(80, np.nan)}, "not whole"),
         ({"muscle": np.full(80, -1)}, "no muscle"),
         ({"stiffness": np.zeros(80)}, "positive"),
         ({"positions": 1000.0 * columns()["positions"]}, "metres"),
@@ -79,10 +83,73 @@ def test_columns_without_sense_are_refused(changed: dict[str, Any], message: str
         cloud(tmp_path / "a.npz", **changed)
 
 
-@pytest.mark.parametrize("name", ["a.npz", "a.ply", "a.txt"])
+@pytest.mark.parametrize("name", ["a.npz", "a.ply", "a.pcd", "a.txt"])
 def test_what_is_no_cloud_is_refused(name: str, tmp_path: Path) -> None:
     """Other contents and other endings, without a traceback."""
     pytest.importorskip("trimesh")
+    pytest.importorskip("pypcd4")
     (tmp_path / name).write_bytes(b"nothing")
-    with pytest.raises(UsageError, match=r"no point cloud|\.ply or \.npz"):
+    with pytest.raises(UsageError, match=r"no point cloud|\.ply, \.pcd or \.npz"):
         CloudDesign(path=InputFile(tmp_path / name))
+
+
+def pcd(path: Path, encoding: str, **changed: Any) -> InputFile:
+    """`columns` as another program writes them, all in one type; a column that is None is left out."""
+    pypcd4 = pytest.importorskip("pypcd4")
+    given = columns(**changed)
+    vectors = {"xyz": given.pop("positions"), "f": given.pop("fibres")}
+    table = {name: vectors["xyz"][:, number] for number, name in enumerate("xyz")}
+    table |= {f"f{name}": vectors["f"][:, number] for number, name in enumerate("xyz")} | given
+    table = {name: values for name, values in table.items() if values is not None}
+    points = pypcd4.PointCloud.from_points(list(table.values()), list(table), [np.float64] * len(table))
+    points.save(path, pypcd4.Encoding(encoding))
+    return InputFile(path)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+def test_a_pcd_file_is_the_same_body_in_each_encoding(encoding: str, tmp_path: Path) -> None:
+    """Written by another library: what the same columns are as NPZ."""
+    expected = cloud(tmp_path / "a.npz").body(PAPER)
+    found = CloudDesign(path=pcd(tmp_path / "a.pcd", encoding)).body(PAPER)
+    np.testing.assert_allclose(found.positions, expected.positions, atol=1e-12)
+    np.testing.assert_array_equal(found.muscle_membership, expected.muscle_membership)
+    np.testing.assert_allclose(found.fibres, expected.fibres)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"muscle": None}, "muscle"),
+        ({"positions": np.zeros((0, 3)), "fibres": np.zeros((0, 3)), "muscle": np.zeros(0)}, "positions"),
+        ({"positions": 1000.0 * columns()["positions"]}, "metres"),
+        ({"fibres": np.full((80, 3), np.nan)}, "fibres"),
+        ({"muscle": np.full(80, 0.5)}, "not whole"),
+    ],
+)
+def test_pcd_columns_without_sense_are_refused(
+    encoding: str, changed: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    """One missing, none of a point, another unit, no number, half a muscle: each is named."""
+    with pytest.raises(UsageError, match=message):
+        CloudDesign(path=pcd(tmp_path / "a.pcd", encoding, **changed))
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
+def test_a_pcd_file_that_was_cut_off_is_refused(encoding: str, tmp_path: Path) -> None:
+    """Between two points, within one, or right after its header."""
+    content = Path(pcd(tmp_path / "a.pcd", encoding)).read_bytes()
+    header, data = content.index(encoding.encode()) + len(encoding) + 1, 7 * 8 * 80
+    scale = (len(content) - header) / data
+    for kept in (7 * 8 * 40, 7 * 8 * 40 + 3, 0):
+        (tmp_path / "b.pcd").write_bytes(content[: header + int(kept * scale)])
+        with pytest.raises(UsageError, match="no point cloud"):
+            CloudDesign(path=InputFile(tmp_path / "b.pcd"))
+
+
+def test_without_its_library_a_pcd_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the extra that brings it."""
+    (tmp_path / "a.pcd").write_bytes(b"VERSION 0.7")
+    monkeypatch.setitem(sys.modules, "pypcd4", None)
+    with pytest.raises(UsageError, match=r"zoobench\[meshes\]"):
+        CloudDesign(path=InputFile(tmp_path / "a.pcd"))

@@ -7,7 +7,7 @@ import pytest
 
 from zoobench import registry
 from zoobench.designs.base import Body
-from zoobench.designs.export import PLY_COLUMNS, export
+from zoobench.designs.export import COLUMNS, export
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.fidelity import Fidelity
@@ -41,10 +41,24 @@ def test_ply_is_read_by_others(panda: Body, tmp_path: Path) -> None:
     cloud = trimesh.load(tmp_path / "a.ply")
     np.testing.assert_allclose(cloud.vertices, panda.positions, atol=1e-7)
     rows = cloud.metadata["_ply_raw"]["vertex"]["data"]
-    assert rows.dtype.names == PLY_COLUMNS
+    assert rows.dtype.names == COLUMNS
     passive = panda.muscle_membership.sum(axis=1) <= 0.5
     np.testing.assert_array_equal(rows["muscle"] == -1, passive)
     np.testing.assert_allclose(rows["fy"], panda.fibres[:, 1], atol=1e-6)
+
+
+def test_pcd_is_read_by_others(panda: Body, tmp_path: Path) -> None:
+    """pypcd4 finds the fields, and in them what the PLY file holds."""
+    pypcd4 = pytest.importorskip("pypcd4")
+    trimesh = pytest.importorskip("trimesh")
+    export(panda, EDGE, tmp_path / "a.pcd")
+    export(panda, EDGE, tmp_path / "a.ply")
+    cloud = pypcd4.PointCloud.from_path(tmp_path / "a.pcd")
+    assert cloud.fields == COLUMNS
+    assert cloud.points == panda.particle_count
+    rows = trimesh.load(tmp_path / "a.ply").metadata["_ply_raw"]["vertex"]["data"]
+    for name in COLUMNS:
+        np.testing.assert_array_equal(cloud.pc_data[name], rows[name])
 
 
 def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> None:
@@ -74,5 +88,5 @@ def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["a.docx", "a", "nowhere/a.npz"])
 def test_where_nothing_can_be_written(panda: Body, name: str, tmp_path: Path) -> None:
     """An unknown ending, none, and a folder that is not there."""
-    with pytest.raises(UsageError, match=r"\.npz, \.ply or \.stl|cannot be written"):
+    with pytest.raises(UsageError, match=r"\.npz, \.pcd, \.ply or \.stl|cannot be written"):
         export(panda, EDGE, tmp_path / name)

@@ -21,7 +21,7 @@ def _group() -> None:
 @design.command("export")
 def export(
     name: Annotated[str, Argument(help="A design, as in panda or 'mesh[path=body.stl]', or a run that is done.")],
-    out: Annotated[Path, Option("--out", "-o", help="The file: .stl is a surface, .ply and .npz are particles.")],
+    out: Annotated[Path, Option("--out", "-o", help="The file: .stl is a surface, .ply, .pcd and .npz are particles.")],
     fidelity: Annotated[
         str | None, Option("--fidelity", help="How finely.", show_default="fine, or a run's own")
     ] = None,
@@ -30,7 +30,7 @@ def export(
     """Write a body to a file for other tools: a design's, or that which a run has found.
 
     In metres, x ahead and y up. A surface (.stl) encloses the body's volume and needs the extra `meshes`; particles
-    (.ply, .npz) come with their muscles, fibres, stiffness and density. Of a design space without a run it is the
+    (.ply, .pcd, .npz) come with their muscles, fibres, stiffness and density. Of a design space without a run it is the
     workspace.
     """
     from zoobench.harness.grid import parse_one

@@ -22,12 +22,13 @@ _END = 0.25  # of the length: head and tail
 @register(Kind.DESIGN, "cloud", tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class CloudDesign:
-    """A body from a point cloud in a file (PLY or NPZ), with muscles and fibres as they are given there.
+    """A body from a point cloud in a file (PLY, PCD or NPZ), with muscles and fibres as they are given there.
 
-    In metres, x ahead, y up. A PLY file has the vertex properties x, y, z, muscle (a number from 0, or -1 for none),
-    fx, fy, fz, and if it likes stiffness and density_ratio; an NPZ file has the arrays `positions` [n, 3], `muscle` [n]
-    and `fibres` [n, 3], and if it likes the other two. `zoobench design export` writes such a PLY. Each point stands
-    for a cube as wide as its distance to the next; what lies in a cube has what its point has.
+    In metres, x ahead, y up. A PLY file has the vertex properties, and a PCD file the fields, x, y, z, muscle (a number
+    from 0, or -1 for none), fx, fy, fz, and if it likes stiffness and density_ratio; an NPZ file has the arrays
+    `positions` [n, 3], `muscle` [n] and `fibres` [n, 3], and if it likes the other two. `zoobench design export` writes
+    such a PLY or PCD. Each point stands for a cube as wide as its distance to the next; what lies in a cube has what
+    its point has.
 
     * `path`: of the file; its content becomes part of the run's key.
     """
@@ -118,16 +119,16 @@ def _load(name: str) -> _Points:
         UsageError: the file cannot be read, or its columns make no body.
     """
     path, content = path_of(name), read(name)
-    reader = {".npz": _npz, ".ply": _ply}.get(path.suffix.lower())
+    reader = {".npz": _npz, ".pcd": _pcd, ".ply": _ply}.get(path.suffix.lower())
     if reader is None:
-        raise UsageError(f"{path.name!r} ends in {path.suffix!r}. Give a point cloud as .ply or .npz.")
+        raise UsageError(f"{path.name!r} ends in {path.suffix!r}. Give a point cloud as .ply, .pcd or .npz.")
     try:
         columns = reader(content)
         positions = np.array(columns["positions"], float)
         ones = np.ones(len(positions))
         found = _Points(
             positions,
-            np.array(columns["muscle"]).astype(np.int64),
+            _whole(columns["muscle"]),
             np.array(columns["fibres"], float),
             np.array(columns.get("stiffness", ones), float),
             np.array(columns.get("density_ratio", ones), float),
@@ -135,8 +136,9 @@ def _load(name: str) -> _Points:
     except UsageError:
         raise
     except Exception as error:  # whatever a reader makes of a stranger's file
+        reason = str(error).partition("\n")[0]
         raise UsageError(
-            f"{path.name!r} is no point cloud with its columns: {error}. See `zoobench show cloud`."
+            f"{path.name!r} is no point cloud with its columns: {reason}. See `zoobench show cloud`."
         ) from None
     _check(found, path.name)
     lengths = np.linalg.norm(found.fibres, axis=1, keepdims=True)
@@ -162,6 +164,18 @@ def _check(points: _Points, name: str) -> None:
         raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
 
 
+def _whole(values: Any) -> NDArray[np.int64]:
+    """Numbers of muscles; other programs may have written them as decimals.
+
+    Raises:
+        ValueError: one is not whole.
+    """
+    numbers = np.asarray(values, float)
+    if not (np.isfinite(numbers) & (numbers == np.round(numbers))).all():
+        raise ValueError("a muscle's number is not whole")
+    return numbers.astype(np.int64)
+
+
 def _npz(content: bytes) -> dict[str, Any]:
     with np.load(BytesIO(content), allow_pickle=False) as file:
         return {name: file[name] for name in file.files}
@@ -169,8 +183,26 @@ def _npz(content: bytes) -> dict[str, Any]:
 
 def _ply(content: bytes) -> dict[str, Any]:
     cloud = trimesh_or_advice().load(BytesIO(content), file_type="ply")
-    rows = cloud.metadata["_ply_raw"]["vertex"]["data"]
-    columns = {name: rows[name] for name in rows.dtype.names}
+    return _columns(cloud.metadata["_ply_raw"]["vertex"]["data"])
+
+
+def _pcd(content: bytes) -> dict[str, Any]:
+    try:
+        from pypcd4 import PointCloud
+    except ImportError:
+        raise UsageError(
+            "PCD files need pypcd4, which is not installed. Try: pip install 'zoobench[meshes]'."
+        ) from None
+    cloud: Any = PointCloud.from_fileobj(BytesIO(content))
+    rows, promised = cloud.pc_data, cloud.metadata.points
+    if len(rows) != promised:  # the library takes what there is of a file that was cut off
+        raise ValueError(f"its header promises {promised} points and it holds {len(rows)}")
+    return _columns(rows)
+
+
+def _columns(rows: NDArray[np.void]) -> dict[str, Any]:
+    """A table by columns, those of a vector side by side."""
+    columns: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
     columns["positions"] = np.stack([rows[name] for name in ("x", "y", "z")], axis=1)
     columns["fibres"] = np.stack([rows[name] for name in ("fx", "fy", "fz")], axis=1)
     return columns

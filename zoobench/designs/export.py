@@ -8,7 +8,7 @@ import numpy as np
 from zoobench.designs.base import Array, Body
 from zoobench.errors import UsageError
 
-FORMATS = ("npz", "ply", "stl")
+FORMATS = ("npz", "pcd", "ply", "stl")
 
 _EXISTS = 0.5  # occupancy from which on a particle is part of the surface's inside
 _SOFTNESS = 0.7  # of the surface [particle edges]: rounds the lattice's steps
@@ -19,6 +19,7 @@ def export(body: Body, edge: float, path: Path) -> None:
 
     * `npz`: the arrays of `Body` by name.
     * `ply`: the particles that exist, as vertices x, y, z, muscle (-1 for none), fx, fy, fz, stiffness, density_ratio.
+    * `pcd`: the same columns as fields of the Point Cloud Library's format 0.7, in binary.
     * `stl`: the closed surface around them, which encloses the body's volume.
 
     Args:
@@ -29,8 +30,8 @@ def export(body: Body, edge: float, path: Path) -> None:
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
-        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .npz, .ply or .stl.")
-    writer = {"npz": _npz, "ply": _ply, "stl": _stl}[kind]
+        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .npz, .pcd, .ply or .stl.")
+    writer = {"npz": _npz, "pcd": _pcd, "ply": _ply, "stl": _stl}[kind]
     try:
         writer(body, edge, path)
     except OSError as error:
@@ -44,23 +45,48 @@ def _npz(body: Body, edge: float, path: Path) -> None:
 
 
 def _ply(body: Body, edge: float, path: Path) -> None:
+    rows = _rows(body)
+    names = "".join(f"comment muscle {number} {name}\n" for number, name in enumerate(body.muscles))
+    columns = "".join(f"property {'int' if name == 'muscle' else 'float'} {name}\n" for name in COLUMNS)
+    header = f"ply\nformat binary_little_endian 1.0\n{names}element vertex {len(rows)}\n{columns}end_header\n"
+    path.write_bytes(header.encode("ascii") + rows.tobytes())
+
+
+def _pcd(body: Body, edge: float, path: Path) -> None:
+    rows = _rows(body)
+    names = "".join(f"# muscle {number} {name}\n" for number, name in enumerate(body.muscles))
+    fields = {
+        "VERSION": ["0.7"],
+        "FIELDS": COLUMNS,
+        "SIZE": ["4"] * len(COLUMNS),
+        "TYPE": ["I" if name == "muscle" else "F" for name in COLUMNS],
+        "COUNT": ["1"] * len(COLUMNS),
+        "WIDTH": [str(len(rows))],
+        "HEIGHT": ["1"],
+        "VIEWPOINT": "0001000",
+        "POINTS": [str(len(rows))],
+        "DATA": ["binary"],
+    }
+    header = names + "".join(f"{name} {' '.join(words)}\n" for name, words in fields.items())
+    path.write_bytes(header.encode("ascii") + rows.tobytes())
+
+
+COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio")
+"""What is written of a point in a PLY or PCD file."""
+
+
+def _rows(body: Body) -> "np.ndarray[tuple[int, ...], np.dtype[np.void]]":
+    """The particles that exist, one row of `COLUMNS` each."""
     own = body.occupancy > _EXISTS
     shares = body.muscle_membership[own]
     active = shares.sum(axis=1) > 0.5
-    rows = np.zeros(int(own.sum()), dtype=[(name, "<i4" if name == "muscle" else "<f4") for name in PLY_COLUMNS])
+    rows = np.zeros(int(own.sum()), dtype=[(name, "<i4" if name == "muscle" else "<f4") for name in COLUMNS])
     for number, name in enumerate("xyz"):
         rows[name] = body.positions[own, number]
         rows[f"f{name}"] = body.fibres[own, number]
     rows["muscle"] = np.where(active, shares.argmax(axis=1), -1) if shares.shape[1] else -1
     rows["stiffness"], rows["density_ratio"] = body.stiffness[own], body.density_ratio[own]
-    names = "".join(f"comment muscle {number} {name}\n" for number, name in enumerate(body.muscles))
-    columns = "".join(f"property {'int' if name == 'muscle' else 'float'} {name}\n" for name in PLY_COLUMNS)
-    header = f"ply\nformat binary_little_endian 1.0\n{names}element vertex {len(rows)}\n{columns}end_header\n"
-    path.write_bytes(header.encode("ascii") + rows.tobytes())
-
-
-PLY_COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio")
-"""Properties of a vertex in a PLY file."""
+    return rows
 
 
 def _stl(body: Body, edge: float, path: Path) -> None:
