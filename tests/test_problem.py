@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,6 +59,23 @@ def test_episodes_are_a_budget_too() -> None:
     assert not problem.affords(2)
     problem.evaluate(_draws(problem, 1)[0])
     assert not problem.affords(1)
+
+
+def test_wall_time_is_a_budget_whose_promises_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the clock allowed is done although time runs out before it begins; what comes after it is refused."""
+    now = [0.0]
+    monkeypatch.setattr("zoobench.meter.time", SimpleNamespace(perf_counter=lambda: now[0]))
+    problem = Problem(cell(budget=Budget("seconds", 1.0)))
+    (draw,) = _draws(problem, 1)
+    for now[0] in (0.0, 0.5):
+        problem.evaluate(draw)
+    assert problem.affords(3)
+    now[0] = 1.5
+    problem.evaluate(draw)
+    assert not problem.affords(1)
+    with pytest.raises(BudgetExhaustedError, match="seconds"):
+        problem.evaluate(draw)
+    assert problem.meter.episodes == 3
 
 
 def test_results_do_not_depend_on_how_many_run_side_by_side() -> None:

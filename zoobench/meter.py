@@ -27,6 +27,7 @@ class BudgetMeter:
     iterations: int = 0
     earlier_seconds: float = 0.0
     _started: float | None = field(default=None, repr=False, compare=False)
+    _promised: bool = field(default=False, repr=False, compare=False)
 
     @property
     def substeps(self) -> int:
@@ -39,8 +40,20 @@ class BudgetMeter:
         running = 0.0 if self._started is None else time.perf_counter() - self._started
         return self.earlier_seconds + running
 
+    def is_left(self, budget: Budget) -> bool:
+        """Whether anything of a budget is left.
+
+        Of wall time, a yes is a promise that holds for the next evaluation: the clock runs on while a method breeds
+        what it has asked for.
+        """
+        if budget.kind != "seconds":
+            return self.spent(budget.kind) < budget.amount
+        self._promised = self._promised or self.seconds < budget.amount
+        return self._promised
+
     def start_clock(self) -> None:
-        """Start the wall clock, once."""
+        """Start the wall clock, once, at an evaluation; what was promised is used up with it."""
+        self._promised = False
         if self._started is None:
             self._started = time.perf_counter()
 

@@ -111,7 +111,7 @@ class Problem:
             return meter.substeps + count * cost <= budget.amount
         if budget.kind == "episodes":
             return meter.episodes + count <= budget.amount
-        return meter.spent(budget.kind) < budget.amount
+        return meter.is_left(budget)
 
     def evaluate(self, parameters: Array) -> Evaluation:
         """Simulate one episode; see `evaluate_batch`."""

@@ -110,7 +110,7 @@ class Session:
             # an episode counts from its first frame on
             begun = np.ceil((done + frames) / length) - np.ceil(done / length)
             return meter.episodes + int(begun.sum()) + evaluations <= budget.amount
-        return meter.spent(budget.kind) < budget.amount
+        return meter.is_left(budget)
 
     def begin(self, worlds: Iterable[int] | None = None) -> Array:
         """Begin an episode in these worlds, in all if None; what is felt in all `[worlds, observation_count]`."""

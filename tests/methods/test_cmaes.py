@@ -3,20 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.methods.toy import OPTIMUM, Context, Quadratic
+from tests.methods.toy import OPTIMUM, Context, Quadratic, Rosenbrock
 from zoobench.errors import UsageError
 from zoobench.methods.cmaes import CmaEs
 from zoobench.spec import Budget
-
-
-class Rosenbrock(Quadratic):
-    """score = -sum 100 (y - x^2)^2 + (1 - x)^2, in a valley that bends towards the optimum at ones."""
-
-    def _one(self, params: np.ndarray) -> tuple:  # type: ignore[type-arg]
-        x, y = params[:-1], params[1:]
-        evaluation, slope = super()._one(params)
-        score = -float((100.0 * (y - x**2) ** 2 + (1.0 - x) ** 2).sum())
-        return type(evaluation)(score, evaluation.metrics, evaluation.reward), slope
 
 
 def test_it_finds_the_optimum_of_a_quadratic() -> None:

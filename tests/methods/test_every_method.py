@@ -1,37 +1,80 @@
 """What every method owes: its budget, its reproducibility, its going on after an interruption."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.methods.toy import Context, Quadratic
+from tests.methods.toy_session import Obey
 from zoobench import registry
 from zoobench.errors import BudgetExhaustedError, DivergenceError
+from zoobench.meter import BudgetMeter
 from zoobench.methods.base import Solution
 from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref
+from zoobench.spec import Budget, BudgetKind, Ref
 
-# one that trains a policy decides on frames, of which the toy has none: it is tested in test_ppo.py
-METHODS = [name for name in registry.names(Kind.METHOD) if "policy" not in registry.get(Kind.METHOD, name).tags]
+ALL = registry.names(Kind.METHOD)
+# one that trains a policy decides on frames: what a parabola can tell of others is in test_ppo.py
+METHODS = [name for name in ALL if "policy" not in registry.get(Kind.METHOD, name).tags]
+SMALL = {"ppo": "ppo[buffer=32,batch=16,epochs=2,worlds=4]"}
+
+AMOUNTS = {"substeps": (400, 2500), "episodes": (20, 120), "iterations": (2, 9), "seconds": (0.4, 2.5)}
+"""Budgets to draw from, of which the least holds an iteration of every method."""
 
 
-def _run(name: str, problem: Quadratic, context: Context) -> Solution:
-    solution: Solution = registry.create(Kind.METHOD, Ref(name)).run(problem, context)
+class Watcher(Context):
+    """A context that notes what is spent at each checkpoint."""
+
+    def __init__(self, meter: BudgetMeter, kind: BudgetKind) -> None:
+        super().__init__()
+        self._meter, self._kind = meter, kind
+        self.spent = [0.0]
+
+    def checkpoint(self, data: bytes) -> None:
+        super().checkpoint(data)
+        self.spent.append(self._meter.spent(self._kind))
+
+
+def _toy(name: str, budget: Budget) -> Quadratic | Obey:
+    return Quadratic(budget) if name in METHODS else Obey(budget)
+
+
+def _run(name: str, problem: Quadratic | Obey, context: Context) -> Solution:
+    method = registry.create(Kind.METHOD, Ref.parse(SMALL.get(name, name)))
+    solution: Solution = method.run(problem, context)
     return solution
 
 
-@pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("kind", ["substeps", "episodes", "iterations"])
-def test_the_budget_is_honoured(name: str, kind: str) -> None:
-    """Never more than allowed, and no room left for another iteration."""
-    amount = {"substeps": 2000, "episodes": 100, "iterations": 7}[kind]
-    problem, context = Quadratic(Budget(kind, amount)), Context()
-    _run(name, problem, context)
-    batch = 8
-    assert problem.meter.spent(kind) <= amount
-    assert not problem.affords(batch, gradient=problem.meter.backward > 0)
-    assert context.fractions == sorted(context.fractions)
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("kind", list(AMOUNTS))
+def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever it is: never more than allowed, and less than one more iteration is left over.
+
+    Wall time cannot be known beforehand: no iteration begins after its end. Here a substep takes a millisecond.
+    """
+    for amount in np.random.default_rng(3).uniform(*AMOUNTS[kind], 4):
+        budget = Budget(kind, float(amount) if kind == "seconds" else int(amount))
+        problem = _toy(name, budget)
+        clock = SimpleNamespace(perf_counter=lambda meter=problem.meter: 1e-3 * meter.substeps)
+        monkeypatch.setattr("zoobench.meter.time", clock)
+        context = Watcher(problem.meter, kind)
+        _run(name, problem, context)
+        spent, iteration = problem.meter.spent(kind), max(np.diff(context.spent))
+        if kind == "seconds":
+            assert 0.0 <= spent - budget.amount < iteration
+        else:
+            assert 0.0 <= budget.amount - spent < iteration
+        assert context.fractions == sorted(context.fractions)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_wall_time_ends_a_run(name: str) -> None:
+    """By the real clock, however busy the machine is."""
+    problem = _toy(name, Budget("seconds", 0.5))
+    _run(name, problem, Context())
+    assert 0.5 <= problem.meter.seconds < 5.0
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -101,8 +144,10 @@ def test_a_diverged_episode_cannot_win(name: str) -> None:
     assert solution.facts["diverged_evaluations"] == sum(params[1] > 0.0 for params in problem.seen) > 0
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_budget_too_small_for_anything_is_an_error(name: str) -> None:
     """Nothing is simulated and the problem explains the budget."""
+    problem = _toy(name, Budget("substeps", 5))
     with pytest.raises(BudgetExhaustedError):
-        _run(name, Quadratic(Budget("substeps", 5)), Context())
+        _run(name, problem, Context())
+    assert problem.meter.substeps == 0

@@ -9,38 +9,12 @@ import torch
 from neat.activations import ActivationFunctionSet
 
 from tests.methods.toy import Context, Quadratic
+from tests.methods.toy_bodies import NOW, Sculpture, robot_of
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.hyperneat import Bodies, HyperNeat
-from zoobench.robot import Robot
-from zoobench.sim.fidelity import Fidelity
-from zoobench.spec import Budget, Ref
-from zoobench.tasks.base import Metric
-
-NOW = torch.zeros(1, dtype=torch.float64)
-
-
-def _robot(design: str, controller: str = "fixed-sine") -> Robot:
-    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64))
-
-
-class Sculpture(Quadratic):
-    """Score: the share of a block's particles that are there where x > 0, and not there elsewhere."""
-
-    def __init__(self, budget: Budget) -> None:
-        super().__init__(budget)
-        self.robot = _robot("voxel")  # type: ignore[assignment]
-        self.body = self.robot.body
-        self.parameter_count = self.robot.parameter_count
-
-    def initial(self, rng: np.random.Generator) -> np.ndarray:
-        return self.robot.initial(rng)  # type: ignore[attr-defined, no-any-return]
-
-    def _one(self, params: np.ndarray) -> tuple[Evaluation, np.ndarray]:
-        solid = self.robot.build(torch.as_tensor(params)[None], NOW).matter["occupancy"][0].numpy() > 0.5  # type: ignore[attr-defined]
-        score = float((solid == (self.body.positions[:, 0] > 0.0)).mean())
-        return Evaluation(score, {"score": Metric(score, "1")}, np.array([score])), np.zeros(0)
+from zoobench.spec import Budget
 
 
 def test_it_finds_a_body_that_is_known() -> None:
@@ -121,7 +95,7 @@ def test_what_failed_is_less_fit_than_all_others() -> None:
 def test_first_bodies_mostly_hold_together(design: str) -> None:
     """Four of five can be built in one piece, and their sizes differ."""
     problem = Sculpture(Budget("episodes", 1))
-    problem.robot = _robot(design)  # type: ignore[assignment]
+    problem.robot = robot_of(design)  # type: ignore[assignment]
     problem.body = problem.robot.body
     points = [point for seed in range(5) for point in Bodies(problem, np.random.default_rng(seed), 10).ask()]  # type: ignore[arg-type]
     built = [problem.robot.build(torch.as_tensor(point)[None], NOW) for point in points]  # type: ignore[attr-defined]
@@ -135,7 +109,7 @@ def test_first_bodies_mostly_hold_together(design: str) -> None:
 def test_a_design_without_sites_is_refused(design: str) -> None:
     """With the designs that have them."""
     problem = Quadratic(Budget("iterations", 2))
-    problem.robot = _robot(design)  # type: ignore[assignment]
+    problem.robot = robot_of(design)  # type: ignore[assignment]
     with pytest.raises(UsageError, match="--design particle or --design voxel"):
         HyperNeat().run(problem, Context())  # type: ignore[arg-type]
 

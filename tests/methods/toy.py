@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -68,7 +69,9 @@ class Quadratic:
         budget = self.spec.budget
         if budget.kind == "substeps":
             return self.meter.substeps + count * EPISODE * (3 if gradient else 1) <= budget.amount
-        return self.meter.spent(budget.kind) + (count if budget.kind == "episodes" else 1) <= budget.amount
+        if budget.kind == "episodes":
+            return self.meter.episodes + count <= budget.amount
+        return self.meter.is_left(budget)
 
     def evaluate_batch(self, batch: Sequence[Array]) -> list[Evaluation]:
         return [evaluation for evaluation, _ in self._all(batch, gradient=False)]
@@ -83,6 +86,7 @@ class Quadratic:
     def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError("The toy's budget is spent.")
+        self.meter.start_clock()
         self.meter.episodes += len(batch)
         self.meter.forward += EPISODE * len(batch)
         if gradient:
@@ -108,6 +112,19 @@ def shape_of(params: Array) -> tuple[float, float]:
     """Volume and elongation that some parameters stand for, in [0, 1]."""
     volume, elongation = 0.5 + np.arctan(params[1:3]) / math.pi
     return float(volume), float(elongation)
+
+
+class Rosenbrock(Quadratic):
+    """score = 1 - sum 100 (y - x^2)^2 + (1 - x)^2, in a valley that bends towards the optimum at ones."""
+
+    def _one(self, params: Array) -> tuple[Evaluation, Array]:
+        evaluation, _ = super()._one(params)
+        x, y = params[:-1], params[1:]
+        cost = float((100.0 * (y - x**2) ** 2 + (1.0 - x) ** 2).sum())
+        slope = np.zeros(len(params))
+        slope[:-1] += -400.0 * x * (y - x**2) - 2.0 * (1.0 - x)
+        slope[1:] += 200.0 * (y - x**2)
+        return replace(evaluation, score=1.0 - cost), slope
 
 
 class Context:

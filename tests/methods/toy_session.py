@@ -57,7 +57,7 @@ class Mirror:
         if budget.kind == "episodes":
             begun = np.ceil((self._frames + frames) / FRAMES) - np.ceil(self._frames / FRAMES)
             return meter.episodes + int(begun.sum()) + evaluations <= budget.amount
-        return meter.spent(budget.kind) < budget.amount
+        return meter.is_left(budget)
 
     def begin(self, worlds: Iterable[int] | None = None) -> Array:
         for world in range(self.worlds) if worlds is None else worlds:
@@ -68,6 +68,7 @@ class Mirror:
     def step(self, activity: Array) -> Step:
         if not self.affords(1):
             raise BudgetExhaustedError("The toy's budget is spent.")
+        self.meter.start_clock()
         self.meter.episodes += int((self._frames == 0).sum())
         self.meter.forward += self.worlds
         rewards = 1.0 - (activity[:, 0] - self._felt()[:, 0]) ** 2

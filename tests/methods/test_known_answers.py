@@ -1,0 +1,67 @@
+"""Every method on problems whose answers are known; a new method is tested by being registered, by its tags."""
+
+import numpy as np
+import pytest
+from scipy.stats import ncx2
+
+from tests.methods.toy import OPTIMUM, Context, Quadratic, Rosenbrock
+from tests.methods.toy_bodies import Sculpture
+from tests.methods.toy_session import PLENTY, Obey
+from zoobench import registry
+from zoobench.methods.base import Solution
+from zoobench.registry import Kind
+from zoobench.spec import Budget, Ref
+
+TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}
+DRAWING = [name for name, tags in TAGS.items() if tags & {"baseline", "study"}]
+SEEKING = [name for name in TAGS if name not in DRAWING]
+CONVERGING = [name for name, tags in TAGS.items() if "gradient" in tags or name == "cmaes"]
+
+# where the default would not do, or would take longer than it must
+SETTINGS = {
+    "diffphysics": "diffphysics[lr=0.01,restarts=2]",
+    "ppo": "ppo[timesteps=5120,buffer=512,batch=64,epochs=10,lr=0.003,worlds=16]",
+}
+
+
+def solve(name: str, problem: Quadratic | Obey, seed: int = 1) -> Solution:
+    """The method's answer."""
+    method = registry.create(Kind.METHOD, Ref.parse(SETTINGS.get(name, name)))
+    solution: Solution = method.run(problem, Context(seed))
+    return solution
+
+
+def puzzle(name: str) -> Quadratic | Obey:
+    """What suits the method: orders for a policy, a statue for what paints bodies, else a parabola. The best is 1."""
+    if "policy" in TAGS[name]:
+        return Obey(PLENTY)
+    return Sculpture(Budget("episodes", 600)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
+
+
+@pytest.mark.parametrize("name", SEEKING)
+def test_a_method_finds_the_optimum(name: str) -> None:
+    """Of a parabola, a known body, or orders to obey: within 0.05 of the best score there is."""
+    assert 0.95 < solve(name, puzzle(name)).evaluation.score <= 1.0
+
+
+@pytest.mark.parametrize("name", CONVERGING)
+@pytest.mark.parametrize(("toy", "best", "episodes"), [(Quadratic, OPTIMUM, 1200), (Rosenbrock, np.ones(4), 4000)])
+def test_a_method_for_continuous_parameters_converges(
+    name: str, toy: type[Quadratic], best: np.ndarray, episodes: int
+) -> None:
+    """Sphere, and Rosenbrock's bent valley in four dimensions: every parameter to a hundredth."""
+    np.testing.assert_allclose(solve(name, toy(Budget("episodes", episodes))).params, best, atol=1e-2)
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_random_draws_come_as_near_as_chance_has_it(name: str) -> None:
+    """The nearest of n normal draws: its squared distance is the least of n noncentral chi-squares, in each of 5 runs.
+
+    Its distribution is exact, 1 - (1 - F)^n; the bounds leave out one run in ten thousand.
+    """
+    count = 400
+    for seed in range(5):
+        problem = Quadratic(Budget("episodes", count))
+        gap = float(((solve(name, problem, seed).params - OPTIMUM) ** 2).sum())
+        chance = 1.0 - ncx2.sf(gap, len(OPTIMUM), float((OPTIMUM**2).sum())) ** count
+        assert 5e-5 < chance < 1.0 - 5e-5

@@ -1,0 +1,36 @@
+"""A body that is known: to be found in a design space without any simulation."""
+
+import numpy as np
+import torch
+
+from tests.methods.toy import Array, Quadratic
+from zoobench.episode import Evaluation
+from zoobench.robot import Robot
+from zoobench.sim.fidelity import Fidelity
+from zoobench.spec import Budget, Ref
+from zoobench.tasks.base import Metric
+
+NOW = torch.zeros(1, dtype=torch.float64)
+
+
+def robot_of(design: str, controller: str = "fixed-sine") -> Robot:
+    """As coarse as can be."""
+    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64))
+
+
+class Sculpture(Quadratic):
+    """Score: the share of a block's particles that are there where x > 0, and not there elsewhere."""
+
+    def __init__(self, budget: Budget) -> None:
+        super().__init__(budget)
+        self.robot = robot_of("voxel")  # type: ignore[assignment]
+        self.body = self.robot.body
+        self.parameter_count = self.robot.parameter_count
+
+    def initial(self, rng: np.random.Generator) -> Array:
+        return self.robot.initial(rng)  # type: ignore[attr-defined, no-any-return]
+
+    def _one(self, params: Array) -> tuple[Evaluation, Array]:
+        solid = self.robot.build(torch.as_tensor(params)[None], NOW).matter["occupancy"][0].numpy() > 0.5  # type: ignore[attr-defined]
+        score = float((solid == (self.body.positions[:, 0] > 0.0)).mean())
+        return Evaluation(score, {"score": Metric(score, "1")}, np.array([score])), np.zeros(0)
