@@ -1,39 +1,101 @@
 """The child process with the real simulator in it: what it reports, and that a killed run comes to the same end."""
 
+import random
+import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
-from tests.harness.helpers import KillOnce, numbers
-from zoobench.db.rows import RunState
+from tests.harness.helpers import numbers
+from zoobench import registry
+from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
 from zoobench.harness.launch import launch
 from zoobench.problem import Problem
+from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
 _ITERATIONS = 150
+_KILLS = 2
+
+# Iterations that are short, so that a kill falls into one of many.
+_SETTINGS = {
+    "cmaes": "cmaes[population=4]",
+    "diffphysics": "diffphysics[restarts=1]",
+    "evolution": "evolution[population=4,generations=0]",
+    "neat": "neat[population=4]",
+    "ppo": "ppo[timesteps=0,buffer=16,batch=8,epochs=1,worlds=2]",
+    "quality-diversity": "quality-diversity[population=4]",
+    "random": "random[batch=1]",
+}
+_FAST = ("diffphysics", "cmaes")
+_TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}
+_EXACT = [
+    pytest.param(name, marks=() if name in _FAST else pytest.mark.slow)
+    for name, tags in _TAGS.items()
+    if not tags & {"policy", "study"}
+]
+_POLICY = [pytest.param(name, marks=pytest.mark.slow) for name, tags in _TAGS.items() if "policy" in tags]
 
 
 def _queue(path: Path, method: str) -> tuple[int, ...]:
-    smoke = presets.get("smoke")
-    methods, budget = [Ref.parse(method)], Budget("iterations", _ITERATIONS)
-    grid = smoke.grid([Ref("ground")], [Ref("movement-speed")], methods=methods, budget=budget)
+    """One run in the cheapest cell that suits the method."""
+    smoke, tags = presets.get("smoke"), _TAGS[method]
+    designs = [Ref("voxel")] if tags & {"space", "sites"} else None
+    controllers = [Ref.parse("policy-network[hidden=8]")] if "policy" in tags else None
+    grid = smoke.grid(
+        [Ref("ground")],
+        [Ref("movement-speed")],
+        designs=designs,
+        controllers=controllers,
+        methods=[Ref.parse(_SETTINGS.get(method, method))],
+        budget=Budget("iterations", _ITERATIONS),
+    )
     with Store(path) as store:
         return store.enqueue(run for run in expand(grid) if isinstance(run, RunSpec)).open
 
 
-@pytest.mark.parametrize("method", ["diffphysics[restarts=1]", "random[batch=1]"])
+class _Killer:
+    """Kills the child process at random moments of its run: after a share of it, and a part of an iteration."""
+
+    def __init__(self, seed: str) -> None:
+        self._random = random.Random(seed)
+        # in stretches one after the other: an attempt that gets nowhere would count against the run
+        self._shares = [(number + self._random.uniform(0.1, 0.9)) * 0.8 / _KILLS for number in range(_KILLS)]
+        self.done = 0
+
+    def __call__(self, rows: list[RunRow]) -> None:
+        if self.done == _KILLS or rows[0].fraction < self._shares[self.done]:
+            return
+        children = [child for worker in psutil.Process().children() for child in worker.children()]
+        if children and rows[0].state is RunState.RUNNING:
+            time.sleep(self._random.uniform(0.0, 0.2))
+            for child in children:
+                child.kill()
+            self.done += 1
+
+
+def _batter(tmp_path: Path, method: str) -> tuple[Path, RunRow]:
+    """A run that was killed, and its database."""
+    path = tmp_path / "battered.db"
+    killer = _Killer(method)
+    (row,) = launch(path, _queue(path, method), on_update=killer)
+    assert killer.done == _KILLS, "the run ended before it could be killed"
+    assert (row.state, row.attempt) == (RunState.DONE, _KILLS + 1)
+    return path, row
+
+
+@pytest.mark.parametrize("method", _EXACT)
 def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) -> None:
-    """The two runs of one spec agree bit for bit in every stored number, though one was killed in the middle."""
-    battered, calm = tmp_path / "battered.db", tmp_path / "calm.db"
-    killer = KillOnce()
-    (row,) = launch(battered, _queue(battered, method), on_update=killer)
+    """The two runs of one spec agree bit for bit in every stored number, though one was killed again and again."""
+    battered, row = _batter(tmp_path, method)
+    calm = tmp_path / "calm.db"
     (other,) = launch(calm, _queue(calm, method))
-    assert killer.done, "the run ended before it could be killed"
-    assert (row.state, row.attempt, other.attempt) == (RunState.DONE, 2, 1)
+    assert other.attempt == 1
     assert numbers(battered, row.id) == numbers(calm, other.id)
     with Store(calm) as store:
         finals = {final.name: final.value for final in store.finals(other.id)}
@@ -47,3 +109,17 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
     assert Problem(other.spec).evaluate(np.array(params)).score == finals["score"]
     with Store(battered) as store:
         assert store.solution(row.id) == params
+
+
+@pytest.mark.parametrize("method", _POLICY)
+def test_a_killed_run_of_a_policy_says_that_it_was_resumed(tmp_path: Path, method: str) -> None:
+    """It begins its episodes anew, so that it is another run: to the same count, and labelled."""
+    battered, row = _batter(tmp_path, method)
+    with Store(battered) as store:
+        finals = {final.name: final.value for final in store.finals(row.id)}
+        params = store.solution(row.id)
+    assert finals["resumed"] == _KILLS
+    assert finals["iterations"] == _ITERATIONS
+    assert finals["timesteps"] == 16 * _ITERATIONS
+    assert params is not None
+    assert Problem(row.spec).evaluate(np.array(params)).score == finals["score"]
