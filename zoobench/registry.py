@@ -239,6 +239,6 @@ def _discover(kind: Kind) -> None:
     for entry_point in importlib.metadata.entry_points(group=group):
         try:
             entry_point.load()
-        except Exception as error:  # a stranger's module fails in any way it likes, alone
+        except (Exception, SystemExit) as error:  # a stranger's module fails in any way it likes, alone
             _failures.append(PluginFailure(group, entry_point.name, f"{type(error).__name__}: {error}"))
     _discovered.add(kind)

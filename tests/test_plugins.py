@@ -1,0 +1,162 @@
+"""Components from a distribution that somebody else has written, installed by pip, in real processes."""
+
+import base64
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+GOOD = '''
+"""A moon to hop on, a brick, and a method that is content with its first draw."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import torch
+
+from zoobench.designs.block import Block
+from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
+from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
+from zoobench.problem import Problem
+from zoobench.registry import Kind, register
+from zoobench.tasks.base import Motion
+
+
+@register(Kind.ENV, "moon", tags=("land",))
+def moon(*, friction: float = 0.3) -> Environment:
+    """Dust on rock."""
+    return Environment(robot=LAND_ROBOT, friction=friction, arena=OPEN_ARENA)
+
+
+@register(Kind.TASK, "hopping")
+@dataclass(frozen=True, kw_only=True)
+class Hopping:
+    """Rise as fast as possible."""
+
+    unit: ClassVar[str] = "m/s"
+
+    def reward(self, motion: Motion) -> torch.Tensor:
+        return motion.mean_over_existing(motion.velocities[1:])[..., 1]
+
+    def score(self, motion: Motion) -> torch.Tensor:
+        return self.reward(motion).mean(dim=0)
+
+    def objective(self, motion: Motion) -> torch.Tensor:
+        return self.score(motion)
+
+    def metrics(self, motion: Motion) -> Mapping[str, tuple[torch.Tensor, str]]:
+        return {}
+
+
+@register(Kind.DESIGN, "brick", tags=("land",))
+def brick(*, length: float = 0.1) -> Block:
+    """One muscle."""
+    return Block(length=length, rows=1, columns=1, layers=1)
+
+
+@register(Kind.METHOD, "content")
+@dataclass(frozen=True, kw_only=True)
+class Content:
+    """Draw once."""
+
+    def run(self, problem: Problem, context: RunContext) -> Solution:
+        champion = resume(problem, context)
+        params = problem.initial(context.rng)
+        champion.offer(params, problem.evaluate(params))
+        problem.meter.iterations += 1
+        context.report(1, score=champion.score)
+        keep(problem, context, champion)
+        return champion.solution()
+'''
+
+GOOD_POINTS = {"envs": "moon", "tasks": "hopping", "designs": "brick", "methods": "content"}
+
+_REGISTER = "from zoobench.registry import Kind, register\n\n\n@register(Kind.METHOD, '{}')\ndef other() -> None: ...\n"
+BROKEN = {
+    "import_error": ("import a_library_that_is_not_there\n", "a_library_that_is_not_there"),
+    "exits": ("raise SystemExit('a script, not a module')\n", "a script, not a module"),
+    "taken_name": (_REGISTER.format("random"), "registered already"),
+    "odd_name": (_REGISTER.format("Odd Name"), "kebab-case"),
+    "absent": (None, "No module named"),
+}
+"""Modules of a distribution in which nothing works, and what the doctor is to say of each."""
+
+
+def install(name: str, modules: Mapping[str, str], entry_points: str, target: Path) -> None:
+    """A wheel of these modules, made here and installed by pip."""
+    info = f"{name}-1.0.dist-info"
+    files = {f"{module}.py": source for module, source in modules.items()} | {
+        f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\nRequires-Dist: zoobench\n",
+        f"{info}/WHEEL": "Wheel-Version: 1.0\nGenerator: a test\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        f"{info}/entry_points.txt": entry_points,
+    }
+    record = [f"{path},sha256={_digest(text)},{len(text.encode())}\n" for path, text in files.items()]
+    wheel = target.parent / f"{name}-1.0-py3-none-any.whl"
+    with zipfile.ZipFile(wheel, "w") as archive:
+        for path, text in files.items():
+            archive.writestr(path, text)
+        archive.writestr(f"{info}/RECORD", "".join([*record, f"{info}/RECORD,,\n"]))
+    words = ["install", "--quiet", "--no-deps", "--no-index", "--disable-pip-version-check", "--target", target, wheel]
+    subprocess.run([sys.executable, "-m", "pip", *words], check=True, capture_output=True)
+
+
+def _digest(text: str) -> str:
+    return base64.urlsafe_b64encode(hashlib.sha256(text.encode()).digest()).rstrip(b"=").decode()
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where a sound and a broken distribution are installed."""
+    target = tmp_path_factory.mktemp("plugins") / "site"
+    sound = "".join(f"[zoobench.{kind}]\n{name} = zoo_moon\n" for kind, name in GOOD_POINTS.items())
+    install("zoo_moon", {"zoo_moon": GOOD}, sound, target)
+    modules = {f"zoo_{name}": source for name, (source, _) in BROKEN.items() if source is not None}
+    broken = "[zoobench.methods]\n" + "".join(f"{name} = zoo_{name}\n" for name in BROKEN)
+    install("zoo_broken", modules, broken, target)
+    return target
+
+
+def zoobench(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """A command line in a process that finds the plug-ins."""
+    path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environ = {**os.environ, "PYTHONPATH": path, "ZOOBENCH_DB": str(site.parent / "zoobench.db")}
+    command = [sys.executable, "-m", "zoobench", *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=site.parent, env=environ)
+
+
+def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
+    """An environment, a task, a design and a method from outside make a cell like any other, broken ones beside them.
+
+    Where a broken one claims the name of a method that is there, that stays what it is.
+    """
+    listed = zoobench(site, "list", "--format", "json")
+    assert listed.returncode == 0, listed.stderr
+    found = {(item["kind"], item["name"]) for item in json.loads(listed.stdout)}
+    assert set(GOOD_POINTS.items()) <= found
+    assert {("envs", "ground"), ("methods", "ppo"), ("designs", "panda")} <= found
+    cell = ("--env", "moon[friction=0.2]", "--task", "hopping", "--design", "brick", "--method", "content,random")
+    size = ("--fidelity", "draft", "--frames", "4", "--budget", "2 episodes", "--seeds", "1")
+    run = zoobench(site, "run", *cell, *size, "-j", "1")
+    assert run.returncode == 0, run.stderr
+    cells = json.loads(zoobench(site, "table", "--format", "json").stdout)["cells"]
+    assert {cell["method"].partition("-v")[0] for cell in cells} == {"content", "random"}
+    assert all(cell["env"].startswith("moon") and cell["design"].startswith("brick") for cell in cells)
+
+
+def test_the_doctor_names_what_is_broken(site: Path) -> None:
+    """Each entry point with its reason, and exit code 1; nothing is said of the sound ones."""
+    reply = zoobench(site, "doctor", "--format", "json")
+    assert reply.returncode == 1
+    (check,) = (check for check in json.loads(reply.stdout) if check["check"] == "plug-ins")
+    assert check["verdict"] == "problem"
+    told = dict(part.split(" of zoobench.methods: ") for part in check["detail"].split("; "))
+    assert told.keys() == BROKEN.keys()
+    for name, (_, reason) in BROKEN.items():
+        assert reason in told[name]
