@@ -1,15 +1,19 @@
 """`design export`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_ended
+from zoobench.archive import Archive
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.problem import Problem
+from zoobench.spec import Ref
 
 
 def test_export_writes_what_was_asked_for(zoobench: Command) -> None:
@@ -28,6 +32,48 @@ def test_export_refuses_what_it_cannot_do(zoobench: Command) -> None:
     fcc = ("--fidelity", "draft[particles_per_cell=4]")
     assert "cubic" in zoobench("design", "export", "caterpillar", "-o", "a.stl", *fcc).err
     assert not Path("a.stl").exists()
+
+
+def test_the_archive_of_a_run_is_written_and_its_bodies_are_exported(zoobench: Command, tmp_path: Path) -> None:
+    """As table, map and arrays; one elite by its number; what has none, or is none, is refused with the reason."""
+    pytest.importorskip("matplotlib")
+    spec = cell(design="particle", controller="fixed-sine", method="quality-diversity")
+    problem = Problem(spec)
+    front = problem.body.positions[:, 0] > 0.0
+    params = np.zeros((2, problem.parameter_count))
+    for number, kept in enumerate((front, ~front)):
+        params[number].reshape(len(front), -1)[:, 0] = np.where(kept, 5.0, -5.0)
+    archive = Archive(params, np.array([0.2, 0.1]), np.array([[0.5, 0.3], [0.4, 1.0]]), ("volume", "elongation"), 10)
+    finals = (FinalRow("score", 0.2, "m/s"),)
+    ending = Ending(RunState.DONE, finals=finals, params=tuple(params[0].tolist()), archive=archive.to_bytes())
+    with Store(tmp_path / "zoobench.db") as store:
+        add_ended(store, spec, ending)
+        add_ended(store, replace(spec, method=Ref("cmaes", 1)), replace(ending, archive=None))
+    reply = zoobench("design", "archive", "1", "-o", "a.csv")
+    assert (reply.code, reply.out) == (0, "a.csv\n"), reply.err
+    assert "2 elites in 100 cells" in reply.err
+    assert Path("a.csv").read_text() == "elite,score [m/s],volume,elongation\n1,0.2,0.5,0.3\n2,0.1,0.4,1.0\n"
+    assert zoobench("design", "archive", "1", "-o", "a.png").code == 0
+    assert Path("a.png").read_bytes().startswith(b"\x89PNG")
+    assert zoobench("design", "archive", "1", "-o", "a.npz").code == 0
+    with np.load("a.npz") as found:
+        np.testing.assert_array_equal(found["params"], params)
+    for number, kept in (("1", front), ("2", ~front)):
+        assert zoobench("design", "export", "1", "--elite", number, "-o", "body.npz").code == 0
+        with np.load("body.npz") as found:
+            np.testing.assert_array_equal(found["positions"], problem.body.positions[kept])
+    refused = {
+        ("archive", "2", "-o", "a.csv"): "kept no archive: its method is cmaes",
+        ("archive", "1", "-o", "a.doc"): ".csv, .npz or .png",
+        ("archive", "1", "-o", "nowhere/a.csv"): "cannot be written",
+        ("export", "1", "--elite", "3", "-o", "b.npz"): "no elite 3 in an archive of 2",
+        ("export", "2", "--elite", "1", "-o", "b.npz"): "kept no archive",
+        ("export", "panda", "--elite", "1", "-o", "b.npz"): "is a design",
+    }
+    for words, message in refused.items():
+        reply = zoobench("design", *words)
+        assert reply.code == 2
+        assert message in reply.err
 
 
 def test_the_body_that_a_run_has_found_is_exported_and_drawn(zoobench: Command, tmp_path: Path) -> None:

@@ -302,6 +302,19 @@ def test_a_curve_that_is_done_again_ends_where_it_ended(store: Store) -> None:
     assert [(row.step, row.value) for row in store.metrics(claim.run_id)] == [(0, 2.0), (1, 3.0)]
 
 
+def test_a_done_run_has_its_archive_if_it_kept_one(store: Store) -> None:
+    """Byte for byte; a run that is done again replaces it, also by none."""
+    store.enqueue([spec()])
+    claim = _claim(store)
+    assert store.archive(claim.run_id) is None
+    store.finish(claim, replace(DONE, archive=b"\x00elites\xff"), Batch())
+    assert store.archive(claim.run_id) == b"\x00elites\xff"
+    store.retry([claim.run_id], states=[RunState.DONE])
+    assert store.archive(claim.run_id) is None
+    store.finish(_claim(store), DONE, Batch())
+    assert store.archive(claim.run_id) is None
+
+
 def test_runs_can_be_asked_for_by_id_state_and_key(store: Store) -> None:
     """The readers' filters narrow the choice; a key's beginning is enough for one run."""
     ids = store.enqueue(spec(seed) for seed in range(4)).new

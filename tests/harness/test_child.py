@@ -10,6 +10,7 @@ import pytest
 
 from tests.harness.helpers import numbers
 from zoobench import registry
+from zoobench.archive import Archive
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets
@@ -104,11 +105,18 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         assert {"idle_score", "random_score"} <= set(finals)
         assert finals["score"] == max(point.value for point in store.metrics(other.id, "score_current"))
         assert other.score == finals["score"]
-        params = store.solution(other.id)
+        params, archive = store.solution(other.id), store.archive(other.id)
     assert params is not None
     assert Problem(other.spec).evaluate(np.array(params)).score == finals["score"]
     with Store(battered) as store:
         assert store.solution(row.id) == params
+        kept = store.archive(row.id)
+    assert (kept is None) is (archive is None) is ("space" not in _TAGS[method])
+    if kept and archive:
+        elites, others = Archive.from_bytes(kept).arrays(), Archive.from_bytes(archive).arrays()
+        assert elites["scores"][0] == finals["score"]
+        for name, array in elites.items():
+            np.testing.assert_array_equal(array, others[name])
 
 
 @pytest.mark.parametrize("method", _POLICY)

@@ -9,6 +9,7 @@ from tests.methods.toy import OPTIMUM, Context, Quadratic, shape_of
 from zoobench.errors import UsageError
 from zoobench.methods.quality_diversity import QualityDiversity
 from zoobench.spec import Budget
+from zoobench.studies.elites import cells_of
 
 
 def test_the_archive_holds_the_best_of_every_kind() -> None:
@@ -26,6 +27,15 @@ def test_the_archive_holds_the_best_of_every_kind() -> None:
     assert solution.facts["qd_score"] == pytest.approx(sum(max(score, 0.0) for score in best.values()))
     assert solution.evaluation.score == max(best.values())
     assert solution.facts["diverged_evaluations"] > 0
+    found = solution.archive
+    assert found is not None
+    cells = [tuple(cell) for cell in cells_of(found).tolist()]
+    assert dict(zip(cells, found.scores.tolist(), strict=True)) == best
+    assert len(cells) == len(best)
+    assert (np.diff(found.scores) <= 0.0).all()
+    np.testing.assert_array_equal(found.params[0], solution.params)
+    for params, measures in zip(found.params, found.measures, strict=True):
+        np.testing.assert_array_equal(measures, shape_of(params))
 
 
 def test_it_finds_good_ones_and_many_kinds() -> None:

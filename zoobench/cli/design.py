@@ -7,7 +7,8 @@ from typer import Argument, Option, Typer
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import say
-from zoobench.cli.solutions import body_of_run, names_run
+from zoobench.cli.solutions import archive_of, body_of_run, names_run
+from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
 design = Typer(no_args_is_help=True, help="What is done with bodies alone.")
@@ -25,6 +26,9 @@ def export(
     fidelity: Annotated[
         str | None, Option("--fidelity", help="How finely.", show_default="fine, or a run's own")
     ] = None,
+    elite: Annotated[
+        int | None, Option("--elite", min=1, help="Of a run with an archive: the body of this number, not the best.")
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Write a body to a file for other tools: a design's, or that which a run has found.
@@ -39,9 +43,37 @@ def export(
 
     grid_ref = None if fidelity is None else parse_one(fidelity, Kind.FIDELITY)
     if names_run(name, db):
-        sampled, _ = body_of_run(name, db, grid_ref)
+        sampled, _ = body_of_run(name, db, grid_ref, elite=elite)
+    elif elite is not None:
+        raise UsageError(f"--elite takes one of a run's bodies, and {name!r} is a design. Give a run's number.")
     else:
         sampled = body_at(parse_one(name, Kind.DESIGN), grid_ref or Ref("fine"))
     export_body(sampled, out)
     say(f"{sampled.body.particle_count:,} particles")
+    print(out)
+
+
+@design.command("archive")
+def archive(
+    name: Annotated[str, Argument(help="A run of quality-diversity that is done.")],
+    out: Annotated[Path, Option("--out", "-o", help="The file: .csv, .png or .npz.")],
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Write all the good bodies that a run has collected, by size and shape.
+
+    A table of their numbers, scores, volumes (as a share of the workspace) and elongations (.csv), a map of them (.png,
+    which needs the extra `plots`), or all with their parameters (.npz). The best is number 1; `export --elite` takes
+    one out.
+    """
+    from zoobench.db.store import Store
+    from zoobench.studies.elites import write
+
+    with Store(db, create=False) as store:
+        run = store.run(name)
+        found = archive_of(store, run)
+        unit = next((final.unit for final in store.finals(run.id) if final.name == "score"), "")
+    spec = run.spec
+    title = f"run {run.id}: {spec.env.name} x {spec.task.name} x {spec.design.name}"
+    write(found, out, title=title, unit=unit)
+    say(f"{len(found.scores):,} elites in {found.cells ** len(found.names):,} cells")
     print(out)

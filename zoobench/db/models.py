@@ -121,6 +121,15 @@ class SolutionRecord(Base):
     params: Mapped[bytes] = mapped_column(LargeBinary)
 
 
+class ArchiveRecord(Base):
+    """What a run has found beside its solution, if its method keeps an archive; `data` as the child process gave it."""
+
+    __tablename__ = "archives"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    data: Mapped[bytes] = mapped_column(LargeBinary)
+
+
 class CheckpointRecord(Base):
     """The newest state from which a run can go on; removed when the run is done."""
 

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session, aliased
 
 from zoobench.db.engine import Database, among
 from zoobench.db.models import (
+    ArchiveRecord,
     AttemptRecord,
     FinalRecord,
     LogRecord,
@@ -137,6 +138,16 @@ class Reader:
         """What the run that a spec starts from has found; None if it names none, or that is not here and done."""
         with self._database.read() as session:
             return load_start(session, spec)
+
+    def archive(self, run_id: int) -> bytes | None:
+        """What a run has found beside its solution; None unless it is DONE and its method kept an archive."""
+        statement = (
+            select(ArchiveRecord.data)
+            .join(RunRecord, RunRecord.id == ArchiveRecord.run_id)
+            .where(ArchiveRecord.run_id == run_id, RunRecord.state == RunState.DONE)
+        )
+        with self._database.read() as session:
+            return session.scalar(statement)
 
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
         """The learning curves of a run, or the one of that name, by name and step.

@@ -249,14 +249,15 @@ class Batch:
 class Ending:
     """How an attempt ended.
 
-    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, and
-    `params`, the best parameters that were found.
+    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, `params`,
+    the best parameters that were found, and if the method keeps one an `archive` of what was found beside them.
     """
 
     outcome: RunState
     reason: str | None = None
     finals: tuple[FinalRow, ...] = ()
     params: tuple[float, ...] = ()
+    archive: bytes | None = None
     traceback: str | None = None
     exit_code: int | None = None
     signal: int | None = None

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import among
 from zoobench.db.lifecycle import LEASE_SECONDS, attempt_update, close_attempt, last_heard_of, why_lost
 from zoobench.db.models import (
+    ArchiveRecord,
     AttemptRecord,
     CheckpointRecord,
     FinalRecord,
@@ -163,7 +164,7 @@ class Store(Reader):
     def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
         """Close the attempt: settle the run, or queue it again if it was lost or interrupted.
 
-        The batch, the finals and the solution of a DONE run, and the new state are one transaction.
+        The batch, the finals, solution and archive of a DONE run, and the new state are one transaction.
 
         Raises:
             ClaimLostError: the claim is not valid any more; nothing is stored.
@@ -173,13 +174,15 @@ class Store(Reader):
             self._write_batch(session, claim, batch)
             close_attempt(session, claim.run_id, claim.attempt, ending)
             if ending.outcome is RunState.DONE:  # a run that is done again replaces what it gave before
-                session.execute(delete(FinalRecord).where(FinalRecord.run_id == claim.run_id))
-                session.execute(delete(SolutionRecord).where(SolutionRecord.run_id == claim.run_id))
+                for table in (FinalRecord, SolutionRecord, ArchiveRecord):
+                    session.execute(delete(table).where(table.run_id == claim.run_id))
             for final in ending.finals:
                 value, kind = encode_value(final.value)
                 session.add(FinalRecord(run_id=claim.run_id, name=final.name, value=value, kind=kind, unit=final.unit))
             if ending.params:
                 session.add(SolutionRecord(run_id=claim.run_id, params=encode_params(ending.params)))
+            if ending.archive is not None:
+                session.add(ArchiveRecord(run_id=claim.run_id, data=ending.archive))
             if ending.outcome is RunState.DONE:
                 session.execute(delete(CheckpointRecord).where(CheckpointRecord.run_id == claim.run_id))
 

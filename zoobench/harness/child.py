@@ -7,8 +7,8 @@ method to return. What it has to say goes to standard output, one JSON object a 
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
-* one of `done` (`finals`, `params`), `diverged` (`reason`), `failed` (`reason`, `traceback`) or `stopped`, as the last
-  one, with `peak_memory` [bytes].
+* one of `done` (`finals`, `params`, `archive` in base64 or null), `diverged` (`reason`), `failed` (`reason`,
+  `traceback`) or `stopped`, as the last one, with `peak_memory` [bytes].
 
 Anything that other code prints goes to standard error, which is the run's log.
 """
@@ -41,10 +41,12 @@ Final = tuple[str, float, str]
 
 
 class Outcome(NamedTuple):
-    """What a run that is done has to show: its final results and the best parameters that it found."""
+    """What a run that is done has to show: its final results, the best parameters that it found, and an archive of
+    others in base64 if its method keeps one."""
 
     finals: list[Final]
     params: list[float]
+    archive: str | None = None
 
 
 class Wire:
@@ -121,7 +123,8 @@ def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     # a run that was asked to stop has no results
     needs_references = not (context.should_stop() or _is_study(spec))
     references = reference_scores(spec) if needs_references else {}
-    return Outcome(finals_of(problem, solution, references), solution.params.tolist())
+    archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
+    return Outcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
 
 def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:

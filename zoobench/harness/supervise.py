@@ -135,7 +135,9 @@ class _Supervisor:
         if word is not None and word.kind == "done":
             finals = tuple(FinalRow(name, value, unit) for name, value, unit in word.contents["finals"])
             params = tuple(word.contents["params"])
-            return Ending(RunState.DONE, finals=finals, params=params, **exit_facts)
+            kept = word.contents.get("archive")
+            archive = None if kept is None else base64.b64decode(kept)
+            return Ending(RunState.DONE, finals=finals, params=params, archive=archive, **exit_facts)
         if word is not None and word.kind == "diverged":
             return Ending(RunState.DIVERGED, word.contents["reason"], **exit_facts)
         if word is not None and word.kind == "failed":

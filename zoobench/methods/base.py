@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.archive import Archive
 from zoobench.episode import Evaluation
 from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable
 from zoobench.problem import Problem
@@ -50,11 +51,13 @@ class Solution:
         params: the best parameters `[parameter_count]`.
         evaluation: the episode in which they were measured.
         facts: counts and readings of the method itself, such as gradients clipped.
+        archive: what was found beside the best, of a method that looks for that; kept with the run.
     """
 
     params: Array
     evaluation: Evaluation
     facts: Mapping[str, float] = field(default_factory=dict)
+    archive: Archive | None = None
 
 
 class Method(Protocol):

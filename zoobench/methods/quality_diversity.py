@@ -2,11 +2,12 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from zoobench.archive import Archive
 from zoobench.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.base import Array, RunContext, Solution
@@ -24,7 +25,8 @@ class QualityDiversity:
     The archive has a cell for each pair of a body's volume, as a share of the workspace, and its elongation
     (1 - second longest / longest principal deviation). A strategy from a draw of the prior prefers what finds a new
     cell, then what improves one; where a generation does neither, a new one starts from one of the archive's bodies.
-    What diverged enters no cell. The solution is the best of all; the archive is what its facts tell:
+    What diverged enters no cell. The solution is the best of all; the archive is kept with the run, for
+    `zoobench design archive RUN`, and its facts tell what it is worth:
 
     * `elites`: cells that are filled, and `coverage`, their share of all.
     * `qd_score`: the sum of all cells' scores, negative ones as 0 [unit of the score].
@@ -59,10 +61,14 @@ class QualityDiversity:
                 "Choose a design space, as --design voxel; for a fixed body there is cmaes."
             )
 
-        def found() -> _Illumination:
-            return _Illumination(self, problem, context.rng)
+        founded: list[_Illumination] = []
 
-        return evolve(problem, context, found, population=self.population)
+        def found() -> _Illumination:
+            founded.append(_Illumination(self, problem, context.rng))
+            return founded[-1]
+
+        solution = evolve(problem, context, found, population=self.population)
+        return replace(solution, archive=founded[-1].archive())
 
 
 class _Illumination:
@@ -122,6 +128,18 @@ class _Illumination:
     def facts(self) -> dict[str, float]:
         """The same, at the end."""
         return self.readings()
+
+    def archive(self) -> Archive:
+        """All elites, the best first, and of equals the one in the earlier cell."""
+        data = self._archive.data(["solution", "objective", "measures", "index"])
+        order = np.lexsort((data["index"], -data["objective"]))
+        return Archive(
+            np.array(data["solution"], np.float64)[order],
+            np.array(data["objective"], np.float64)[order],
+            np.array(data["measures"], np.float64)[order],
+            ("volume", "elongation"),
+            self._method.cells,
+        )
 
     def _begin(self) -> None:
         """A strategy from a draw of the prior."""
