@@ -62,9 +62,9 @@ def test_the_newest_study_of_a_name_is_given(tmp_path: Path) -> None:
 
 
 def _age(path: Path) -> None:
-    """Bring a database back to the first schema, which had neither studies nor solutions."""
+    """Bring a database back to the first schema, which had no studies, solutions and archives."""
     with sqlite3.connect(path) as connection:
-        for table in ("study_rows", "studies", "solutions"):
+        for table in ("study_rows", "studies", "solutions", "archives"):
             connection.execute(f"DROP TABLE {table}")
         connection.execute("UPDATE alembic_version SET version_num = '0001'")
     connection.close()
@@ -81,6 +81,7 @@ def test_an_older_database_is_brought_up_to_date(tmp_path: Path) -> None:
             assert [run.spec for run in reader.runs()] == [spec()]
             assert reader.studies("stability") == []
             assert reader.solution(1) is None
+            assert reader.archive(1) is None
     with Store(path) as store:
         list(store.save_study("stability", [FIRST], provenance={}))
         with store._database.read() as session:

@@ -137,7 +137,7 @@ class _Illumination:
             np.array(data["solution"], np.float64)[order],
             np.array(data["objective"], np.float64)[order],
             np.array(data["measures"], np.float64)[order],
-            ("volume", "elongation"),
+            ("volume_share", "elongation"),
             self._method.cells,
         )
 
