@@ -6,6 +6,7 @@ there.
 """
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -113,13 +114,10 @@ def overlay(start: Start, spec: RunSpec, robot: "Robot") -> Overlay:
     )  # fmt: skip
     taken = {part: ours == given and count == wanted > 0 for part, given, count, ours, wanted in parts}
     if not any(taken.values()):
-        given, wanted = (
-            " and ".join(f"{sizes[at + 1]} parameters of the {sizes[0]} {sizes[at]}" for sizes in parts)
-            for at in (1, 3)
-        )
         raise UsageError(
-            f"The start does not fit: it has {given}, and {spec} takes {wanted}. Start from a run with the same "
-            "controller for as many muscles, or with the same design space at the same fidelity."
+            f"The start does not fit: it has {_sizes((part, given, count) for part, given, count, _, _ in parts)}, and "
+            f"{spec} takes {_sizes((part, ours, wanted) for part, _, _, ours, wanted in parts)}. Start from a run with "
+            "the same controller for as many muscles, or with the same design space at the same fidelity."
         )
     words = [
         f"the {part}'s {wanted} parameters are {'those of the start' if taken[part] else 'drawn'}"
@@ -136,6 +134,11 @@ def overlay(start: Start, spec: RunSpec, robot: "Robot") -> Overlay:
 def overlay_of(start: Start, spec: RunSpec) -> Overlay:
     """As `overlay`, for the robot of a spec."""
     return overlay(start, spec, _robot(spec))
+
+
+def _sizes(parts: Iterable[tuple[str, Ref, int]]) -> str:
+    """How many parameters there are, by part."""
+    return " and ".join(f"{count} of the {part} {ref}" for part, ref, count in parts if count) or "no parameters"
 
 
 def _robot(spec: RunSpec) -> "Robot":

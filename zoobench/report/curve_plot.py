@@ -23,6 +23,7 @@ _COLOURS = ("#0b62a4", "#c8501e", "#2b8a3e", "#7a3e9d", "#946b00", "#0aa5b5", "#
 _STROKES = ("-", "--", "-.", ":")  # where there are more methods than colours
 _PANEL = (5.4, 3.9)  # [inches]
 _AXES = ("env", "task", "design", "controller", "fidelity")
+_LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 _WORDS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
 _REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
@@ -99,7 +100,9 @@ def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> i
     seen = {
         label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=min(len(seen), 4), fontsize=9)
+    room = figure.get_figwidth() / _LETTER // (_KEY + max(map(len, seen), default=0))
+    ncols = int(min(max(room, 1), 4, max(len(seen), 1)))
+    figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=ncols, fontsize=9)
     figure.suptitle(_CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted"), fontsize=8)
     try:
         figure.savefig(path)

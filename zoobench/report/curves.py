@@ -127,7 +127,7 @@ def points_listing(reader: "Reader", results: Iterable[Result]) -> Listing:
 
 def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind: BudgetKind) -> Listing:
     """Mean best scores at shares of what all methods of a cell have spent, for reading: a row per cell and method."""
-    unit = Spending(kind, None, ()).unit
+    spending = Spending(kind, None, ())
     groups = cells(results, known)
     names = {axis: labels(getattr(group[0].run.spec, axis) for group in groups) for axis in ("env", "task", "design")}
     methods = labels(result.run.spec.method for group in groups for result in group)
@@ -139,11 +139,11 @@ def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind:
             spec = own[0].result.run.spec
             means = [_mean([curve.at(share * end) for curve in own]) for share in _SHARES]
             rows.append(
-                (*(names[axis][getattr(spec, axis)] for axis in names), methods[method], len(own), f"{end:.10g}",
+                (*(names[axis][getattr(spec, axis)] for axis in names), methods[method], len(own), spending.text(end),
                  *means, _unit(own[0].result))
             )  # fmt: skip
     shares = (f"at {share:g}" for share in _SHARES[:-1])
-    return Listing((*names, "method", "n", f"spent [{unit}]", *shares, "at all of it", "unit"), tuple(rows))
+    return Listing((*names, "method", "n", f"spent [{spending.unit}]", *shares, "at all of it", "unit"), tuple(rows))
 
 
 def cells(results: Iterable[Result], known: Mapping[int, Curve]) -> list[list[Result]]:

@@ -98,8 +98,12 @@ class Spending:
         """Of amounts."""
         return "s" if self.kind == "seconds" else self.kind
 
+    def text(self, amount: float) -> str:
+        """An amount as a person reads it: counts whole, times short."""
+        return f"{amount:.6g}" if self.kind == "seconds" else f"{amount:.10g}"
+
     def __str__(self) -> str:
-        amount = f"equal {self.kind}" if self.amount is None else f"{self.amount:.10g} {self.unit}"
+        amount = f"equal {self.kind}" if self.amount is None else f"{self.text(self.amount)} {self.unit}"
         own = " and ".join(map(str, self.budgets))
         return f"best so far at {amount}, of runs with a budget of {own}"
 
@@ -185,11 +189,11 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
     methods = labels(table.methods)
     # What was spent is a column only where it is not in the title.
-    spent = [f"at [{table.budget.unit}]"] if isinstance(table.budget, Spending) and not table.budget.amount else []
+    spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
     rows = [
         (
             *(names[axis][getattr(row, axis)] for axis in axes),
-            *(None if row.amount is None else f"{row.amount:.10g}" for _ in spent),
+            *(None if row.amount is None else spending.text(row.amount) for spending in spent),
             *("" if cell is None else cell.text(normalised) for cell in row.cells),
         )
         for row in table.rows
@@ -200,7 +204,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
         for place, cell in enumerate(row.cells)
         if cell is not None and cell.is_winner
     }
-    columns = (*axes, *spent, *(methods[method] for method in table.methods))
+    columns = (*axes, *(f"at [{spending.unit}]" for spending in spent), *(methods[method] for method in table.methods))
     return Listing(columns, tuple(rows), frozenset(winners))
 
 
