@@ -1,12 +1,14 @@
 """Specs, and runs of the fake child, for the tests of database and harness."""
 
+import random
 import sys
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import psutil
 
-from zoobench.db.rows import FinalRow, MetricRow, RunRow
+from zoobench.db.rows import FinalRow, MetricRow, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
 from zoobench.spec import Budget, Ref, RunSpec
@@ -45,19 +47,24 @@ def launch_fakes(
     return launch(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
 
 
-class KillOnce:
-    """Kills the child process when its run is under way."""
+class Killer:
+    """Kills the child process at random moments of its run: after a share of it, and a part of an iteration."""
 
-    def __init__(self) -> None:
-        self.done = False
+    def __init__(self, seed: str, kills: int = 1) -> None:
+        self._random = random.Random(seed)
+        # in stretches one after the other: an attempt that gets nowhere would count against the run
+        self._shares = [(number + self._random.uniform(0.1, 0.9)) * 0.8 / kills for number in range(kills)]
+        self.done = 0
 
     def __call__(self, rows: list[RunRow]) -> None:
-        if self.done or not 0.0 < rows[0].fraction < 0.9:
+        if self.done == len(self._shares) or rows[0].fraction < self._shares[self.done]:
             return
-        for worker in psutil.Process().children():
-            for child in worker.children():
+        children = [child for worker in psutil.Process().children() for child in worker.children()]
+        if children and rows[0].state is RunState.RUNNING:
+            time.sleep(self._random.uniform(0.0, 0.2))
+            for child in children:
                 child.kill()
-                self.done = True
+            self.done += 1
 
 
 Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]

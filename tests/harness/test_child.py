@@ -1,14 +1,11 @@
 """The child process with the real simulator in it: what it reports, and that a killed run comes to the same end."""
 
-import random
-import time
 from pathlib import Path
 
 import numpy as np
-import psutil
 import pytest
 
-from tests.harness.helpers import numbers
+from tests.harness.helpers import Killer, numbers
 from zoobench import registry
 from zoobench.archive import Archive
 from zoobench.db.rows import RunRow, RunState
@@ -60,30 +57,10 @@ def _queue(path: Path, method: str) -> tuple[int, ...]:
         return store.enqueue(run for run in expand(grid) if isinstance(run, RunSpec)).open
 
 
-class _Killer:
-    """Kills the child process at random moments of its run: after a share of it, and a part of an iteration."""
-
-    def __init__(self, seed: str) -> None:
-        self._random = random.Random(seed)
-        # in stretches one after the other: an attempt that gets nowhere would count against the run
-        self._shares = [(number + self._random.uniform(0.1, 0.9)) * 0.8 / _KILLS for number in range(_KILLS)]
-        self.done = 0
-
-    def __call__(self, rows: list[RunRow]) -> None:
-        if self.done == _KILLS or rows[0].fraction < self._shares[self.done]:
-            return
-        children = [child for worker in psutil.Process().children() for child in worker.children()]
-        if children and rows[0].state is RunState.RUNNING:
-            time.sleep(self._random.uniform(0.0, 0.2))
-            for child in children:
-                child.kill()
-            self.done += 1
-
-
 def _batter(tmp_path: Path, method: str) -> tuple[Path, RunRow]:
     """A run that was killed, and its database."""
     path = tmp_path / "battered.db"
-    killer = _Killer(method)
+    killer = Killer(method, _KILLS)
     (row,) = launch(path, _queue(path, method), on_update=killer)
     assert killer.done == _KILLS, "the run ended before it could be killed"
     assert (row.state, row.attempt) == (RunState.DONE, _KILLS + 1)

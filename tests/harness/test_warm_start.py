@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conformance.cells import cell
-from tests.harness.helpers import KillOnce, numbers
+from tests.harness.helpers import Killer, numbers
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
@@ -43,7 +43,7 @@ def test_it_begins_where_the_other_ended(tmp_path: Path, method: str) -> None:
 def test_a_killed_one_ends_as_an_undisturbed_one(tmp_path: Path, method: str) -> None:
     """It goes on from its checkpoint and begins nowhere else."""
     warm = replace(_warm(method), budget=Budget("iterations", 100))
-    killer, found = KillOnce(), []
+    killer, found = Killer(method), []
     for name, watch in (("battered", killer), ("calm", None)):
         path = tmp_path / f"{name}.db"
         with Store(path) as store:
