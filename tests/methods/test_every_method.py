@@ -18,7 +18,7 @@ from zoobench.spec import Budget, BudgetKind, Ref
 ALL = registry.names(Kind.METHOD)
 # one that trains a policy decides on frames: what a parabola can tell of others is in test_ppo.py
 METHODS = [name for name in ALL if "policy" not in registry.get(Kind.METHOD, name).tags]
-SMALL = {"ppo": "ppo[buffer=32,batch=16,epochs=2,worlds=4]"}
+SMALL = {"evolution": "evolution[generations=0]", "ppo": "ppo[buffer=32,batch=16,epochs=2,worlds=4]"}
 
 AMOUNTS = {"substeps": (400, 2500), "episodes": (20, 120), "iterations": (2, 9), "seconds": (0.4, 2.5)}
 """Budgets to draw from, of which the least holds an iteration of every method."""
