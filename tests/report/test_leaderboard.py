@@ -41,11 +41,13 @@ def test_the_export_says_everything(tmp_path: Path) -> None:
 
 
 def test_equal_content_is_equal_text(tmp_path: Path) -> None:
-    """Two looks at one database, though a run is in progress; a line for each run."""
+    """Two looks at one database, though a run is in progress; a line for each run, one for those that a cell lacks."""
     text = to_text(board(tmp_path))
     assert to_text(board(tmp_path)) == text
     document = json.loads(text)
-    assert len(text.splitlines()) == 6 + len(document["runs"]) + len(document["provenance"])
+    listed = ("runs", "provenance", "components")
+    assert len(text.splitlines()) == 8 + sum(len(document[name]) for name in listed)
+    assert [run["seeds"] for run in document["runs"] if run["state"] == "missing"] == [[0, 1, 2]] * 5
     assert len(document["provenance"]) == 1
 
 
@@ -130,7 +132,8 @@ def test_an_export_with_a_run_twice_or_of_smoke_is_refused(tmp_path: Path) -> No
     assert isinstance(runs, list)
     with pytest.raises(UsageError, match="comes twice"):
         from_text(json.dumps({**document, "runs": [runs[0], runs[0]]}), "mine.json")
-    smoke = make_spec(fidelity="smoke-v1")
-    run = {**runs[0], "spec": smoke.to_dict(), "key": smoke.key()}
+    components = json.loads(json.dumps(document["components"]))
+    components[runs[0]["spec"]["fidelity"]] = {"name": "smoke", "version": 1, "params": {}}
+    run = {**runs[0], "key": make_spec(fidelity="smoke-v1").key()}
     with pytest.raises(UsageError, match="is a smoke run"):
-        from_text(json.dumps({**document, "runs": [run]}), "mine.json")
+        from_text(json.dumps({**document, "components": components, "runs": [run]}), "mine.json")

@@ -1,12 +1,13 @@
 """A leaderboard: all that a suite asks for, with what a database knows of it, and its export, which is all of that.
 
-The export is JSON in one canonical form: a line for each provenance and each run, keys sorted. Equal content is equal
-text, so that what is committed can be compared byte for byte.
+The export is JSON in one canonical form: a line for each provenance, component and run, keys sorted; seeds of a cell
+that no run exists for share a line. Equal content is equal text, so that what is committed can be compared byte for
+byte.
 """
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ FORMAT = 1
 MISSING = "missing"
 _OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
 """What an export tells of an attempt's origin; not the name of the machine."""
+_AXES = ("env", "task", "design", "controller", "method", "fidelity")
 _SETTLED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
 
 
@@ -98,12 +100,21 @@ def gather(
 def to_text(board: Leaderboard) -> str:
     """The export."""
     documents: list[Mapping[str, Any]] = []
-    runs = [_record(entry, documents) for entry in board.entries]
+    components: list[Mapping[str, Any]] = []
+    runs: list[dict[str, Any]] = []
+    for entry in board.entries:
+        if entry.state is not None:
+            runs.append(_record(entry, documents, components))
+        elif runs and runs[-1]["state"] == MISSING and runs[-1]["spec"] == _cell(entry.spec, components):
+            runs[-1]["seeds"].append(entry.spec.seed)
+        else:
+            runs.append({"spec": _cell(entry.spec, components), "state": MISSING, "seeds": [entry.spec.seed]})
     suite = {"name": board.name, "source": board.source, "summary": board.summary}
     lines = [
         f'"format":{FORMAT}',
         f'"suite":{canonical_json(suite)}',
         f'"provenance":{_lines(documents)}',
+        f'"components":{_lines(components)}',
         f'"runs":{_lines(runs)}',
     ]
     return "{" + ",\n".join(lines) + "}\n"
@@ -119,8 +130,8 @@ def from_text(text: str, where: str) -> Leaderboard:
         document = json.loads(text, parse_constant=_refuse_constant)
         if document["format"] != FORMAT:
             raise UsageError(f"its format is {document['format']!r}, and this zoobench reads {FORMAT}")
-        suite, documents = document["suite"], document["provenance"]
-        entries = tuple(_entry_of(record, documents) for record in document["runs"])
+        suite, documents, components = document["suite"], document["provenance"], document["components"]
+        entries = tuple(entry for record in document["runs"] for entry in _entries_of(record, documents, components))
         _check_entries(entries)
         return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), entries)
     except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
@@ -147,12 +158,20 @@ def _entry(reader: "Reader", spec: RunSpec, why: str | None, result: Result | No
     return Entry(spec, run.state, run.reason, seconds, result.finals, made)
 
 
-def _record(entry: Entry, documents: list[Mapping[str, Any]]) -> dict[str, Any]:
-    """An entry as JSON data; its provenance is the place of a document in the list, which grows."""
+def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """A spec without its seed; each component is its place in the list, which grows."""
+    plain = spec.to_dict()
+    del plain["seed"]
+    return plain | {axis: _place(plain[axis], components) for axis in _AXES}
+
+
+def _record(entry: Entry, documents: list[Mapping[str, Any]], components: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """A run that exists as JSON data; its provenance is the place of a document in the list, which grows."""
     return {
         "key": entry.spec.key(),
-        "spec": entry.spec.to_dict(),
-        "state": MISSING if entry.state is None else str(entry.state),
+        "spec": _cell(entry.spec, components),
+        "seed": entry.spec.seed,
+        "state": str(entry.state),
         "reason": entry.reason,
         "seconds": round(entry.seconds, 3),
         "finals": {
@@ -172,11 +191,21 @@ def _record(entry: Entry, documents: list[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _entry_of(record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]]) -> Entry:
-    spec = RunSpec.from_dict(record["spec"])
+def _entries_of(
+    record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]], components: Sequence[Mapping[str, Any]]
+) -> Iterator[Entry]:
+    """The runs of a line: one that exists, or those that do not."""
+    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in _AXES}
+    if record["state"] == MISSING:
+        yield from (Entry(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
+    else:
+        yield _entry_of(record, RunSpec.from_dict({**cell, "seed": record["seed"]}), documents)
+
+
+def _entry_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapping[str, Any]]) -> Entry:
     if spec.key() != record["key"]:
         raise UsageError(f"the key {str(record['key'])[:12]} is not that of {spec}")
-    state = None if record["state"] == MISSING else RunState(record["state"])
+    state = RunState(record["state"])
     finals = {
         name: FinalRow(name, math.nan if item["value"] is None else float(item["value"]), str(item["unit"]))
         for name, item in record["finals"].items()
@@ -203,10 +232,11 @@ def _check_entries(entries: Iterable[Entry]) -> None:
         seen.add(key)
 
 
-def _place(provenance: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> int:
-    if provenance not in documents:
-        documents.append(provenance)
-    return documents.index(provenance)
+def _place(document: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> int:
+    """Where a document is in the list, which grows if it is new."""
+    if document not in documents:
+        documents.append(document)
+    return documents.index(document)
 
 
 def _lines(items: Sequence[Any]) -> str:
