@@ -37,11 +37,12 @@ def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
 
 
 def csv_page(board: Leaderboard) -> str:
-    """A line for every cell of the suite, with the reasons of what has no score and the command that repeats it."""
+    """A line for every cell of the rows that have a run, with the reasons of what has no score and the command that
+    repeats it."""
     cells: dict[tuple[str, ...], list[Entry]] = {}
     for entry in board.entries:
         cells.setdefault(entry.spec.cell(), []).append(entry)
-    listing = long_listing(tables_of(board))
+    listing = long_listing(without_empty_rows(tables_of(board)))
     rows = []
     for record in (dict(zip(listing.columns, row, strict=True)) for row in listing.rows):
         entries = cells[_cell_of(record)]
