@@ -159,6 +159,7 @@ def _panel(
         axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
         axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
     _mark_references(axes, group)
+    axes.locator_params(axis="x", nbins=6)  # amounts are long numbers
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
