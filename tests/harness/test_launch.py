@@ -121,6 +121,24 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
+def test_an_interrupt_is_not_lost_in_a_finaliser(path: Path) -> None:
+    """Ctrl-C while Python disposes of something, where an exception would be printed and forgotten."""
+
+    class Disposed:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    def interrupt(rows: list[RunRow]) -> None:
+        if rows[0].fraction > 0.0:
+            Disposed()
+
+    with pytest.raises(KeyboardInterrupt):
+        launch_fakes(path, child=_SLOW_WALK, on_update=interrupt)
+    with Store(path) as store:
+        assert store.counts() == {RunState.QUEUED: 1}
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_an_interrupt_is_no_divergence(path: Path) -> None:
     """A method that met divergences alone until it was asked to stop has its run queued, and goes on to its end."""
 

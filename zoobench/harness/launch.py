@@ -15,6 +15,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import OPEN_STATES, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError, ZoobenchError
+from zoobench.harness.interruption import Interruption
 from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.supervise import GRACE_SECONDS
 from zoobench.harness.worker import WorkerOrders
@@ -51,8 +52,9 @@ def launch(
     if timeout is not None and not timeout > 0:
         raise UsageError(f"A time limit of {timeout:g} s allows nothing. Give a positive one.")
     orders = WorkerOrders(str(location), tuple(sorted(run_ids)), timeout, tuple(child))
-    with Store(location, create=False) as store, _Crew(orders) as crew:
+    with Interruption() as interruption, Store(location, create=False) as store, _Crew(orders) as crew:
         while True:
+            interruption.check()
             store.recover(ids=run_ids)
             rows = store.runs(ids=run_ids)
             if on_update is not None:
