@@ -121,7 +121,9 @@ def test_another_database_is_named_in_the_next_command(zoobench: Command, preten
     assert reply.err.splitlines()[-1] == "Next: zoobench results --db 'my runs.db'"
 
 
-def test_an_interrupted_run_says_how_to_go_on(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
+def test_an_interrupted_run_says_how_to_go_on(
+    zoobench: Command, tmp_path: Path, pretend: Callable[..., None], ctrl_c: None
+) -> None:
     """Ctrl-C: exit code 130, and the same command goes on with a second attempt from the checkpoint."""
     pretend(iterations=2000, pause=0.05)
 

@@ -121,7 +121,7 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 
-def test_an_interrupt_is_not_lost_in_a_finaliser(path: Path) -> None:
+def test_an_interrupt_is_not_lost_in_a_finaliser(path: Path, ctrl_c: None) -> None:
     """Ctrl-C while Python disposes of something, where an exception would be printed and forgotten."""
 
     class Disposed:

@@ -3,30 +3,33 @@
 import signal
 import threading
 from types import FrameType, TracebackType
-from typing import Any, Self
+from typing import Self
 
 
 class Interruption:
     """While it lasts, the first Ctrl-C is noted and raised by `check`; the next is raised at once, as usual.
 
     Python raises KeyboardInterrupt wherever it happens to be; within the finaliser of a library's object it is printed
-    and lost. Threads other than the main one have no say in signals: there everything stays as it is.
+    and lost. Where Ctrl-C is not Python's, as in a job in the background, which ignores it, and in threads other than
+    the main one, which have no say in signals, everything stays as it is.
     """
 
     def __init__(self) -> None:
         self._noted = False
-        self._former: Any = None
+        self._is_set = False
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():
-            self._former = signal.signal(signal.SIGINT, self._note)
+        is_main = threading.current_thread() is threading.main_thread()
+        if is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._note)
+            self._is_set = True
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._former is not None:
-            signal.signal(signal.SIGINT, self._former)
+        if self._is_set:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def check(self) -> None:
         """Where it can be acted upon.
