@@ -123,6 +123,10 @@ class Budget:
         return f"{int(amount) if amount.is_integer() else amount} {self.kind}"
 
 
+AXES = ("env", "task", "design", "controller", "method", "fidelity")
+"""The components of a run, as its spec names them."""
+
+
 @dataclass(frozen=True)
 class RunSpec:
     """One cell of the benchmark with one seed. `frames` is the episode's length in control frames."""
@@ -156,7 +160,7 @@ class RunSpec:
         """Rebuild a spec from `to_dict` data."""
         refs = {
             name: Ref(data[name]["name"], data[name]["version"], tuple(sorted(data[name]["params"].items())))
-            for name in ("env", "task", "design", "controller", "method", "fidelity")
+            for name in AXES
         }
         budget = Budget(data["budget"]["kind"], data["budget"]["amount"])
         return cls(**refs, seed=data["seed"], budget=budget, frames=data["frames"], schema=data["schema"])
@@ -167,8 +171,7 @@ class RunSpec:
 
     def cell(self) -> tuple[str, ...]:
         """What the table groups by: everything but the seed."""
-        refs = (self.env, self.task, self.design, self.controller, self.method, self.fidelity)
-        return (*(str(ref) for ref in refs), str(self.frames), str(self.budget))
+        return (*(str(getattr(self, axis)) for axis in AXES), str(self.frames), str(self.budget))
 
     def __str__(self) -> str:
         names = (self.env, self.task, self.design, self.method)

@@ -223,8 +223,8 @@ def _print_body(body: dict[str, Any]) -> None:
 
 def _print_run(card: dict[str, Any]) -> None:
     from zoobench.report.listing import cell_text
-    from zoobench.report.views import AXES, duration
-    from zoobench.spec import RunSpec
+    from zoobench.report.views import duration
+    from zoobench.spec import AXES, RunSpec
 
     spec = RunSpec.from_dict(card["spec"])
     emit_facts(

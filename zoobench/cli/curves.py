@@ -52,7 +52,8 @@ def curves(
     with Store(db, create=False) as store:
         results = choose_results(store, Choice(env, task, design, "", method, fidelity))
         known = report.curves(store, results, by.value)
-        points = report.points_listing(store, results) if form in (Format.CSV, Format.JSON) else None
+        wants_points = output is None and form in (Format.CSV, Format.JSON)
+        points = report.points_listing(store, results) if wants_points else None
     if output is not None:
         count = draw(results, known, output)
         say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")

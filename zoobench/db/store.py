@@ -41,7 +41,7 @@ from zoobench.db.rows import (
 )
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.errors import StorageError
-from zoobench.spec import RunSpec, canonical_json
+from zoobench.spec import AXES, RunSpec, canonical_json
 
 
 class ClaimLostError(StorageError):
@@ -272,11 +272,10 @@ def _group(record: RunRecord, is_new: bool) -> str:
 
 
 def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
-    refs = ("env", "task", "design", "controller", "method", "fidelity")
     return {
         "key": key,
         "document": canonical_json(spec.to_dict()),
-        **{name: str(getattr(spec, name)) for name in refs},
+        **{name: str(getattr(spec, name)) for name in AXES},
         "seed": spec.seed,
         "frames": spec.frames,
         "budget_kind": spec.budget.kind,

@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness.grid import Skip, split_selector
 from zoobench.harness.suites import Suite, spec_of
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.spec import AXES, Budget, Ref, RunSpec
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Narrowing:
             UsageError: another value that it does not have, or nothing is left.
         """
         left = list(suite.cells)
-        for axis in ("env", "task", "design", "controller", "method", "fidelity"):
+        for axis in AXES:
             if text := getattr(self, axis):
                 patterns = [_Pattern.parse(item, axis, suite) for item in split_selector(text)]
                 left = [cell for cell in left if any(each.fits(spec_of(cell)) for each in patterns)]

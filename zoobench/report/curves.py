@@ -14,7 +14,7 @@ from zoobench.report.listing import Listing
 from zoobench.report.query import SCORE, Result
 from zoobench.report.statistics import t_interval
 from zoobench.report.tables import Cell, Row, Spending, Table, comparable, compare, in_rows, methods_of
-from zoobench.spec import BudgetKind, Ref
+from zoobench.spec import AXES, BudgetKind, Ref
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -81,8 +81,7 @@ def furthest(results: Iterable[Result], known: Mapping[int, Curve]) -> list[Resu
     best: dict[tuple[object, ...], tuple[tuple[float, str], Result]] = {}
     for result in results:
         spec, run = result.run.spec, result.run
-        key = (*(getattr(spec, axis) for axis in ("env", "task", "design", "controller", "method", "fidelity")),
-               spec.frames, spec.seed)  # fmt: skip
+        key = (*(getattr(spec, axis) for axis in AXES), spec.frames, spec.seed)
         rank = (known[run.id].reach if run.id in known else float(run.state is RunState.DONE) - 1.0, run.key)
         if key not in best or rank > best[key][0]:
             best[key] = (rank, result)
@@ -98,11 +97,8 @@ def spending_tables(
         known: the curves of the results, against `kind`.
         amount: what had been spent; in each row the largest amount that all its finished runs have reached if None.
     """
-    settings: dict[tuple[Ref, int], list[Result]] = {}
-    for result in furthest(comparable(results), known):
-        settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
     tables = []
-    for (fidelity, frames), members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0]))):
+    for (fidelity, frames), members in _in_settings(furthest(comparable(results), known)):
         methods = methods_of(members)
         budgets = sorted({result.run.spec.budget for result in members}, key=lambda own: (own.kind, own.amount))
         rows = tuple(Row(*key, *_row(group, methods, known, amount)) for key, group in in_rows(members))
@@ -112,17 +108,16 @@ def spending_tables(
 
 def points_listing(reader: "Reader", results: Iterable[Result]) -> Listing:
     """Every point of every curve, one row per iteration, for programs; references with every parameter stated."""
-    axes = ("env", "task", "design", "controller", "method", "fidelity")
     done = {result.run.id: result for result in comparable(results) if result.run.state is RunState.DONE}
     rows = [
         (
-            run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in axes), done[run_id].run.spec.frames,
+            run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in AXES), done[run_id].run.spec.frames,
             done[run_id].run.spec.seed, iteration, *(point.get(name) for name in COLUMNS), _unit(done[run_id]),
         )
         for run_id, points in _points(reader, done, COLUMNS).items()
         for iteration, point in sorted(points.items())
     ]  # fmt: skip
-    return Listing(("run", *axes, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
+    return Listing(("run", *AXES, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
 
 
 def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind: BudgetKind) -> Listing:
@@ -149,11 +144,15 @@ def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind:
 def cells(results: Iterable[Result], known: Mapping[int, Curve]) -> list[list[Result]]:
     """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
     able = [result for result in furthest(comparable(results), known) if result.run.id in known]
+    return [group for _, members in _in_settings(able) for _, group in in_rows(members)]
+
+
+def _in_settings(results: Iterable[Result]) -> list[tuple[tuple[Ref, int], list[Result]]]:
+    """The results by fidelity and episode length, which are never mixed; sorted by name."""
     settings: dict[tuple[Ref, int], list[Result]] = {}
-    for result in able:
+    for result in results:
         settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
-    ordered = sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
-    return [group for _, members in ordered for _, group in in_rows(members)]
+    return sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
 
 
 def _points(

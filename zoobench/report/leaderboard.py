@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.errors import UsageError
 from zoobench.report.query import SMOKE, Choice, Result, choose_results, origins
-from zoobench.spec import RunSpec, canonical_json
+from zoobench.spec import AXES, RunSpec, canonical_json
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -23,7 +23,6 @@ FORMAT = 1
 MISSING = "missing"
 _OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
 """What an export tells of an attempt's origin; not the name of the machine."""
-_AXES = ("env", "task", "design", "controller", "method", "fidelity")
 _SETTLED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
 
 
@@ -68,9 +67,9 @@ class Leaderboard:
     def results(self) -> list[Result]:
         """The runs that exist, as tables take them."""
         return [
-            Result(_run_row(number, entry, entry.state), dict(entry.finals))
+            Result(run, dict(entry.finals))
             for number, entry in enumerate(self.entries, start=1)
-            if entry.state is not None
+            if (run := _run_row(number, entry)) is not None
         ]
 
     def missing(self) -> list[RunSpec]:
@@ -103,12 +102,13 @@ def to_text(board: Leaderboard) -> str:
     components: list[Mapping[str, Any]] = []
     runs: list[dict[str, Any]] = []
     for entry in board.entries:
+        cell = _cell(entry.spec, components)
         if entry.state is not None:
-            runs.append(_record(entry, documents, components))
-        elif runs and runs[-1]["state"] == MISSING and runs[-1]["spec"] == _cell(entry.spec, components):
+            runs.append(_record(entry, cell, documents))
+        elif runs and runs[-1]["state"] == MISSING and runs[-1]["spec"] == cell:
             runs[-1]["seeds"].append(entry.spec.seed)
         else:
-            runs.append({"spec": _cell(entry.spec, components), "state": MISSING, "seeds": [entry.spec.seed]})
+            runs.append({"spec": cell, "state": MISSING, "seeds": [entry.spec.seed]})
     suite = {"name": board.name, "source": board.source, "summary": board.summary}
     lines = [
         f'"format":{FORMAT}',
@@ -162,14 +162,14 @@ def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
     """A spec without its seed; each component is its place in the list, which grows."""
     plain = spec.to_dict()
     del plain["seed"]
-    return plain | {axis: _place(plain[axis], components) for axis in _AXES}
+    return plain | {axis: _place(plain[axis], components) for axis in AXES}
 
 
-def _record(entry: Entry, documents: list[Mapping[str, Any]], components: list[Mapping[str, Any]]) -> dict[str, Any]:
+def _record(entry: Entry, cell: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> dict[str, Any]:
     """A run that exists as JSON data; its provenance is the place of a document in the list, which grows."""
     return {
         "key": entry.spec.key(),
-        "spec": _cell(entry.spec, components),
+        "spec": cell,
         "seed": entry.spec.seed,
         "state": str(entry.state),
         "reason": entry.reason,
@@ -195,7 +195,7 @@ def _entries_of(
     record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]], components: Sequence[Mapping[str, Any]]
 ) -> Iterator[Entry]:
     """The runs of a line: one that exists, or those that do not."""
-    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in _AXES}
+    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in AXES}
     if record["state"] == MISSING:
         yield from (Entry(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
     else:
@@ -248,13 +248,15 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is no JSON")
 
 
-def _run_row(number: int, entry: Entry, state: RunState) -> RunRow:
-    """The run as a database would give it, as far as tables ask."""
+def _run_row(number: int, entry: Entry) -> RunRow | None:
+    """The run as a database would give it, as far as tables ask; None if it does not exist."""
+    if entry.state is None:
+        return None
     return RunRow(
         id=number,
         key=entry.spec.key(),
         spec=entry.spec,
-        state=state,
+        state=entry.state,
         attempt=len(entry.attempts),
         first_attempt=1,
         owner=None,

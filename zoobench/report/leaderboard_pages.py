@@ -12,7 +12,7 @@ from zoobench.report.leaderboard import MISSING, Entry, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
 from zoobench.report.views import duration, repeat_command
-from zoobench.spec import Budget
+from zoobench.spec import AXES, Budget
 
 FOLDER = "leaderboards"
 _DIGITS = 9
@@ -156,7 +156,7 @@ def _repeat(entries: Sequence[Entry]) -> str:
 
 def _cell_of(record: Mapping[str, Any]) -> tuple[str, ...]:
     """`RunSpec.cell` of a line of the CSV."""
-    refs = (record[name] for name in ("env", "task", "design", "controller", "method", "fidelity"))
+    refs = (record[name] for name in AXES)
     return (*refs, str(record["frames"]), str(Budget(record["budget_kind"], record["budget_amount"])))
 
 

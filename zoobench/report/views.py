@@ -10,9 +10,8 @@ from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.query import Result
-from zoobench.spec import Ref, RunSpec
+from zoobench.spec import AXES, Ref, RunSpec
 
-AXES = ("env", "task", "design", "controller", "method", "fidelity")
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 
 
