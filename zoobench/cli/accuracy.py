@@ -32,6 +32,7 @@ def accuracy(
     levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
     draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
     around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "draft",
+    close: Annotated[int, Option("--close", min=0, help="Controllers whose path, shape and gradient are recorded.")] = 2,
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
     quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
     exact: Annotated[
@@ -82,7 +83,7 @@ def accuracy(
     if source is not None:
         measured = read(source)
     else:
-        plan = QUICK if quick else _plan(levels, draws, around, frames)
+        plan = QUICK if quick else _plan(levels, draws, around, close, frames)
         measured = _measure(envs, tasks, plan, db, jobs, repeats, only_read=plot)
     analysis = analyse(measured, [ref.name for ref in envs], [ref.name for ref in tasks])
     if export is not None:
@@ -95,11 +96,12 @@ def accuracy(
     _print(analysis, wanted, form)
 
 
-def _plan(levels: str, draws: str, around: str, frames: int) -> "Plan":
+def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
     from zoobench.studies.accuracy.plan import Plan
 
     names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
-    return Plan(levels=names, around=around, draws=counts * len(names) if len(counts) == 1 else counts, frames=frames)
+    draws_of = counts * len(names) if len(counts) == 1 else counts
+    return Plan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
 
 
 def _measure(

@@ -31,13 +31,20 @@ def board_of(suite: str, db: str) -> "Leaderboard":
 
 
 def publish(board: "Leaderboard", folder: Path) -> None:
-    """Write the export and the pages made from it.
+    """Write the export and the pages made from it; runs that only the folder's export knows stay in it.
+
+    So a leaderboard grows over machines and databases: a run's key holds every setting and version, and its attempts
+    say where it was made.
 
     Raises:
-        UsageError: the folder cannot be written.
+        UsageError: the folder cannot be written, or holds something else by that name.
     """
+    from zoobench.report.leaderboard import from_text
     from zoobench.report.leaderboard_pages import pages
 
+    export = folder / f"{board.name}.json"
+    if export.exists():
+        board = board.completed(from_text(_content(export), str(export)))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for ending, text in pages(board).items():

@@ -8,7 +8,7 @@ byte.
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import FinalRow, RunRow, RunState
@@ -75,6 +75,12 @@ class Leaderboard:
     def missing(self) -> list[RunSpec]:
         """The runs that do not exist."""
         return [entry.spec for entry in self.entries if entry.state is None]
+
+    def completed(self, earlier: "Leaderboard") -> "Leaderboard":
+        """With what an earlier export knows of the runs that have come to no end here."""
+        known = {entry.spec.key(): entry for entry in earlier.entries if entry.state in _SETTLED}
+        entries = (entry if entry.state in _SETTLED else known.get(entry.spec.key(), entry) for entry in self.entries)
+        return replace(self, entries=tuple(entries))
 
 
 def gather(
