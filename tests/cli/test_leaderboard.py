@@ -68,6 +68,24 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     assert len(first) == 1
 
 
+def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path) -> None:
+    """A seed from one database, another from a second: the page holds both; a file that is no export is not lost."""
+    (tmp_path / "tiny.yaml").write_text(TINY.replace("seeds: 1", "seeds: 2"))
+    publishing = ("table", "--suite", "tiny.yaml", "--publish", "leaderboards")
+    for seed in (0, 1):
+        run = ("run", "--suite", "tiny.yaml", "--method", "random", "--seeds", f"{seed},", "-j", "1")
+        ok(zoobench(*run, "--db", f"{seed}.db"))
+        ok(zoobench(*publishing, "--db", f"{seed}.db"))
+    assert "- Runs: 2 done, 2 missing, of 4;" in (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
+    ok(zoobench("table", "--check"))
+
+    (tmp_path / "leaderboards" / "tiny.json").write_text("mine")
+    refused = zoobench(*publishing, "--db", "1.db")
+    assert refused.code == 2
+    assert "no export" in refused.err
+    assert (tmp_path / "leaderboards" / "tiny.json").read_text() == "mine"
+
+
 def test_check_names_the_first_line_that_differs(zoobench: Command, boards: Path) -> None:
     """In the Markdown, in the CSV, and where the export itself is written in another form."""
     assert "mine" in ok(zoobench("table", "--check", boards)).err

@@ -40,6 +40,27 @@ def test_the_export_says_everything(tmp_path: Path) -> None:
     assert (again.name, again.source, again.summary) == (found.name, found.source, found.summary)
 
 
+def test_an_earlier_export_completes_a_later_one(tmp_path: Path) -> None:
+    """What came to an end here counts; for the rest what came to an end there, and nothing that is not asked for."""
+    (tmp_path / "one").mkdir()
+    earlier = board(tmp_path / "one")
+    spec, *_ = (spec for spec, _ in asked())
+    later_spec = make_spec(env="snow-v1", method="diffphysics-v1[lr=0.1]")
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, spec, 9.0)
+        add_done(store, later_spec, 8.0)
+        store.enqueue([make_spec(seed=1)])
+        later = gather(store, "mine", "mine.yaml", "a test of pages", asked()[:-1][:20])
+    found = later.completed(earlier)
+    scores = [entry.finals["score"].value if "score" in entry.finals else None for entry in found.entries]
+    assert scores[:3] == [9.0, 1.001, 1.002]
+    assert scores[18] == 8.0
+    states = [str(entry.state) for entry in found.entries[9:15]]
+    assert states == ["done", "done", "diverged", "failed", "None", "None"], "what was in progress there is unknown"
+    assert len(found.entries) == 20
+    assert to_text(from_text(to_text(found), "mine.json")) == to_text(found)
+
+
 def test_equal_content_is_equal_text(tmp_path: Path) -> None:
     """Two looks at one database, though a run is in progress; a line for each run, one for those that a cell lacks."""
     text = to_text(board(tmp_path))

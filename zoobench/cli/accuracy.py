@@ -32,7 +32,7 @@ def accuracy(
     levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
     draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
     around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "draft",
-    close: Annotated[int, Option("--close", min=0, help="Controllers whose path, shape and gradient are recorded.")] = 2,
+    close: Annotated[int, Option("--close", min=0, help="Controllers recorded with path, shape and gradient.")] = 2,
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
     quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
     exact: Annotated[
