@@ -97,6 +97,6 @@ def test_show_draws_a_design(zoobench: Command) -> None:
     purple = (image[..., 0] > 1.6 * image[..., 1]) & (image[..., 2] > 2.0 * image[..., 1])
     assert purple.mean() > 0.02
     assert "draws designs" in zoobench("show", "desert", "--picture", "x.png").err
-    reply = zoobench("show", "caterpillar", "--picture", "nowhere/body.png")
+    reply = zoobench("show", "caterpillar", "--picture", "body.png/body.png")
     assert reply.code == 2
-    assert "nowhere" in reply.err
+    assert "body.png/body.png" in reply.err

@@ -86,7 +86,7 @@ def test_missing_matplotlib_says_what_to_install(
     shots: list[Snapshot], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Pictures are an extra."""
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(UsageError, match=r"pip install 'zoobench\[plots\]'"):
         list(pictures(shots[:1], tmp_path))
 

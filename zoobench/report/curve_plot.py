@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zoobench import figures
 from zoobench.errors import UsageError
 from zoobench.report.curves import Curve, cells
 from zoobench.report.labels import labels
@@ -82,15 +83,9 @@ def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> i
             f"{len(groups)} cells have curves, and a picture holds 1 to {MOST_PANELS}. "
             "Choose others with --env, --task, --design or --fidelity."
         )
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
     columns = 2 if len(groups) == 4 else min(len(groups), 3)
     rows = -(-len(groups) // columns)
-    figure = Figure(figsize=(_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = figures.blank((_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9))
     looks = _looks(result.run.spec.method for group in groups for result in group)
     titles = _titles(groups)
     for number, group in enumerate(groups):
@@ -104,12 +99,7 @@ def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> i
     ncols = int(min(max(room, 1), 4, max(len(seen), 1)))
     figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=ncols, fontsize=9)
     figure.suptitle(_CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted"), fontsize=8)
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as error:  # ValueError: an ending that stands for no picture
-        raise UsageError(
-            f"No picture can be written to {str(path)!r}: {error}. Give another file, as curves.png."
-        ) from error
+    figures.save(figure, path)
     return len(groups)
 
 

@@ -1,13 +1,12 @@
 """How a world is drawn: particles as shaded balls in a three-dimensional view, the robot's muscles by colour."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoobench.errors import UsageError
+from zoobench import figures
 from zoobench.studies.shading import (
     AMBIENT,
     LIGHT,
@@ -38,36 +37,28 @@ _BALL = 1.35  # a ball's diameter by the particles' spacing: no gaps between nei
 
 def draw_one(shot: "Snapshot", path: Path) -> None:
     """One picture with axes and the muscles' names."""
-    pyplot = _pyplot()
-    figure = pyplot.figure(figsize=(10, 6), dpi=110, facecolor=_BACKDROP)
-    try:
-        axes = figure.add_axes((0.0, 0.0, 0.8, 0.94), projection="3d", computed_zorder=False)
-        _draw(axes, shot)
-        handles = [_dot(pyplot, colour, name) for name, colour in zip(shot.muscles, palette(shot.muscles), strict=True)]
-        figure.legend(handles=handles, loc="center right", title="muscles", frameon=False, fontsize=8)
-        figure.suptitle(title(shot), y=0.97)
-        figure.savefig(path)
-    finally:
-        pyplot.close(figure)
+    figure = figures.blank((10, 6), constrained=False, colour=_BACKDROP)
+    axes = figure.add_axes((0.0, 0.0, 0.8, 0.94), projection="3d", computed_zorder=False)
+    _draw(axes, shot)
+    handles = [_dot(colour, name) for name, colour in zip(shot.muscles, palette(shot.muscles), strict=True)]
+    figure.legend(handles=handles, loc="center right", title="muscles", frameon=False, fontsize=8)
+    figure.suptitle(title(shot), y=0.97)
+    figures.save(figure, path)
 
 
 def draw_sheet(shots: Sequence["Snapshot"], path: Path, columns: int = 2) -> None:
     """All pictures on one small sheet."""
-    pyplot = _pyplot()
     rows = -(-len(shots) // columns)
-    figure = pyplot.figure(figsize=(4.4 * columns, 2.7 * rows), dpi=90, facecolor=_BACKDROP)
-    try:
-        for number, shot in enumerate(shots):
-            left, top = number % columns / columns, 1.0 - number // columns / rows
-            box = (left + 0.01, top - 0.93 / rows, 0.98 / columns, 0.9 / rows)
-            axes = figure.add_axes(box, projection="3d", computed_zorder=False)
-            _draw(axes, shot, small=True)
-            figure.text(
-                left + 0.5 / columns, top - 0.07 / rows, title(shot, small=True), ha="center", va="center", fontsize=9
-            )
-        figure.savefig(path)
-    finally:
-        pyplot.close(figure)
+    figure = figures.blank((4.4 * columns, 2.7 * rows), dpi=90, constrained=False, colour=_BACKDROP)
+    for number, shot in enumerate(shots):
+        left, top = number % columns / columns, 1.0 - number // columns / rows
+        box = (left + 0.01, top - 0.93 / rows, 0.98 / columns, 0.9 / rows)
+        axes = figure.add_axes(box, projection="3d", computed_zorder=False)
+        _draw(axes, shot, small=True)
+        figure.text(
+            left + 0.5 / columns, top - 0.07 / rows, title(shot, small=True), ha="center", va="center", fontsize=9
+        )
+    figures.save(figure, path)
     _shrink(path)
 
 
@@ -118,6 +109,8 @@ def _box(shot: "Snapshot") -> tuple[Array, Array]:
 
 def _frame(axes: Any, low: Array, high: Array, small: bool) -> None:
     """Axes in metres of equal scale; depth runs against the drawing library's handedness."""
+    from matplotlib.ticker import MultipleLocator
+
     axes.set_proj_type("ortho")
     axes.patch.set_visible(False)
     axes.set_xlim(low[0], high[0])
@@ -128,7 +121,7 @@ def _frame(axes: Any, low: Array, high: Array, small: bool) -> None:
     axes.grid(False)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.0, 0.0, 0.0, 0.0))
-        axis.set_major_locator(_pyplot().MultipleLocator(0.05))
+        axis.set_major_locator(MultipleLocator(0.05))
     if small:
         axes.tick_params(labelsize=5, pad=-3)
         for axis in (axes.yaxis, axes.zaxis):
@@ -259,23 +252,7 @@ def _shrink(path: Path) -> None:
     small.save(path, optimize=True)
 
 
-def _dot(pyplot: Any, colour: Colour, name: str) -> Any:
+def _dot(colour: Colour, name: str) -> Any:
     from matplotlib.lines import Line2D
 
     return Line2D([], [], marker="o", linestyle="", color=colour, label=name)
-
-
-def _pyplot() -> Any:
-    """matplotlib's drawing interface without a screen.
-
-    Raises:
-        UsageError: matplotlib is not installed.
-    """
-    os.environ.setdefault("MPLBACKEND", "Agg")
-    try:
-        from matplotlib import pyplot
-    except ImportError:
-        raise UsageError(
-            "Pictures need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'."
-        ) from None
-    return pyplot

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from zoobench import figures
 from zoobench.archive import Archive
 from zoobench.errors import UsageError
 
@@ -51,20 +52,14 @@ def cells_of(archive: Archive) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]
 
 
 def _png(archive: Archive, path: Path, title: str, unit: str) -> None:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise UsageError("Maps need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'.") from None
     scores = np.full((archive.cells, archive.cells), np.nan)
     across, up = cells_of(archive).T
     scores[up, across] = archive.scores
-    figure = Figure(figsize=_SIZE, dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = figures.blank(_SIZE)
     axes = figure.add_subplot()
     edges = np.linspace(0.0, 1.0, archive.cells + 1)
     image = axes.pcolormesh(edges, edges, np.ma.masked_invalid(scores), cmap="viridis")
     figure.colorbar(image, label=f"score [{unit}]")
     axes.plot((across[0] + 0.5) / archive.cells, (up[0] + 0.5) / archive.cells, "*", ms=14, mfc="w", mec="k")
     axes.set(title=title, xlabel=f"{archive.names[0]} [1]", ylabel=f"{archive.names[1]} [1]", aspect="equal")
-    figure.savefig(path)
+    figures.save(figure, path)

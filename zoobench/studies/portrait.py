@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoobench.errors import UsageError
+from zoobench import figures
 from zoobench.studies.bodies import DENSITY, Sampled
 from zoobench.studies.shading import PASSIVE, Array, brightness, camera_axes, palette, tints
 
@@ -27,16 +27,8 @@ def portrait(sampled: Sampled, title: str, path: Path) -> None:
     Raises:
         UsageError: matplotlib is missing, or the file cannot be written.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise UsageError(
-            "Pictures need matplotlib, which is not installed. Try: pip install 'zoobench[plots]'."
-        ) from None
     body, edge = sampled.body, sampled.grid.particle_edge
-    figure = Figure(figsize=(11, 6.2), dpi=110, facecolor=_BACKDROP)
-    FigureCanvasAgg(figure)
+    figure = figures.blank((11, 6.2), constrained=False, colour=_BACKDROP)
     rooms = ((0.01, 0.02, 0.53, 0.86), (0.55, 0.46, 0.27, 0.42), (0.55, 0.02, 0.27, 0.42))
     for (caption, elevation, azimuth), room in zip(_VIEWS, rooms, strict=True):
         axes = figure.add_axes(room)
@@ -49,12 +41,7 @@ def portrait(sampled: Sampled, title: str, path: Path) -> None:
         f"{body.particle_count:,} particles at 1/{1 / sampled.grid.grid_spacing:.0f} m",
         fontsize=11,
     )
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as error:  # ValueError: an ending that stands for no picture
-        raise UsageError(
-            f"No picture can be written to {str(path)!r}: {error}. Give another file, as body.png."
-        ) from error
+    figures.save(figure, path)
 
 
 def _draw(axes: Any, body: "Body", edge: float, camera: Array) -> None:

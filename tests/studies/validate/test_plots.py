@@ -38,7 +38,7 @@ def test_a_figure_becomes_a_picture(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     """A file in the folder's place is a usage error that names the plot."""
     (tmp_path / "taken").write_text("")
-    with pytest.raises(UsageError, match="Cannot write the plot"):
+    with pytest.raises(UsageError, match="No picture can be written"):
         draw(FIGURE, tmp_path / "taken" / "case.png")
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from zoobench import figures
 from zoobench.errors import UsageError
 from zoobench.studies.accuracy.analyse import Analysis, LevelRow, ReferenceRow
 from zoobench.studies.accuracy.verdicts import pareto
@@ -25,19 +26,13 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     Raises:
         UsageError: matplotlib is missing, nothing was measured, or a file cannot be written.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure as Canvas
-    except ImportError:
-        raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
     envs = list(dict.fromkeys(reference.env for reference in analysis.references))
     if not envs:
         raise UsageError("Nothing was measured that could be drawn. Run `zoobench accuracy` first.")
     paths = []
     for env in envs:
         references = [row for row in analysis.references if row.env == env]
-        canvas = Canvas(figsize=((len(references) + 1) * _SIZE[0], _SIZE[1]), dpi=100, layout="constrained")
-        FigureCanvasAgg(canvas)
+        canvas = figures.blank(((len(references) + 1) * _SIZE[0], _SIZE[1]), dpi=100)
         panels = canvas.subplots(1, len(references) + 1)
         for panel, reference in zip(panels, references, strict=False):
             _scores(panel, reference, analysis, default)
@@ -45,11 +40,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
         _legend(canvas, panels)
         canvas.suptitle(f"{env}: what accuracy costs")
         path = folder / f"accuracy-{env}.png"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            canvas.savefig(path)
-        except OSError as error:
-            raise UsageError(f"Cannot write the plot {path}: {error.strerror}. Choose another folder.") from None
+        figures.save(canvas, path)
         paths.append(path)
     return paths
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.errors import UsageError
+from zoobench import figures
 from zoobench.studies.validate.base import Curve, Figure, Role
 
 if TYPE_CHECKING:
@@ -20,13 +20,7 @@ def draw(figure: Figure, path: Path) -> None:
     Raises:
         UsageError: matplotlib is missing, or the file cannot be written.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure as Canvas
-    except ImportError:
-        raise UsageError("Plots need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'") from None
-    canvas = Canvas(figsize=_SIZE, dpi=110, layout="constrained")
-    FigureCanvasAgg(canvas)
+    canvas = figures.blank(_SIZE)
     axes = canvas.add_subplot()
     colours: dict[Role, int] = {}
     for line in figure.curves:
@@ -40,11 +34,7 @@ def draw(figure: Figure, path: Path) -> None:
         axes.set_yscale("log")
     axes.grid(alpha=0.3)
     canvas.legend(loc="outside lower center", ncols=2, fontsize=9)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        canvas.savefig(path)
-    except OSError as error:
-        raise UsageError(f"Cannot write the plot {path}: {error.strerror}. Choose another folder.") from None
+    figures.save(canvas, path)
 
 
 def _draw_curve(axes: "Axes", line: Curve, number: int) -> None:
