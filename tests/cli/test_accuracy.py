@@ -16,6 +16,8 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     assert [row["fidelity"] for row in tables["levels"] if row["task"] == "turning"] == ["draft", "standard"]
     assert all(row["seconds"] > 0 for row in tables["levels"])
     assert tables["levels"][0]["error"] > 0
+    assert [row["fidelity"] for row in tables["energy"]] == ["draft", "standard"]
+    assert all(abs(row["unexplained"]) < 1 for row in tables["energy"])
     assert "drawn: accuracy-ground.png" in first.err
     assert json.loads(zoobench(*study, "--plot").out) == tables
     again = json.loads(zoobench(*study, "--from", "a.json").out)
@@ -23,6 +25,7 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     repeated = zoobench(*study, "--quick", "--repeats", 1)
     assert "0 new, 4 done already" in repeated.err
     assert "timing" not in repeated.err
+    assert "following" not in repeated.err
 
 
 def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:

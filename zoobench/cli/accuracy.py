@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from zoobench.studies.accuracy.plan import Plan
     from zoobench.studies.accuracy.records import Measurements
     from zoobench.studies.accuracy.tables import Table
+    from zoobench.studies.accuracy.verdicts import EnergyRow
 
-TABLES = ("references", "levels", "steps", "knobs", "choices")
+TABLES = ("references", "levels", "steps", "knobs", "choices", "energy")
 
 
 def accuracy(
@@ -48,7 +49,7 @@ def accuracy(
         Path | None, Option("--publish", help="Write the levels' errors and costs, by which --tolerance chooses.")
     ] = None,
     plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
-    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices or all.")] = "all",
+    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices, energy or all.")] = "all",
     repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
@@ -57,8 +58,9 @@ def accuracy(
     """Measure what accuracy costs in time.
 
     The same controllers are simulated at every level and with each knob turned alone. Scores, paths, shapes and
-    gradients are compared with the limit of the finest levels; then each simulation is timed alone. Interrupted, it
-    goes on where it stopped when the same command is typed again.
+    gradients are compared with the limit of the finest levels; then the energy of a short episode is followed through
+    every substep, and each simulation is timed alone. Interrupted, it goes on where it stopped when the same command is
+    typed again.
     """
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
@@ -70,6 +72,7 @@ def accuracy(
     from zoobench.studies.accuracy.plan import QUICK
     from zoobench.studies.accuracy.plots import draw
     from zoobench.studies.accuracy.records import read, write
+    from zoobench.studies.accuracy.verdicts import energies
 
     if exact:
         accuracy_exact.exact(db, form, plots, quick=quick, only_read=plot)
@@ -93,7 +96,7 @@ def accuracy(
     if plots is not None:
         for path in draw(analysis, plots, default=presets.get(presets.DEFAULT).fidelity.name):
             say(f"drawn: {path}")
-    _print(analysis, wanted, form)
+    _print(analysis, list(energies(measured, [ref.name for ref in envs])), wanted, form)
 
 
 def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
@@ -115,6 +118,7 @@ def _measure(
     if not only_read:
         wanted = specs(envs, tasks, plan)
         _run(wanted, db, jobs)
+        _follow(wanted, db)
         if repeats:
             _time(wanted, db, repeats)
     with Store(db, create=False) as store:
@@ -137,6 +141,20 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
             say(f"  run {row.id} {row.state}: {row.reason}")
 
 
+def _follow(wanted: "list[RunSpec]", db: str) -> None:
+    """Follow the energy where that is not done yet."""
+    from zoobench.db.store import Store
+    from zoobench.studies.accuracy.audit import balances
+    from zoobench.studies.accuracy.records import ENERGY_STUDY, from_reader, stored
+
+    with Store(db) as store:
+        known = {(balance.env, balance.fidelity) for balance in from_reader(store).balances}
+    todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
+    found = balances(todo, on_case=lambda case: say(f"following the energy of {case}"))
+    for _ in kept(db, ENERGY_STUDY, found, stored):
+        pass
+
+
 def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     """Time what is not timed yet."""
     from zoobench.db.store import Store
@@ -151,11 +169,11 @@ def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
         pass
 
 
-def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
+def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
     """Every field for programs, what matters for people."""
+    from zoobench.studies.accuracy import tables as people
     from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.studies.accuracy.tables import choice_table, knob_table, level_table, reference_table, step_table
-    from zoobench.studies.accuracy.verdicts import KnobRow, StepRow, knobs, steps
+    from zoobench.studies.accuracy.verdicts import EnergyRow, KnobRow, StepRow, knobs, steps
 
     one_more, turned = list(steps(analysis)), list(knobs(analysis))
     if form in (Format.CSV, Format.JSON):
@@ -164,15 +182,17 @@ def _print(analysis: "Analysis", wanted: list[str], form: Format) -> None:
             "levels": listing_of(LevelRow, analysis.levels),
             "steps": listing_of(StepRow, one_more),
             "knobs": listing_of(KnobRow, turned),
-            "choices": _listing(choice_table(turned)),
+            "choices": _listing(people.choice_table(turned)),
+            "energy": listing_of(EnergyRow, energy),
         }
     else:
         tables = {
-            "references": reference_table(analysis.references),
-            "levels": level_table(analysis.levels),
-            "steps": step_table(one_more),
-            "knobs": knob_table(turned),
-            "choices": choice_table(turned),
+            "references": people.reference_table(analysis.references),
+            "levels": people.level_table(analysis.levels),
+            "steps": people.step_table(one_more),
+            "knobs": people.knob_table(turned),
+            "choices": people.choice_table(turned),
+            "energy": people.energy_table(energy),
         }
         listings = {name: _listing(table) for name, table in tables.items()}
     emit_several({name: listings[name] for name in wanted}, form)

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import kernels, kernels_parallel, runtime, survey
+from zoobench.sim import audit, kernels, kernels_parallel, runtime, survey
 from zoobench.sim.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.fidelity import Fidelity, Transfer
 from zoobench.sim.matter import DECOMPOSED, Law, lame_parameters
@@ -112,6 +112,22 @@ class Launcher:
             parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
             WALL_NODES * h, *high, h, *moduli, self.flags[2],
         )  # fmt: skip
+
+    def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
+        """What the nodes touched by the first world hold after the forces of a substep of `dt` [s] from slot 0 and
+        before gravity and contact: momentum [kg m/s] and mass [kg] `[nx, ny, nz, 4]`, a copy of the window alone."""
+        h, *moduli = self.constants[:9]
+        muscle, damping, law, _, width, transfer = self.flags
+        audit.scatter_all(
+            *matter.tensors(), *parameters.tensors(), *self._grids, dt, h, *moduli,
+            muscle, damping, law, width, transfer,
+        )  # fmt: skip
+        return self.nodes(matter.window[0, 0])
+
+    def nodes(self, window: Tensor) -> Tensor:
+        """What the nodes of a window `[6]` of the first slab hold now, velocity [m/s] and mass [kg] after a substep."""
+        x0, y0, z0, x1, y1, z1 = window.tolist()
+        return self._grid[0, x0:x1, y0:y1, z0:z1].clone()
 
     def _note(self, direction: str, plan: Plan) -> None:
         self.launches[f"{direction} launches"] += 1

@@ -5,7 +5,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.studies.accuracy.records import Cost, Measurements, Sample, grid_spacing
+from zoobench.studies.accuracy.records import Balance, Cost, Measurements, Sample, grid_spacing
 
 TASK = "movement-speed"
 LIMITS = np.array([0.04, -0.02, 0.01, 0.03])
@@ -45,6 +45,12 @@ def cost(text: str, rate: float) -> Cost:
     """A thousand particles at `rate` [ns]."""
     env = registry.resolve(Kind.ENV, Ref("ground"))
     return Cost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
+
+
+def balance(text: str, contact: float, env: str = "ground") -> Balance:
+    """Muscles put in 2 J and take half a joule back; 0.4 J are stored, 0.6 lost to viscosity."""
+    ref = registry.resolve(Kind.ENV, Ref.parse(env))
+    return Balance(ref, fidelity(text), 2.0, 1.5, 0.4, 0.6, 0.0, contact)
 
 
 def ladder(**others: Sample) -> Measurements:

@@ -1,10 +1,17 @@
 """The tables that people read."""
 
-from tests.studies.accuracy.study import LEVELS, cost, ladder, sample, scores
+from tests.studies.accuracy.study import LEVELS, balance, cost, ladder, sample, scores
 from zoobench.studies.accuracy.analyse import analyse
 from zoobench.studies.accuracy.records import Measurements
-from zoobench.studies.accuracy.tables import choice_table, knob_table, level_table, reference_table, step_table
-from zoobench.studies.accuracy.verdicts import knobs, steps
+from zoobench.studies.accuracy.tables import (
+    choice_table,
+    energy_table,
+    knob_table,
+    level_table,
+    reference_table,
+    step_table,
+)
+from zoobench.studies.accuracy.verdicts import energies, knobs, steps
 
 
 def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
@@ -19,14 +26,16 @@ def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
         step_table(list(steps(found))),
         knob_table(list(knobs(found))),
         choice_table(list(knobs(found))),
+        energy_table(list(energies(Measurements((), (), balances=(balance("draft", 0.2),))))),
     )
-    assert [len(rows) for _, rows in tables] == [len(LEVELS), 1, len(LEVELS) - 1, 1, 1]
+    assert [len(rows) for _, rows in tables] == [len(LEVELS), 1, len(LEVELS) - 1, 1, 1, 1]
     assert all(len(row) == len(columns) for columns, rows in tables for row in rows)
     level = dict(zip(*[tables[0][0], tables[0][1][0]], strict=True))
     assert level["score error"] == "71 % ± 30 %"
     assert level["s per simulated s"] == "0.1 (0.09 to 0.12)"
     assert tables[1][1][0][3] == "4 of 4"
     assert tables[3][1][0][-1] == "no difference for more"
+    assert tables[5][1][0] == ("ground", "draft", "2", "25.0 %", "20.0 %", "30.0 %", "0.0 %", "10.0 %", "15.0 %")
     assert (tables[4][0][-1], tables[4][1][0][-1]) == ("courant=0.25", f"= {tables[3][1][0][4]}, x 2")
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from tests.studies.accuracy.study import cost, ladder, sample, scores
+from tests.studies.accuracy.study import balance, cost, ladder, sample, scores
 from zoobench.studies.accuracy.analyse import analyse
 from zoobench.studies.accuracy.records import Measurements
-from zoobench.studies.accuracy.verdicts import knobs, pareto, steps
+from zoobench.studies.accuracy.verdicts import energies, knobs, pareto, steps
 
 
 def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
@@ -14,6 +14,18 @@ def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
     assert (first.level, first.next_level) == ("draft", "standard")
     assert first.gain == pytest.approx(1.5)
     assert first.cost == pytest.approx(2.0)
+
+
+def test_energy_is_shared_out_among_where_it_went() -> None:
+    """Of 2 J put in 0.5 go back, 0.4 are stored, 0.6 are lost to viscosity, 0.2 to contact; 0.3 nothing explains."""
+    given = (balance("standard", 0.2), balance("draft", 0.2), balance("draft", 0.2, "ice"))
+    rows = list(energies(Measurements((), (), balances=given)))
+    assert [(row.env, row.fidelity) for row in rows] == [("ground", "draft"), ("ground", "standard"), ("ice", "draft")]
+    row = rows[0]
+    shares = (row.back, row.stored, row.viscous, row.plastic, row.contact, row.unexplained)
+    assert shares == pytest.approx((0.25, 0.2, 0.3, 0.0, 0.1, 0.15))
+    assert sum(shares) == pytest.approx(1.0)
+    assert [row.env for row in energies(Measurements((), (), balances=given), ["ice"])] == ["ice"]
 
 
 @pytest.mark.parametrize(

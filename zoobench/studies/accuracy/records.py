@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COST_STUDY = "accuracy-cost"
-FORMAT = 1
+ENERGY_STUDY = "accuracy-energy"
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -87,18 +88,49 @@ class Cost:
 
 
 @dataclass(frozen=True)
+class Balance:
+    """Where the energy of one short episode went.
+
+    Attributes:
+        env, fidelity: references with version and every parameter.
+        put_in: work of the muscles, of each in each control frame where it is positive [J].
+        muscles: all their work [J].
+        stored: growth of kinetic, elastic and potential energy of all matter [J].
+        viscous, plastic, contact: what viscosity, yield, and ground and walls have taken [J].
+    """
+
+    env: Ref
+    fidelity: Ref
+    put_in: float
+    muscles: float
+    stored: float
+    viscous: float
+    plastic: float
+    contact: float
+
+    @property
+    def unexplained(self) -> float:
+        """Energy that is gone without a physical cause, or, if negative, came without one, by what was put in."""
+        gone = self.muscles - self.stored - self.viscous - self.plastic - self.contact
+        return gone / self.put_in if self.put_in else math.nan
+
+
+@dataclass(frozen=True)
 class Measurements:
     """All that the analysis needs; `origin` says where it comes from: commits, machines, dates."""
 
     samples: tuple[Sample, ...]
     costs: tuple[Cost, ...]
     origin: tuple[str, ...] = ()
+    balances: tuple[Balance, ...] = ()
 
     def merged(self, newer: "Measurements") -> "Measurements":
         """Both together; where both measured the same, the newer counts."""
         samples = {_sample_key(sample): sample for sample in (*self.samples, *newer.samples)}
         costs = {(cost.env, cost.fidelity): cost for cost in (*self.costs, *newer.costs)}
-        return Measurements(tuple(samples.values()), tuple(costs.values()), (*self.origin, *newer.origin))
+        balances = {(balance.env, balance.fidelity): balance for balance in (*self.balances, *newer.balances)}
+        origin = (*self.origin, *newer.origin)
+        return Measurements(tuple(samples.values()), tuple(costs.values()), origin, tuple(balances.values()))
 
 
 def label(kind: Kind, ref: Ref) -> str:
@@ -120,7 +152,7 @@ def grid_spacing(fidelity: Ref) -> float:
 
 
 def from_reader(reader: "Reader") -> Measurements:
-    """What the probes and the cost study of a database have measured."""
+    """What the probes and the studies of cost and energy in a database have measured."""
     samples, origin = [], set()
     for run in reader.runs(states=[RunState.DONE]):
         if run.spec.method.name == "probe":
@@ -128,17 +160,19 @@ def from_reader(reader: "Reader") -> Measurements:
             memory = max((attempt.peak_memory or 0 for attempt in attempts), default=0)
             samples.append(_sample(run, reader.metrics(run.id), _finals(reader, run), memory))
             origin |= {_origin(attempt.provenance) for attempt in attempts if attempt.outcome is RunState.DONE}
-    costs: dict[tuple[Ref, Ref], Cost] = {}
-    for study in reader.studies(COST_STUDY):
-        for row in study.rows:
-            cost = _cost(row.document)
-            costs[cost.env, cost.fidelity] = cost
-    return Measurements(tuple(samples), tuple(costs.values()), tuple(sorted(origin)))
+    # where something was measured again, the newer counts
+    costs = {(cost.env, cost.fidelity): cost for cost in map(_cost, _documents(reader, COST_STUDY))}
+    balances = {(one.env, one.fidelity): one for one in map(_balance, _documents(reader, ENERGY_STUDY))}
+    return Measurements(tuple(samples), tuple(costs.values()), tuple(sorted(origin)), tuple(balances.values()))
 
 
-def stored(cost: Cost) -> StudyRow:
-    """A cost as the database keeps it."""
-    return StudyRow(f"{cost.env.name} {label(Kind.FIDELITY, cost.fidelity)}", "measured", asdict(cost) | _refs(cost))
+def _documents(reader: "Reader", study: str) -> list[Mapping[str, Any]]:
+    return [row.document for found in reader.studies(study) for row in found.rows]
+
+
+def stored(item: Cost | Balance) -> StudyRow:
+    """A cost or a balance as the database keeps it."""
+    return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", asdict(item) | _refs(item))
 
 
 def write(measurements: Measurements, path: Path) -> None:
@@ -152,6 +186,7 @@ def write(measurements: Measurements, path: Path) -> None:
         "origin": list(measurements.origin),
         "samples": [_plain(asdict(sample) | _refs(sample)) for sample in measurements.samples],
         "costs": [_plain(asdict(cost) | _refs(cost)) for cost in measurements.costs],
+        "balances": [_plain(asdict(balance) | _refs(balance)) for balance in measurements.balances],
     }
     lines = json.dumps(document, allow_nan=False).replace('{"env"', '\n{"env"')
     try:
@@ -171,7 +206,8 @@ def read(path: Path) -> Measurements:
         if document["format"] != FORMAT:
             raise UsageError(f"{path} has format {document['format']}; {FORMAT} was expected. Export it again.")
         samples = tuple(_sample_from(item) for item in document["samples"])
-        return Measurements(samples, tuple(map(_cost, document["costs"])), tuple(document["origin"]))
+        costs, balances = tuple(map(_cost, document["costs"])), tuple(map(_balance, document["balances"]))
+        return Measurements(samples, costs, tuple(document["origin"]), balances)
     except OSError as error:
         raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
     except (ValueError, KeyError, TypeError) as error:
@@ -227,7 +263,7 @@ def _origin(provenance: Mapping[str, Any]) -> str:
     return f"commit {str(code.get('commit') or 'unknown')[:12]}{state}, {cpu.get('model') or 'unknown processor'}"
 
 
-def _refs(item: Sample | Cost) -> dict[str, str]:
+def _refs(item: Sample | Cost | Balance) -> dict[str, str]:
     return {"env": str(item.env), "fidelity": str(item.fidelity)}
 
 
@@ -255,6 +291,11 @@ def _cost(item: Mapping[str, Any]) -> Cost:
     known = {name: math.nan if value is None else value for name, value in item.items()}
     numbers = {name: float(value) for name, value in known.items() if name not in ("env", "fidelity", "particles")}
     return Cost(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), int(item["particles"]), **numbers)
+
+
+def _balance(item: Mapping[str, Any]) -> Balance:
+    numbers = {name: float(value) for name, value in item.items() if name not in ("env", "fidelity")}
+    return Balance(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), **numbers)
 
 
 def _sample_key(sample: Sample) -> tuple[Any, ...]:

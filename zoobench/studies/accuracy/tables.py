@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
-from zoobench.studies.accuracy.verdicts import KnobRow, StepRow
+from zoobench.studies.accuracy.verdicts import EnergyRow, KnobRow, StepRow
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
@@ -95,6 +95,18 @@ def choice_table(rows: Sequence[KnobRow]) -> Table:
         place[row.knob] = f"{_SIGNS[row.effect]} {_percent(row.error)}{cost}"
     columns = ("env", "task", "as it is", *names)
     return columns, [(*place, *(found.get(name, "") for name in names)) for place, found in cells.items()]
+
+
+def energy_table(rows: Sequence[EnergyRow]) -> Table:
+    """Where energy went, in percent of what the muscles put in."""
+    columns = (
+        "env", "fidelity", "put in [J]", "taken back", "stored", "viscosity", "yield", "contact", "unexplained",
+    )  # fmt: skip
+    shares = ("back", "stored", "viscous", "plastic", "contact", "unexplained")
+    return columns, [
+        (row.env, row.fidelity, _number(row.put_in), *(f"{100 * getattr(row, share):.1f} %" for share in shares))
+        for row in rows
+    ]
 
 
 _SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}

@@ -1,10 +1,13 @@
-"""What to make of the errors and costs: what one more level buys, and which knobs buy nothing."""
+"""What to make of the errors and costs: what one more level buys, which knobs buy nothing, and
+where energy goes."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from zoobench.registry import Kind
 from zoobench.studies.accuracy.analyse import Analysis, LevelRow
+from zoobench.studies.accuracy.records import Measurements, grid_spacing, label
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,45 @@ class KnobRow:
     cost: float | None
     effect: str
     verdict: str
+
+
+@dataclass(frozen=True)
+class EnergyRow:
+    """Where the energy of a short episode went, as shares of what the muscles put in, `put_in` [J].
+
+    Attributes:
+        back: work that the muscles took back, being stretched.
+        stored: growth of kinetic, elastic and potential energy.
+        viscous, plastic, contact: lost to viscosity, to yield, to ground and walls.
+        unexplained: gone without a physical cause; negative if it came without one.
+    """
+
+    env: str
+    fidelity: str
+    put_in: float
+    back: float
+    stored: float
+    viscous: float
+    plastic: float
+    contact: float
+    unexplained: float
+
+
+def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[EnergyRow]:
+    """Every balance, by environment and from the coarsest grid to the finest; `envs` narrows the choice."""
+    chosen = [balance for balance in measurements.balances if balance.put_in and (not envs or balance.env.name in envs)]
+    for one in sorted(chosen, key=lambda one: (one.env.name, -grid_spacing(one.fidelity), str(one.fidelity))):
+        yield EnergyRow(
+            env=label(Kind.ENV, one.env),
+            fidelity=label(Kind.FIDELITY, one.fidelity),
+            put_in=one.put_in,
+            back=1.0 - one.muscles / one.put_in,
+            stored=one.stored / one.put_in,
+            viscous=one.viscous / one.put_in,
+            plastic=one.plastic / one.put_in,
+            contact=one.contact / one.put_in,
+            unexplained=one.unexplained,
+        )
 
 
 def steps(analysis: Analysis) -> Iterator[StepRow]:

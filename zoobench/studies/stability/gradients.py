@@ -9,9 +9,10 @@ from zoobench.sim.materials_numpy import principal_stress, radial_return, snow_r
 from zoobench.sim.matter import ClayMaterial, Medium, MudMaterial, SnowMaterial, WaterMaterial
 from zoobench.sim.scene import Scene
 from zoobench.spec import Ref
+from zoobench.studies.energies import to_array
 from zoobench.studies.stability import scenes
 from zoobench.studies.stability.base import Probe, case
-from zoobench.studies.stability.ledger import episode, healthy, to_array
+from zoobench.studies.stability.ledger import episode, healthy
 
 Array = NDArray[np.float64]
 Extended = NDArray[np.longdouble]

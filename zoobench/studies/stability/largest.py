@@ -18,8 +18,8 @@ from zoobench.registry import Kind
 from zoobench.sim.matter import ElasticMaterial, Law
 from zoobench.sim.scene import ElasticBody, Ground, Scene
 from zoobench.spec import Ref
+from zoobench.studies.energies import to_array
 from zoobench.studies.stability import scenes
-from zoobench.studies.stability.ledger import to_array
 from zoobench.studies.stability.muscles import stretches_at_rest
 from zoobench.studies.stability.particles import spray_scene
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from zoobench.sim.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, Law
 from zoobench.sim.scene import Ground, Scene
+from zoobench.studies.energies import medium_strain, to_array
 from zoobench.studies.stability import scenes
 from zoobench.studies.stability.base import Case, Probe, add_case, case
-from zoobench.studies.stability.ledger import GROWTH, episode, healthy, march, medium_strain, to_array
+from zoobench.studies.stability.ledger import GROWTH, episode, healthy, march
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from zoobench.sim.fidelity import Fidelity
 from zoobench.sim.scene import Scene
+from zoobench.studies.energies import read_entry
 from zoobench.studies.stability import scenes
 from zoobench.studies.stability.base import Probe, case
-from zoobench.studies.stability.ledger import GROWTH, episode, healthy, read_entry
+from zoobench.studies.stability.ledger import GROWTH, episode, healthy
 
 if TYPE_CHECKING:
     from zoobench.sim.rollout import Rollout

@@ -7,9 +7,10 @@ import numpy as np
 
 from zoobench.sim.matter import ElasticMaterial, WaterMaterial
 from zoobench.sim.scene import Ground, Scene
+from zoobench.studies.energies import medium_strain, to_array
 from zoobench.studies.stability import scenes
 from zoobench.studies.stability.base import Probe, case
-from zoobench.studies.stability.ledger import GROWTH, Ledger, episode, healthy, march, medium_strain, to_array
+from zoobench.studies.stability.ledger import GROWTH, Ledger, episode, healthy, march
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
