@@ -51,13 +51,14 @@ def curves(
 
     with Store(db, create=False) as store:
         results = choose_results(store, Choice(env, task, design, "", method, fidelity))
-        known = report.curves(store, results, by.value)
-        wants_points = output is None and form in (Format.CSV, Format.JSON)
-        points = report.points_listing(store, results) if wants_points else None
-    if output is not None:
-        count = draw(results, known, output)
-        say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
-        return
-    emit(report.curves_overview(results, known, by.value) if points is None else points, form)
-    if not known:
+        if output is not None:
+            count = draw(results, report.curves(store, results, by.value), output)
+            say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
+            return
+        if form in (Format.CSV, Format.JSON):
+            listing = report.points_listing(store, results)
+        else:
+            listing = report.curves_overview(results, report.curves(store, results, by.value), by.value)
+    emit(listing, form)
+    if not listing.rows:
         say("No finished run has a curve yet. `zoobench run --env desert --task turning` makes some.")
