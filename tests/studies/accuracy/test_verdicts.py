@@ -18,9 +18,11 @@ def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
 
 def test_energy_is_shared_out_among_where_it_went() -> None:
     """Of 2 J put in 0.5 go back, 0.4 are stored, 0.6 are lost to viscosity, 0.2 to contact; 0.3 nothing explains."""
-    given = (balance("standard", 0.2), balance("draft", 0.2), balance("draft", 0.2, "ice"))
+    levels = ("standard", "draft[courant=0.1]", "draft")
+    given = (*(balance(level, 0.2) for level in levels), balance("draft", 0.2, "ice"))
     rows = list(energies(Measurements((), (), balances=given)))
-    assert [(row.env, row.fidelity) for row in rows] == [("ground", "draft"), ("ground", "standard"), ("ice", "draft")]
+    assert [row.fidelity for row in rows] == ["draft", "draft[courant=0.1]", "standard", "draft"]
+    assert [row.env for row in rows] == ["ground"] * 3 + ["ice"]
     row = rows[0]
     shares = (row.back, row.stored, row.viscous, row.plastic, row.contact, row.unexplained)
     assert shares == pytest.approx((0.25, 0.2, 0.3, 0.0, 0.1, 0.15))

@@ -4,6 +4,7 @@ where energy goes."""
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import itemgetter
 
 from zoobench.registry import Kind
 from zoobench.studies.accuracy.analyse import Analysis, LevelRow
@@ -83,12 +84,16 @@ class EnergyRow:
 
 
 def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[EnergyRow]:
-    """Every balance, by environment and from the coarsest grid to the finest; `envs` narrows the choice."""
-    chosen = [balance for balance in measurements.balances if balance.put_in and (not envs or balance.env.name in envs)]
-    for one in sorted(chosen, key=lambda one: (one.env.name, -grid_spacing(one.fidelity), str(one.fidelity))):
+    """Every balance, by environment and from coarse to fine, each level before its knobs; `envs` narrows the choice."""
+    chosen = [
+        (one.env.name, -grid_spacing(one.fidelity), label(Kind.FIDELITY, one.fidelity), label(Kind.ENV, one.env), one)
+        for one in measurements.balances
+        if one.put_in and (not envs or one.env.name in envs)
+    ]
+    for *_, fidelity, env, one in sorted(chosen, key=itemgetter(0, 1, 2, 3)):
         yield EnergyRow(
-            env=label(Kind.ENV, one.env),
-            fidelity=label(Kind.FIDELITY, one.fidelity),
+            env=env,
+            fidelity=fidelity,
             put_in=one.put_in,
             back=1.0 - one.muscles / one.put_in,
             stored=one.stored / one.put_in,
