@@ -1,10 +1,12 @@
 """Suites and leaderboards from the command line: run, publish, check, repeat."""
 
 import csv
+import errno
 import io
 import json
 import shlex
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,9 @@ import pytest
 from tests.cli.conftest import Command, Reply
 from tests.report.boards import board
 from zoobench.cli.leaderboard import publish
+from zoobench.db.rows import RunState
+from zoobench.errors import UsageError
+from zoobench.report.leaderboard import Entry
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 
@@ -84,6 +89,48 @@ def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path) -
     assert refused.code == 2
     assert "no export" in refused.err
     assert (tmp_path / "leaderboards" / "tiny.json").read_text() == "mine"
+
+
+def test_a_done_run_is_not_lost_to_one_that_failed(boards: Path, tmp_path: Path) -> None:
+    """What was done once and published stays, whatever became of the same run in another database."""
+    before = (boards / "mine.md").read_text(encoding="utf-8")
+    newer = board(tmp_path)
+    entries = tuple(
+        Entry(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
+        for entry in newer.entries
+    )
+    publish(replace(newer, entries=entries), boards)
+    assert (boards / "mine.md").read_text(encoding="utf-8") == before
+
+
+def test_published_runs_that_are_not_asked_for_any_more_are_counted(
+    boards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A suite that has become smaller, or another of the same name: nothing leaves a leaderboard in silence."""
+    capsys.readouterr()
+    whole = board(tmp_path)
+    publish(replace(whole, entries=whole.entries[1:]), boards)
+    assert "1 run of the earlier export" in capsys.readouterr().err
+    publish(replace(whole, entries=whole.entries[1:]), boards)
+    assert "earlier export" not in capsys.readouterr().err
+
+
+def test_a_full_disk_leaves_the_published_files_as_they_were(
+    boards: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The export may be the only one that knows a run: it is replaced by a whole one or not at all."""
+    before = {path: path.read_bytes() for path in boards.iterdir()}
+
+    def write_half(path: Path, content: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(content[: len(content) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", write_half)
+    smaller = board(tmp_path)
+    with pytest.raises(UsageError, match="No space left"):
+        publish(replace(smaller, entries=smaller.entries[1:]), boards)
+    assert {path: path.read_bytes() for path in boards.iterdir()} == before
 
 
 def test_check_names_the_first_line_that_differs(zoobench: Command, boards: Path) -> None:

@@ -7,6 +7,7 @@ from typer import Exit
 
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
+from zoobench.files import replace_files
 
 if TYPE_CHECKING:
     from zoobench.report.leaderboard import Leaderboard
@@ -44,15 +45,19 @@ def publish(board: "Leaderboard", folder: Path) -> None:
 
     export = folder / f"{board.name}.json"
     if export.exists():
-        board = board.completed(from_text(_content(export), str(export)))
+        earlier = from_text(_content(export), str(export))
+        if count := len(board.unasked(earlier)):
+            runs = "1 run" if count == 1 else f"{count:,} runs"
+            say(f"Left out: {runs} of the earlier export, which the suite does not ask for any more")
+        board = board.completed(earlier)
+    written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board).items()}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for ending, text in pages(board).items():
-            path = folder / f"{board.name}{ending}"
-            path.write_bytes(text.encode())
-            say(f"Written: {path}")
+        replace_files(written)
     except OSError as error:
         raise UsageError(f"Cannot write a leaderboard into {str(folder)!r}: {error}.") from None
+    for path in written:
+        say(f"Written: {path}")
 
 
 def check(folder: Path) -> None:

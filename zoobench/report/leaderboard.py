@@ -77,10 +77,19 @@ class Leaderboard:
         return [entry.spec for entry in self.entries if entry.state is None]
 
     def completed(self, earlier: "Leaderboard") -> "Leaderboard":
-        """With what an earlier export knows of the runs that have come to no end here."""
-        known = {entry.spec.key(): entry for entry in earlier.entries if entry.state in _SETTLED}
-        entries = (entry if entry.state in _SETTLED else known.get(entry.spec.key(), entry) for entry in self.entries)
+        """With what an earlier export knows of the runs that have come to no end here, or have no score here only."""
+        known = earlier.settled()
+        entries = (_better(entry, known.get(entry.spec.key(), entry)) for entry in self.entries)
         return replace(self, entries=tuple(entries))
+
+    def unasked(self, earlier: "Leaderboard") -> list[Entry]:
+        """What an earlier export knows of runs that this one does not ask for."""
+        asked = {entry.spec.key() for entry in self.entries}
+        return [entry for key, entry in earlier.settled().items() if key not in asked]
+
+    def settled(self) -> dict[str, Entry]:
+        """The runs that have come to an end, by key."""
+        return {entry.spec.key(): entry for entry in self.entries if entry.state in _SETTLED}
 
 
 def gather(
@@ -145,6 +154,12 @@ def from_text(text: str, where: str) -> Leaderboard:
         raise UsageError(
             f"{where} is no export of a leaderboard: {what}. `zoobench table --suite NAME --publish DIR` writes one."
         ) from None
+
+
+def _better(now: Entry, before: Entry) -> Entry:
+    """What counts of a run that two databases know: that it was done, else what is known now."""
+    is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
+    return before if is_lost or now.state not in _SETTLED else now
 
 
 def _entry(reader: "Reader", spec: RunSpec, why: str | None, result: Result | None) -> Entry:
