@@ -17,7 +17,7 @@ from zoobench.problem import Problem
 @pytest.fixture
 def score(tmp_path: Path) -> float:
     """A database whose run 1 is a fish's on the ground, with this score."""
-    problem = Problem(cell(design="fish", frames=3))
+    problem = Problem(cell(design="fish", fidelity="draft", frames=3))
     parameters = problem.initial(np.random.default_rng(0))
     score = problem.evaluate(parameters).score
     ending = Ending(RunState.DONE, finals=(FinalRow("score", score, "m/s"),), params=tuple(parameters.tolist()))

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import pytest
+
 from zoobench.report.transfer import newest, transfer_matrix
 
 
@@ -34,6 +36,37 @@ def test_homes_and_fidelities_have_rows_of_their_own() -> None:
         ("draft", "ocean", "1 m/s (n=1)", None),
         ("paper", "ocean", None, "1 diverged"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("other", "column", "names"),
+    [
+        ({"home": ["ocean-v4", "movement-speed-v1", "draft-v1"]}, "found_for", {"movement-speed", "turning"}),
+        ({"home": ["ocean-v4", "turning-v1", "paper-v1"]}, "found_at", {"draft", "paper"}),
+        ({"controller": "trajectory-v1"}, "controller", {"sine-basis", "trajectory"}),
+        ({"budget": "9 substeps"}, "budget", {"5 substeps", "9 substeps"}),
+    ],
+)
+def test_what_was_found_otherwise_is_not_averaged(other: dict[str, Any], column: str, names: set[str]) -> None:
+    """For another task or fidelity, with another controller or budget: a row of its own, and a column that says it."""
+    usual = {"controller": "sine-basis-v1", "budget": "5 substeps"}
+    rows = [row(1, "ice-v1", 1.0) | usual, row(2, "ice-v1", 3.0) | usual | other]
+    found = transfer_matrix(rows)
+    assert {line[found.columns.index(column)] for line in found.rows} == names
+    assert sorted(line[-1] for line in found.rows) == ["1 m/s (n=1)", "3 m/s (n=1)"]
+
+
+def test_only_where_it_was_found_is_stressed() -> None:
+    """The same environment with another task is not its home."""
+    found = transfer_matrix([row(1, "ocean-v4", 1.0) | {"task": "movement-speed-v1"}, row(1, "ocean-v4", 2.0)])
+    assert [line[0] for line in found.rows] == ["movement-speed", "turning"]
+    assert found.bold == {(1, 6)}
+
+
+def test_smoke_is_left_out() -> None:
+    """Its numbers mean nothing, tried there or found there."""
+    found_there = row(2, "ice-v1", 1.0) | {"home": ["ocean-v4", "turning-v1", "smoke-v1"]}
+    assert transfer_matrix([row(1, "ice-v1", 1.0, fidelity="smoke-v1"), found_there]).rows == ()
 
 
 def test_the_last_evaluation_counts() -> None:

@@ -200,9 +200,17 @@ def _print_transfer(db: str, form: Format, others: list[str]) -> None:
         raise UsageError(f"--transfer shows all that was evaluated. Leave {' '.join(others)} out.")
     with Store(db, create=False) as store:
         documents = [row.document for study in store.studies(STUDY) for row in study.rows]
-    emit(transfer_matrix(documents), form)
-    if not documents:
+        specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
+    found = transfer_matrix(
+        {**document, "controller": str(spec.controller), "budget": str(spec.budget)}
+        for document in documents
+        for spec in [specs[document["run"]]]
+    )
+    emit(found, form)
+    if not found.rows:
         say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
+    elif form in (Format.TABLE, Format.MD):
+        say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
 
 
 def _print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool) -> None:

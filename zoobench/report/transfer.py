@@ -1,15 +1,21 @@
 """The transfer matrix: how what was found in one environment does in the others."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.query import SMOKE
 from zoobench.report.statistics import t_interval
 from zoobench.spec import Ref
 
 Document = Mapping[str, Any]
+"""A row of the study, with the `controller` and the `budget` of its run where they are known."""
+
+_COLUMNS = ("task", "fidelity", "design", "method", "found_in", "frames")
+_ALL = (*_COLUMNS, "found_for", "found_at", "controller", "budget")
+_REFS = tuple(place for place, name in enumerate(_ALL) if name not in ("frames", "budget"))
 
 
 def newest(documents: Iterable[Document]) -> list[Document]:
@@ -21,29 +27,44 @@ def newest(documents: Iterable[Document]) -> list[Document]:
 def transfer_matrix(documents: Iterable[Document]) -> Listing:
     """A row for each task, fidelity, design, method and home, a column for each environment in which it was tried.
 
-    A cell holds the mean score over runs with half of its 95 % interval, and their number; the home environment's is
-    stressed.
+    Runs that were found for another task, at another fidelity, with another controller or budget have rows of their
+    own, and a column that says so. A cell holds the mean score over runs with half of its 95 % interval, and their
+    number; the place where they were found is stressed. Smoke runs are left out.
     """
-    rows = newest(documents)
+    rows = [row for row in newest(documents) if SMOKE not in (_name(row["fidelity"]), _name(row["home"][2]))]
     envs = sorted({row["env"] for row in rows})
     groups: dict[tuple[str, ...], dict[str, list[Document]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
-        groups[tuple(_of_row(row))][row["env"]].append(row)
-    names = labels(Ref.parse(text) for key in groups for text in key[:5]) | labels(Ref.parse(env) for env in envs)
+        groups[_of_row(row)][row["env"]].append(row)
+    usual = range(len(_COLUMNS))
+    telling = [place for place in range(len(_COLUMNS), len(_ALL)) if len({key[place] for key in groups}) > 1]
+    names = labels(Ref.parse(text) for key in groups for place in _REFS for text in [key[place]] if text)
+    names |= labels(Ref.parse(env) for env in envs)
     body, bold = [], set()
     for number, (key, by_env) in enumerate(sorted(groups.items())):
-        *refs, frames = key
-        body.append((*(names[Ref.parse(text)] for text in refs), int(frames), *(_cell(by_env[env]) for env in envs)))
-        bold |= {(number, len(key) + place) for place, env in enumerate(envs) if env == key[4]}
-    columns = ("task", "fidelity", "design", "method", "found_in", "frames", *(names[Ref.parse(env)] for env in envs))
+        words = [names[Ref.parse(text)] if place in _REFS and text else text for place, text in enumerate(key)]
+        shown = [int(words[place]) if _ALL[place] == "frames" else words[place] for place in (*usual, *telling)]
+        body.append((*shown, *(_cell(by_env[env]) for env in envs)))
+        bold |= {(number, len(shown) + place) for place, env in enumerate(envs) if _is_home(key, env)}
+    columns = (*_COLUMNS, *(_ALL[place] for place in telling), *(names[Ref.parse(env)] for env in envs))
     return Listing(columns, tuple(body), frozenset(bold))
 
 
-def _of_row(row: Document) -> Iterator[str]:
-    """What the row of a matrix is about."""
-    yield from (row[name] for name in ("task", "fidelity", "design", "method"))
-    yield row["home"][0]
-    yield str(row["frames"])
+def _of_row(row: Document) -> tuple[str, ...]:
+    """What the row of a matrix is about, in the order of `_ALL`."""
+    env, task, fidelity = row["home"]
+    tried = (row[name] for name in ("task", "fidelity", "design", "method"))
+    return (*tried, env, str(row["frames"]), task, fidelity, row.get("controller", ""), row.get("budget", ""))
+
+
+def _is_home(key: tuple[str, ...], env: str) -> bool:
+    """Whether the solutions of a row were found in this environment, for its task and at its fidelity."""
+    of = dict(zip(_ALL, key, strict=True))
+    return (env, of["task"], of["fidelity"]) == (of["found_in"], of["found_for"], of["found_at"])
+
+
+def _name(text: str) -> str:
+    return Ref.parse(text).name
 
 
 def _place(row: Document) -> tuple[str, str, str]:
