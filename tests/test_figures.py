@@ -26,6 +26,14 @@ def test_what_cannot_be_written_is_named(tmp_path: Path, name: str) -> None:
         figures.save(figures.blank((1.0, 1.0)), tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["one", ".", ".png"])
+def test_a_file_without_an_ending_is_refused(tmp_path: Path, name: str) -> None:
+    """Else the picture would be in another file than the one that was named."""
+    with pytest.raises(UsageError, match=r"has no ending.*\.png"):
+        figures.save(figures.blank((1.0, 1.0)), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("module", ["matplotlib.figure", "matplotlib.backends.backend_agg"])
 def test_without_matplotlib_it_says_what_to_install(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are an extra."""

@@ -31,8 +31,10 @@ def save(figure: "Figure", path: Path) -> None:
     """Write a figure in the format that the path's ending names; folders on the way are made.
 
     Raises:
-        UsageError: the file cannot be written, or its ending stands for no picture.
+        UsageError: the file cannot be written, or it has no ending, or one that stands for no picture.
     """
+    if not path.suffix:  # matplotlib would add one, and write to another file than the one that was named
+        raise UsageError(f"{str(path)!r} has no ending that says which kind of picture. Give for example picture.png.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
