@@ -49,7 +49,16 @@ def test_a_label_says_what_is_not_the_default() -> None:
     assert stored(balance("draft[transfer=pic]", 0.1)).case == "ground draft[transfer=pic]"
 
 
-@pytest.mark.parametrize("text", ["", "{}", '{"format": 99}', "[1, 2]"])
+BROKEN = (
+    '"samples": [{"env": "ground", "fidelity": "draft", "scores": []}], "costs": []',
+    '"samples": [], "costs": ["ground"]',
+    '"samples": [{"env": "no name", "fidelity": "draft", "scores": {}, "slopes": [], "paths": [], "spreads": []}]',
+)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", '{"format": 99}', "[1, 2]", *(f'{{"format": 1, {rest}, "origin": []}}' for rest in BROKEN)]
+)
 def test_a_file_of_another_kind_is_refused(tmp_path: Path, text: str) -> None:
     """Clearly, whatever it holds."""
     path = tmp_path / "other.json"

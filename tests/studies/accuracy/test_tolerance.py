@@ -80,10 +80,12 @@ def test_environments_that_were_not_measured_again_stay_as_they_are(tmp_path: Pa
     assert json.loads(path.read_text())["levels"] == both["levels"]
 
 
-def test_another_file_is_not_overwritten(tmp_path: Path) -> None:
+@pytest.mark.parametrize("components", [None, [5], ["no name"]])
+def test_another_file_is_not_overwritten(tmp_path: Path, components: object) -> None:
     """What is no published file is refused and left as it is."""
     path = tmp_path / "notes.json"
-    path.write_text('{"mine": 1}')
+    text = json.dumps({"mine": 1} if components is None else {"levels": [], "origin": [], "components": components})
+    path.write_text(text)
     with pytest.raises(UsageError, match="something else"):
         tolerance.publish(ladder(), path)
-    assert path.read_text() == '{"mine": 1}'
+    assert path.read_text() == text

@@ -204,13 +204,13 @@ def read(path: Path) -> Measurements:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["format"] != FORMAT:
-            raise UsageError(f"{path} has format {document['format']}; {FORMAT} was expected. Export it again.")
+            raise ValueError(f"format {document['format']} where {FORMAT} was expected")
         samples = tuple(_sample_from(item) for item in document["samples"])
         costs, balances = tuple(map(_cost, document["costs"])), tuple(map(_balance, document["balances"]))
         return Measurements(samples, costs, tuple(document["origin"]), balances)
     except OSError as error:
         raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, UsageError) as error:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
 
 

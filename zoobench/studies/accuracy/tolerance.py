@@ -87,7 +87,7 @@ def publish(measurements: Measurements, path: Path) -> None:
         path.write_text(f'{head[:-1]}, "levels": [\n{rows}\n]}}\n', encoding="utf-8")
     except OSError as error:
         raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, LookupError, TypeError, AttributeError, UsageError):
         raise UsageError(f"{path} holds something else than published levels. Choose another file.") from None
 
 
