@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from tests.cli.conftest import Command
 from tests.report.content import add_curve, make_spec
 from zoobench.db.store import Store
+from zoobench.spec import RunSpec
 
 
 @pytest.fixture
@@ -52,6 +54,34 @@ def test_without_curves_it_says_what_to_type(zoobench: Command, tmp_path: Path) 
     assert reply.code == 0
     assert "zoobench run" in reply.err
     assert zoobench("curves", "-o", tmp_path / "curves.png").code == 2
+
+
+def test_smoke_runs_alone_are_nothing_to_show(zoobench: Command, tmp_path: Path) -> None:
+    """They are left out, and an empty table does not stand there without a word."""
+    with Store(tmp_path / "zoobench.db") as store:
+        add_curve(store, make_spec(fidelity="smoke-v1"), [0.2])
+    for form in ("table", "csv"):
+        assert "No finished run has a curve yet" in zoobench("curves", "--format", form).err
+
+
+@pytest.mark.parametrize(
+    ("column", "other"),
+    [("controller", make_spec(controller="trajectory-v1")), ("fidelity", make_spec(fidelity="paper-v1")),
+     ("frames", replace(make_spec(), frames=20))],
+)  # fmt: skip
+def test_rows_say_in_what_their_cells_differ(zoobench: Command, learnt: Path, column: str, other: RunSpec) -> None:
+    """Two rows of the same method have a column that tells them apart, which is not there otherwise."""
+    assert column not in zoobench("curves").out
+    with Store(learnt) as store:
+        add_curve(store, other, [0.3, 0.5])
+    rows = markdown_rows(zoobench("curves", "--format", "md").out)
+    assert len({row[column] for row in rows if row["method"] == "diffphysics"}) == 2
+
+
+def markdown_rows(table: str) -> list[dict[str, str]]:
+    """The rows of a Markdown table by column."""
+    head, _, *body = ([cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines())
+    return [dict(zip(head, row, strict=True)) for row in body]
 
 
 def test_a_table_by_what_was_spent_names_its_command(zoobench: Command, learnt: Path) -> None:

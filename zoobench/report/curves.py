@@ -124,7 +124,11 @@ def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind:
     """Mean best scores at shares of what all methods of a cell have spent, for reading: a row per cell and method."""
     spending = Spending(kind, None, ())
     groups = cells(results, known)
-    names = {axis: labels(getattr(group[0].run.spec, axis) for group in groups) for axis in ("env", "task", "design")}
+    axes = ("env", "task", "design", "controller", "fidelity", "frames")
+    values = {axis: [getattr(group[0].run.spec, axis) for group in groups] for axis in axes}
+    # Of the last three, those are columns that tell rows apart.
+    shown = [axis for axis in axes if axis in axes[:3] or len(set(values[axis])) > 1]
+    names = {axis: labels(values[axis]) if axis != "frames" else {} for axis in shown}
     methods = labels(result.run.spec.method for group in groups for result in group)
     rows = []
     for group in groups:
@@ -134,11 +138,11 @@ def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind:
             spec = own[0].result.run.spec
             means = [_mean([curve.at(share * end) for curve in own]) for share in _SHARES]
             rows.append(
-                (*(names[axis][getattr(spec, axis)] for axis in names), methods[method], len(own), spending.text(end),
-                 *means, _unit(own[0].result))
+                (*(names[axis].get(value, value) for axis in shown for value in [getattr(spec, axis)]), methods[method],
+                 len(own), spending.text(end), *means, _unit(own[0].result))
             )  # fmt: skip
     shares = (f"at {share:g}" for share in _SHARES[:-1])
-    return Listing((*names, "method", "n", f"spent [{spending.unit}]", *shares, "at all of it", "unit"), tuple(rows))
+    return Listing((*shown, "method", "n", f"spent [{spending.unit}]", *shares, "at all of it", "unit"), tuple(rows))
 
 
 def cells(results: Iterable[Result], known: Mapping[int, Curve]) -> list[list[Result]]:
