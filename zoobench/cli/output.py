@@ -44,11 +44,11 @@ def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
 
 def _print_table(listing: "Listing") -> None:
     out = console()
-    if out.is_terminal:
-        out.print(rich_table(listing))
-        return
+    drawn = rich_table(listing if out.is_terminal else _with_stars(listing))
+    if out.measure(drawn, options=out.options.update(max_width=_UNLIMITED)).minimum > out.width:
+        out.width = _UNLIMITED  # words would be cut: let the terminal fold whole lines instead
     with out.capture() as captured:
-        out.print(rich_table(_with_stars(listing)))
+        out.print(drawn)
     for line in captured.get().splitlines():
         print(line.rstrip())
 
