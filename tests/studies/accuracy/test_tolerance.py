@@ -1,5 +1,6 @@
 """The cheapest fidelity that is accurate enough."""
 
+import errno
 import json
 from pathlib import Path
 
@@ -78,6 +79,23 @@ def test_environments_that_were_not_measured_again_stay_as_they_are(tmp_path: Pa
     assert both["origin"] == ["later", "made up"]
     tolerance.publish(ladder(), path)
     assert json.loads(path.read_text())["levels"] == both["levels"]
+
+
+def test_a_full_disk_leaves_the_file_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may be the only one that knows an environment: it is replaced by a whole one or not at all."""
+    path = tmp_path / tolerance.PUBLISHED
+    before = path.read_text()
+
+    def write_half(file: Path, content: str | bytes, **others: str) -> int:
+        with file.open("w" if isinstance(content, str) else "wb") as opened:
+            opened.write(content[: len(content) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", write_half)
+    monkeypatch.setattr(Path, "write_bytes", write_half)
+    with pytest.raises(UsageError, match="No space left"):
+        tolerance.publish(ladder(), path)
+    assert path.read_text() == before
 
 
 @pytest.mark.parametrize("components", [None, [5], ["no name"]])

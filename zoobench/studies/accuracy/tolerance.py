@@ -10,6 +10,7 @@ from typing import Any
 
 from zoobench import registry
 from zoobench.errors import UsageError
+from zoobench.files import replace_files
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.studies.accuracy.analyse import LevelRow, analyse
@@ -84,7 +85,7 @@ def publish(measurements: Measurements, path: Path) -> None:
         known = {text for text in before["components"] if Ref.parse(text).name not in measured} | own
         rows = ",\n".join(json.dumps(row, allow_nan=False) for row in sorted(kept + new, key=_order))
         head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin}), "components": sorted(known)})
-        path.write_text(f'{head[:-1]}, "levels": [\n{rows}\n]}}\n', encoding="utf-8")
+        replace_files({path: f'{head[:-1]}, "levels": [\n{rows}\n]}}\n'.encode()})
     except OSError as error:
         raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
     except (ValueError, LookupError, TypeError, AttributeError, UsageError):
