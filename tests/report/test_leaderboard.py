@@ -61,6 +61,24 @@ def test_an_earlier_export_completes_a_later_one(tmp_path: Path) -> None:
     assert to_text(from_text(to_text(found), "mine.json")) == to_text(found)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"cpu":{"cores":4,"model":"Example 9000","threads":8}', '"cpu":"Example 9000"'),
+        ('"packages":{"taichi":"1.7.4","torch":null,"zoobench":"0.1.0"}', '"packages":5'),
+        ('"gpus":[]', '"gpus":0'),
+        ('"started_at":', '"started_at":{},"at":'),
+        ('"lr":0.1', '"lr":{}'),
+    ],
+)
+def test_an_export_edited_by_hand_is_refused(tmp_path: Path, old: str, new: str) -> None:
+    """What is of another kind than was written is told before anything is made of it."""
+    text = to_text(board(tmp_path))
+    assert old in text
+    with pytest.raises(UsageError, match=r"mine\.json is no export"):
+        from_text(text.replace(old, new, 1), "mine.json")
+
+
 def test_equal_content_is_equal_text(tmp_path: Path) -> None:
     """Two looks at one database, though a run is in progress; a line for each run, one for those that a cell lacks."""
     text = to_text(board(tmp_path))

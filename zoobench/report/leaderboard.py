@@ -232,16 +232,29 @@ def _entry_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapp
         for name, item in record["finals"].items()
     }
     attempts = tuple(
-        Attempt(item["started_at"], item["ended_at"], item["resumed"], documents[item["provenance"]])
+        Attempt(
+            float(item["started_at"]),
+            None if item["ended_at"] is None else float(item["ended_at"]),
+            item["resumed"],
+            _checked_origin(documents[item["provenance"]]),
+        )
         for item in record["attempts"]
     )
     return Entry(spec, state, record["reason"], float(record["seconds"]), finals, attempts)
 
 
+def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    kinds = {"code": dict, "cpu": dict, "packages": dict, "gpus": list}
+    for name, kind in kinds.items():
+        if not isinstance(document.get(name, kind()), kind):
+            raise UsageError(f"the origin has {name} {document[name]!r}")
+    return document
+
+
 def _check_entries(entries: Iterable[Entry]) -> None:
     seen: set[str] = set()
     for entry in entries:
-        key = entry.spec.key()
+        key, _ = entry.spec.key(), hash(entry.spec)  # TypeError: a parameter is no plain value
         if key in seen:
             raise UsageError(f"{entry.spec} comes twice")
         if entry.spec.fidelity.name == SMOKE:
