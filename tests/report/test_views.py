@@ -1,11 +1,12 @@
 """Listings of runs and the card of one run."""
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.report.content import fill, make_spec
+from tests.report.content import add_done, fill, make_spec
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.report.query import Choice, choose_results
@@ -14,9 +15,11 @@ from zoobench.report.views import (
     duration,
     repeat_command,
     results_listing,
+    results_overview,
     results_records,
     running_listing,
 )
+from zoobench.spec import Budget
 
 
 @pytest.mark.parametrize(
@@ -37,6 +40,19 @@ def test_every_final_is_a_column_with_its_unit(tmp_path: Path) -> None:
     assert records[0]["score [m/s]"] == 1.0
     assert records[9]["state"] == "failed"
     assert records[9]["score [m/s]"] is None
+
+
+def test_the_overview_says_in_what_runs_differ(tmp_path: Path) -> None:
+    """Controller, frames and budget are columns only where there is more than one."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(), 1.0)
+        assert "budget" not in results_overview(choose_results(store, Choice())).columns
+        add_done(store, replace(make_spec(), budget=Budget("episodes", 7), frames=33), 2.0)
+        listing = results_overview(choose_results(store, Choice()))
+    assert {"budget", "frames"} <= set(listing.columns)
+    assert "controller" not in listing.columns
+    last = listing.records()[-1]
+    assert (last["frames"], last["budget"], last["score"]) == ("33", "7 episodes", 2.0)
 
 
 def test_records_mark_smoke_runs(tmp_path: Path) -> None:

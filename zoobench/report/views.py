@@ -13,6 +13,8 @@ from zoobench.report.query import Result
 from zoobench.spec import AXES, Ref, RunSpec
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
+_TELLING = ("controller", "frames", "budget")
+"""What is a column too where it differs."""
 
 
 def duration(seconds: float | None) -> str:
@@ -28,12 +30,16 @@ def duration(seconds: float | None) -> str:
 
 
 def results_overview(results: Sequence[Result]) -> Listing:
-    """One row per run with its score, for reading."""
-    names = _short_names([result.run.spec for result in results])
+    """One row per run with its score, for reading; with a controller, frames and budget where runs differ in it."""
+    specs = [result.run.spec for result in results]
+    names = _short_names(specs)
+    telling = [name for name in _TELLING if len({getattr(spec, name) for spec in specs}) > 1]
+    controllers = labels(spec.controller for spec in specs)
     rows = [
         (
             result.run.id,
             *names[index],
+            *(str(controllers.get(value, value)) for value in (getattr(specs[index], name) for name in telling)),
             result.run.spec.seed,
             str(result.run.state),
             None if result.score is None else result.score.value,
@@ -43,7 +49,7 @@ def results_overview(results: Sequence[Result]) -> Listing:
         )
         for index, result in enumerate(results)
     ]
-    return Listing(("run", *_SHORT_AXES, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
+    return Listing(("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
 
 
 def results_listing(results: Sequence[Result]) -> Listing:
