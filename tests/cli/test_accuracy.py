@@ -19,6 +19,7 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     assert [row["fidelity"] for row in tables["energy"]] == ["draft", "standard"]
     assert all(abs(row["unexplained"]) < 1 for row in tables["energy"])
     assert "drawn: accuracy-ground.png" in first.err
+    assert "drawn: accuracy-energy.png" in first.err
     assert json.loads(zoobench(*study, "--plot").out) == tables
     again = json.loads(zoobench(*study, "--from", "a.json").out)
     assert again["levels"][0]["error"] == pytest.approx(tables["levels"][0]["error"], rel=1e-4)

@@ -69,6 +69,7 @@ def accuracy(
     from zoobench.studies.accuracy import tolerance
     from zoobench.studies.accuracy.analyse import analyse
     from zoobench.studies.accuracy.checkpoints import CheckpointRow, checkpoints
+    from zoobench.studies.accuracy.energy_plot import draw as draw_energy
     from zoobench.studies.accuracy.plan import QUICK
     from zoobench.studies.accuracy.plots import draw
     from zoobench.studies.accuracy.records import read, write
@@ -93,10 +94,13 @@ def accuracy(
         write(measured, export)
     if publish is not None:
         tolerance.publish(measured, publish)
+    energy = list(energies(measured, [ref.name for ref in envs]))
     if plots is not None:
+        if energy:
+            say(f"drawn: {draw_energy(energy, plots)}")
         for path in draw(analysis, plots, default=presets.get(presets.DEFAULT).fidelity.name):
             say(f"drawn: {path}")
-    _print(analysis, list(energies(measured, [ref.name for ref in envs])), wanted, form)
+    _print(analysis, energy, wanted, form)
 
 
 def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
