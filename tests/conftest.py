@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
+import zoobench  # noqa: F401  # before any library whose rounding it chooses
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _end_runtime() -> Iterator[None]:
