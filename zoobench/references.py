@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.files import replace_files
 from zoobench.problem import Problem
 from zoobench.registry import Kind
 from zoobench.seeding import generator
@@ -43,7 +42,7 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     One that has no finite score is left out. A damaged file is replaced, and where none can be written the scores are
     computed every time.
     """
-    from zoobench.sim.runtime import cache_folder
+    from zoobench.sim.runtime import cache_folder, write_whole
 
     path = cache_folder().with_name("references") / f"{_key(spec)}.json"
     with contextlib.suppress(OSError, ValueError):
@@ -51,7 +50,7 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     found = _simulate(spec)
     with contextlib.suppress(OSError):
         rows = {name: [metric.value, metric.unit] for name, metric in found.items()}
-        replace_files({path: json.dumps(rows).encode()})
+        write_whole(path, json.dumps(rows).encode())
     return found
 
 

@@ -17,9 +17,8 @@ import numpy as np
 import taichi as ti
 import torch
 
-from zoobench.files import replace_files
 from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.runtime import cache_folder
+from zoobench.sim.runtime import cache_folder, write_whole
 from zoobench.sim.scene import Scene
 from zoobench.sim.solver import Solver
 from zoobench.sim.state import Matter
@@ -125,7 +124,7 @@ def _write(path: Path, matter: Matter) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
     payload = buffer.getvalue()
-    replace_files({path: hashlib.sha256(payload).digest() + payload})
+    write_whole(path, hashlib.sha256(payload).digest() + payload)
 
 
 def _trim(folder: Path) -> None:
