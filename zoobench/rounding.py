@@ -11,6 +11,7 @@ from pathlib import Path
 CHOICES = {
     "OPENBLAS_CORETYPE": "Haswell",  # NumPy's and SciPy's linear algebra
     "ATEN_CPU_CAPABILITY": "avx2",  # torch's sums
+    "MKL_CBWR": "COMPATIBLE",  # torch's products: the only choice that Intel promises for other makes, too
 }
 _NEEDS = {"avx2", "fma"}
 
