@@ -22,10 +22,10 @@ def unify(processor: Path = Path("/proc/cpuinfo")) -> None:
     Nothing is done where the processor's description is not found or lacks what the code needs.
     """
     try:
-        lines = processor.read_text(encoding="utf-8", errors="replace").splitlines()
+        with processor.open(encoding="utf-8", errors="replace") as lines:  # to the first core's flags, no further
+            flags = next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), [])
     except OSError:
         return
-    flags = next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), [])
     if set(flags) >= _NEEDS:
         for name, value in CHOICES.items():
             os.environ.setdefault(name, value)

@@ -1,5 +1,6 @@
 """`zoobench accuracy`: what each fidelity costs, and how far it is from a converged simulation."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -122,9 +123,7 @@ def _measure(
     if not only_read:
         wanted = specs(envs, tasks, plan)
         _run(wanted, db, jobs)
-        _follow(wanted, db)
-        if repeats:
-            _time(wanted, db, repeats)
+        _keep_rest(wanted, db, repeats)
     with Store(db, create=False) as store:
         measured = from_reader(store)
     if not measured.samples:
@@ -145,32 +144,26 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
             say(f"  run {row.id} {row.state}: {row.reason}")
 
 
-def _follow(wanted: "list[RunSpec]", db: str) -> None:
-    """Follow the energy where that is not done yet."""
+def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
+    """Follow the energy, and time, where that is not done yet."""
     from zoobench.db.store import Store
     from zoobench.studies.accuracy.audit import balances
-    from zoobench.studies.accuracy.records import ENERGY_STUDY, from_reader, stored
+    from zoobench.studies.accuracy.costs import costs
+    from zoobench.studies.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, Cost, from_reader, stored
+
+    def rest(known: Sequence[Cost | Balance]) -> "list[RunSpec]":
+        done = {(item.env, item.fidelity) for item in known}
+        return [spec for spec in wanted if (spec.env, spec.fidelity) not in done]
 
     with Store(db) as store:
-        known = {(balance.env, balance.fidelity) for balance in from_reader(store).balances}
-    todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
-    found = balances(todo, on_case=lambda case: say(f"following the energy of {case}"))
+        known = from_reader(store)
+    found = balances(rest(known.balances), on_case=lambda case: say(f"following the energy of {case}"))
     for _ in kept(db, ENERGY_STUDY, found, stored):
         pass
-
-
-def _time(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
-    """Time what is not timed yet."""
-    from zoobench.db.store import Store
-    from zoobench.studies.accuracy.costs import costs
-    from zoobench.studies.accuracy.records import COST_STUDY, from_reader, stored
-
-    with Store(db) as store:
-        known = {(cost.env, cost.fidelity) for cost in from_reader(store).costs}
-    todo = [spec for spec in wanted if (spec.env, spec.fidelity) not in known]
-    found = costs(todo, repeats=repeats, on_case=lambda case: say(f"timing {case}"))
-    for _ in kept(db, COST_STUDY, found, stored):
-        pass
+    if repeats:
+        timed = costs(rest(known.costs), repeats=repeats, on_case=lambda case: say(f"timing {case}"))
+        for _ in kept(db, COST_STUDY, timed, stored):
+            pass
 
 
 def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:

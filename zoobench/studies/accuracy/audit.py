@@ -9,7 +9,7 @@ left has no cause but the numerics: the transfer between particles and grid, the
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,9 +83,7 @@ def balance(spec: RunSpec) -> Balance:
         put_in=float(np.maximum(work, 0.0).sum()),
         muscles=float(work.sum()),
         stored=stored,
-        viscous=losses.viscous,
-        plastic=losses.plastic,
-        contact=losses.contact,
+        **asdict(losses),
     )
 
 

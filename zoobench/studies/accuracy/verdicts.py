@@ -1,5 +1,4 @@
-"""What to make of the errors and costs: what one more level buys, which knobs buy nothing, and
-where energy goes."""
+"""What to make of what was measured: what one more level buys, which knobs buy nothing, where energy goes."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
