@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from zoobench import provenance
+from zoobench import provenance, rounding
 
 
 def test_it_names_code_packages_and_machine() -> None:
@@ -17,6 +17,15 @@ def test_it_names_code_packages_and_machine() -> None:
     assert len(facts["code"]["files"]) == 64
     assert facts["cpu"]["threads"] >= 1
     assert set(facts["thread_settings"]) == set(provenance.THREAD_VARIABLES)
+
+
+def test_it_tells_whose_rounding_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user who asks a library for other code than zoobench does leaves a trace of it."""
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "SkylakeX")
+    monkeypatch.delenv("MKL_CBWR", raising=False)
+    told = provenance.gather()["rounding"]
+    assert set(told) == set(rounding.CHOICES)
+    assert (told["OPENBLAS_CORETYPE"], told["MKL_CBWR"]) == ("SkylakeX", None)
 
 
 def test_a_changed_file_changes_the_code(tmp_path: Path) -> None:

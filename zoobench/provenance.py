@@ -1,4 +1,4 @@
-"""Where a number comes from: code, packages, machine and thread settings, as plain JSON data.
+"""Where a number comes from: code, packages, machine, thread and rounding settings, as plain JSON data.
 
 Nothing in it changes between two runs of the same code on the same machine, so a database stores it once.
 """
@@ -8,6 +8,7 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,14 +16,14 @@ from typing import Any
 
 import psutil
 
-from zoobench import __version__
+from zoobench import __version__, rounding
 
 _PACKAGES = ("alembic", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch", "zoobench")
 THREAD_VARIABLES = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def gather() -> dict[str, Any]:
-    """Code (commit, hash of uncommitted changes), packages, Python, platform, CPU, GPUs and threads, as of now."""
+    """Code (commit, hash of uncommitted changes), packages, Python, platform, CPU, GPUs and settings, as of now."""
     return {
         "zoobench": __version__,
         "code": _code(Path(__file__).parent),
@@ -38,8 +39,13 @@ def gather() -> dict[str, Any]:
         },
         "memory": psutil.virtual_memory().total,
         "gpus": _gpus(),
-        "thread_settings": {name: os.environ.get(name) for name in THREAD_VARIABLES},
+        "thread_settings": _settings(THREAD_VARIABLES),
+        "rounding": _settings(rounding.CHOICES),
     }
+
+
+def _settings(variables: Iterable[str]) -> dict[str, str | None]:
+    return {name: os.environ.get(name) for name in variables}
 
 
 def _code(package: Path) -> dict[str, Any]:
