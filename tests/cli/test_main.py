@@ -12,6 +12,7 @@ from tests.cli.conftest import Command
 from zoobench import __version__
 from zoobench.cli.main import app
 
+PROCESS = [sys.executable, "-c", "import sys; from zoobench.cli.main import main; sys.exit(main())"]
 README = Path(__file__).parents[2] / "README.md"
 COMMANDS = (
     "list",
@@ -49,6 +50,26 @@ def loaded_by(*words: str) -> set[str]:
 def test_help_imports_nothing_heavy(words: list[str]) -> None:
     """Asking for help does not pay for simulation, databases or statistics."""
     assert not loaded_by(*words) & HEAVY
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("words", [["--version"], ["list"], ["list", "envs", "--format", "csv"]])
+def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
+    """Output that does not fit, however little, is an error with what to do, and no traceback."""
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(PROCESS + words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "Error: Standard output takes no more: the disk is full. Free some space, then try again."
+    ]
+
+
+def test_a_reader_who_has_seen_enough_is_no_error_to_tell_of() -> None:
+    """As `zoobench list | head -1` has it."""
+    listing = subprocess.Popen([*PROCESS, "list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert listing.stdout is not None
+    listing.stdout.close()
+    assert listing.communicate()[1] == ""
 
 
 def test_listing_components_does_not_start_the_simulator() -> None:

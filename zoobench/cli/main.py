@@ -1,5 +1,7 @@
 """The command line: every command is registered here, and every error that a user can act on ends here."""
 
+import errno
+import os
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -77,13 +79,29 @@ app.add_typer(design, name="design")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line, that of the process for None; returns the exit code of a ZoobenchError.
+    """Run one command line, that of the process for None; returns the exit code of an error that is told.
 
     Every other ending is a SystemExit: 0 ok, 1 some run failed or a check fell short, 2 usage, 130 interrupted.
     """
     try:
-        app(args=None if arguments is None else list(arguments), prog_name="zoobench")
+        try:
+            app(args=None if arguments is None else list(arguments), prog_name="zoobench")
+        finally:
+            sys.stdout.flush()  # here, where a failure can still be told
     except ZoobenchError as error:
         print(f"Error: {error}", file=sys.stderr)
         return error.exit_code
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EPIPE):
+            raise
+        return _end_without_room(error)
     return 0
+
+
+def _end_without_room(error: OSError) -> int:
+    """The end of a command whose output does not fit, or is not read to its end, which is no error to tell of."""
+    if error.errno == errno.ENOSPC:
+        place = error.filename or "Standard output"
+        print(f"Error: {place} takes no more: the disk is full. Free some space, then try again.", file=sys.stderr)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails once more over what is left when it ends
+    return 1
