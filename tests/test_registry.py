@@ -112,6 +112,7 @@ def test_a_factory_that_hides_its_parameters_is_refused() -> None:
 
     with pytest.raises(UsageError, match="no bool, int, float or str"):
         register(Kind.TASK, "nowhere")(nowhere)
+    assert not {"loose", "vague", "nowhere"} & set(registry.names(Kind.TASK))
 
 
 class _EntryPoint:

@@ -112,14 +112,15 @@ def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] =
         raise UsageError(f"Cannot register {name!r} version {version}: write kebab-case and count from 1.")
 
     def decorate(factory: _F) -> _F:
-        versions = _components[kind].setdefault(name, {})
-        if version in versions:
-            other = versions[version].factory
+        known = _components[kind].get(name, {})
+        if version in known:
+            other = known[version].factory
             raise UsageError(
                 f"The {kind.noun} {name!r} version {version} is registered already, by {other.__module__}."
                 f"{other.__qualname__}. Choose another name or bump the version."
             )
-        versions[version] = _describe(kind, name, version, factory, frozenset(tags))
+        component = _describe(kind, name, version, factory, frozenset(tags))  # before the name is known to anybody
+        _components[kind].setdefault(name, {})[version] = component
         return factory
 
     return decorate
