@@ -79,6 +79,24 @@ def test_a_broken_gradient_neither_ends_the_run_nor_passes_in_silence() -> None:
     assert solution.params == pytest.approx(OPTIMUM, abs=5e-2)
 
 
+def test_a_gradient_of_a_length_beyond_all_numbers_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scaled back to the clip it would be a step of nothing, again and again."""
+    problem = Quadratic(PLENTY)
+    scored = problem._one
+    monkeypatch.setattr(problem, "_one", lambda params: (scored(params)[0], np.full(4, 1e200)))
+    solution = DiffPhysics(iterations=3, restarts=1).run(problem, Context(0))
+    assert solution.facts["nonfinite_gradients"] == 3
+    assert solution.facts["clipped_gradients"] == 0
+
+
+def test_a_restart_that_begins_anew_forgets_the_old_place() -> None:
+    """Its next step is Adam's first: the learning rate against the sign of every slope."""
+    problem = Quadratic(PLENTY, breaks=lambda params: len(problem.seen) == 5)
+    DiffPhysics(iterations=7, restarts=1).run(problem, Context(0))
+    moved = problem.seen[6] - problem.seen[5]
+    assert moved == pytest.approx(0.1 * np.sign(OPTIMUM - problem.seen[5]), abs=1e-6)
+
+
 def test_a_diverged_restart_goes_back_towards_its_best() -> None:
     """A step across a cliff is followed by one halfway back to the best point met."""
     problem = Quadratic(PLENTY, diverges=lambda params: bool(params[0] > 0.3))

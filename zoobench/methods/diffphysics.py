@@ -81,7 +81,7 @@ class DiffPhysics:
         results: Sequence[tuple[Evaluation, Array]],
     ) -> None:
         readings = ascent.counts()
-        norms = [float(np.linalg.norm(slope)) for _, slope in results if np.isfinite(slope).all()]
+        norms = [norm for _, slope in results if np.isfinite(norm := _length(slope))]
         scores = {i: item.score for i, (item, _) in enumerate(results) if item.failure is None}
         if scores:
             readings["score_current"] = max(scores.values())
@@ -95,6 +95,12 @@ class DiffPhysics:
 def _distinct(points: Sequence[Array]) -> list[Array]:
     """The points, each once."""
     return [point for index, point in enumerate(points) if not any(map(partial(np.array_equal, point), points[:index]))]
+
+
+def _length(slope: Array) -> float:
+    """Of a gradient; not finite if the gradient is not, or if its length is beyond all numbers."""
+    with np.errstate(over="ignore"):
+        return float(np.linalg.norm(slope))
 
 
 class _Ascent:
@@ -135,7 +141,7 @@ class _Ascent:
             point = self._points[index]
             self.champion.offer(self.points[index], evaluation)
             self._own_best[index].offer(self.points[index], evaluation)
-            healthy = evaluation.failure is None and bool(np.isfinite(slope).all())
+            healthy = evaluation.failure is None and bool(np.isfinite(_length(slope)))
             point.grad = torch.as_tensor(self._clipped_slope(slope)) if healthy else None
             self._unusable += int(not healthy and evaluation.failure is None)
             if not healthy:
@@ -145,7 +151,7 @@ class _Ascent:
             self._retreat(index, draw)
 
     def _clipped_slope(self, slope: Array) -> Array:
-        norm = float(np.linalg.norm(slope))
+        norm = _length(slope)
         if norm <= self._clip:
             return slope
         self._clipped += 1
@@ -155,7 +161,11 @@ class _Ascent:
         import torch
 
         here, best = self.points[index], self._own_best[index].params
-        target = draw() if best is None or np.array_equal(here, best) else (here + best) / 2
+        if best is None or np.array_equal(here, best):
+            self._adam.state.pop(self._points[index], None)  # what Adam remembers is of another place
+            target = draw()
+        else:
+            target = (here + best) / 2
         with torch.no_grad():
             self._points[index].copy_(torch.as_tensor(target))
 
