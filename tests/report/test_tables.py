@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from tests.report.content import add_done, add_ended, fill, make_spec
-from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.owner import Owner
+from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.footer import footer
 from zoobench.report.query import Choice, choose_results, origins
@@ -165,6 +166,23 @@ def test_what_is_wanted_and_does_not_exist_is_shown_as_missing(tmp_path: Path) -
     assert counts["desert-v1", "diffphysics-v1[lr=0.1]"] == 0
     assert counts["desert-v1", "cmaes-v1"] == 2
     assert counts["desert-v1", "random-v1"] == 3
+
+
+def test_nobody_wins_a_row_while_a_run_is_to_come(tmp_path: Path) -> None:
+    """A rival that is queued or in progress might be better; once it has ended there is a winner."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(2):
+            add_done(store, make_spec(seed=seed), 10.0 + 0.01 * seed)
+            add_done(store, make_spec(method="random-v1", seed=seed), 0.1 + 0.001 * seed)
+        store.enqueue([make_spec(method="cmaes-v1", seed=0)])
+        (queued,) = tables_of(tmp_path / "runs.db")
+        claim = store.claim(Owner.current(), provenance={})
+        assert claim is not None
+        (running,) = tables_of(tmp_path / "runs.db")
+        store.finish(claim, Ending(RunState.FAILED, "boom"), Batch())
+    (ended,) = tables_of(tmp_path / "runs.db")
+    winners = [[cell.is_winner for cell in table.rows[0].cells if cell] for table in (queued, running, ended)]
+    assert [any(row) for row in winners] == [False, False, True]
 
 
 def test_nobody_wins_a_row_that_lacks_a_run(filled: Path) -> None:

@@ -29,7 +29,8 @@ class Cell:
         asked: the seeds that were asked for in this row, of whatever method.
         states: how many runs of the cell are in each state.
         lacks: how many that are DONE have no score, by why.
-        is_winner: every seed is done and the interval lies above those of all other methods.
+        is_winner: every seed is done, nothing of the row is still to come, and the interval lies above those of all
+            other methods.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
     """
@@ -47,6 +48,11 @@ class Cell:
     def is_empty(self) -> bool:
         """Whether no run exists."""
         return not self.states
+
+    @property
+    def is_unfinished(self) -> bool:
+        """Whether a run is still to come: until then nobody wins the row."""
+        return self.missing > 0 or any(state in OPEN_STATES for state in self.states)
 
     @property
     def count(self) -> int:
@@ -268,7 +274,7 @@ def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | N
     by_method = [[member for member in group if member.spec.method == method] for method in methods]
     cells = [_cell(members, asked) if members else None for members in by_method]
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
-    is_complete = not any(cell is not None and cell.missing for cell in cells)
+    is_complete = not any(cell is not None and cell.is_unfinished for cell in cells)
     if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
