@@ -51,6 +51,43 @@ def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
     assert problem.meter.substeps == spent
 
 
+def test_what_episodes_cost_is_learnt_from_them() -> None:
+    """Declared before the first; then a quarter more than the costliest, but no more than declared unless it was."""
+    problem = Problem(cell())
+    declared = problem.substeps_per_episode
+    assert problem.expected_substeps == declared
+    for costliest, expected in ((declared // 2, math.ceil(1.25 * (declared // 2))), (declared - 1, declared)):
+        problem.meter.costliest = costliest
+        assert problem.expected_substeps == expected
+    problem.meter.costliest = declared + 7
+    assert problem.expected_substeps == declared + 7
+
+
+def test_the_costliest_episode_is_that_of_one_world() -> None:
+    """However many run side by side, and whatever a gradient adds."""
+    problem = Problem(cell(), worlds=4)
+    draws = _draws(problem, 4)
+    costs = []
+    for draw in draws:
+        before = problem.meter.forward
+        problem.evaluate(draw)
+        costs.append(problem.meter.forward - before)
+    assert problem.meter.costliest == max(costs)
+    beside = Problem(cell(), worlds=4)
+    beside.loss_and_grad_batch(draws)
+    assert beside.meter.costliest == max(costs)
+    assert Problem(cell()).meter.state()["costliest"] == 0
+
+
+def test_it_is_known_whether_the_budget_ended() -> None:
+    """Once something that was asked for did not fit."""
+    problem = Problem(cell(budget=Budget("episodes", 2)))
+    assert problem.affords(2)
+    assert not problem.meter.refused
+    assert not problem.affords(3)
+    assert problem.meter.refused
+
+
 def test_episodes_are_a_budget_too() -> None:
     """An evaluation is an episode, with a gradient or without."""
     problem = Problem(cell(budget=Budget("episodes", 2)))

@@ -89,7 +89,9 @@ def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
     assert problem.meter.episodes == 2
     only = Problem(cell(design="voxel", frames=3))
     only.evaluate(_empty(only))
-    assert only.meter.forward == only.substeps_per_episode
+    assert (only.meter.forward, only.meter.substeps) == (only.substeps_per_episode, only.substeps_per_episode)
+    only.loss_and_grad(_empty(only))
+    assert only.meter.substeps == 4 * only.substeps_per_episode, "as much as a gradient was expected to cost"
 
 
 def test_a_run_whose_designs_all_fail_says_why() -> None:

@@ -16,7 +16,9 @@ class BudgetMeter:
         retries: frames that were put back and repeated with half the step.
         episodes: evaluations, with a gradient or without.
         iterations: counted by the method.
+        costliest: forward substeps of the costliest episode so far, without those repeated.
         earlier_seconds: wall time of the attempts before this one.
+        refused: whether the budget has not held something that was asked for.
     """
 
     forward: int = 0
@@ -25,7 +27,9 @@ class BudgetMeter:
     retries: int = 0
     episodes: int = 0
     iterations: int = 0
+    costliest: int = 0
     earlier_seconds: float = 0.0
+    refused: bool = field(default=False, compare=False)
     _started: float | None = field(default=None, repr=False, compare=False)
     _promised: bool = field(default=False, repr=False, compare=False)
 
@@ -56,6 +60,13 @@ class BudgetMeter:
         self._promised = False
         if self._started is None:
             self._started = time.perf_counter()
+
+    def charge(self, substeps: int, *, gradient: bool) -> None:
+        """Count an episode of so many substeps that was not simulated, with its gradient or without."""
+        self.forward += substeps
+        if gradient:
+            self.recomputed += substeps
+            self.backward += substeps
 
     def spent(self, kind: BudgetKind) -> float:
         """How much of this currency is spent."""

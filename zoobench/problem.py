@@ -32,6 +32,9 @@ Array = NDArray[np.float64]
 _GRADIENT_PASSES = 3
 """A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
 
+_SURPRISE = 1.25
+"""How much costlier than all before it an episode may well be: robots that move more take shorter steps."""
+
 _GRADIENT_MEMORY = 2**30
 """Bytes that the stored states of all worlds of one solver may take."""
 
@@ -93,10 +96,18 @@ class Problem:
     def substeps_per_episode(self) -> int:
         """Substeps of one forward episode at the declared step.
 
-        It is what an evaluation is expected to cost. Most cost less; one with frames that had to be repeated may cost
+        Most cost less, in snow less than half. Where much moves at once, and where frames had to be repeated, they cost
         more. What is metered is what was done.
         """
         return self._substeps_per_frame * self.spec.frames
+
+    @property
+    def expected_substeps(self) -> int:
+        """Substeps that the next forward episode is expected to take: the declared ones, or fewer or more if those so
+        far say so.
+        """
+        declared, costliest = self.substeps_per_episode, self.meter.costliest
+        return max(costliest, min(declared, math.ceil(_SURPRISE * costliest))) if costliest else declared
 
     def initial(self, rng: np.random.Generator) -> Array:
         """A draw from the prior over parameters `[parameter_count]`, over it the start; every method begins with it."""
@@ -105,13 +116,21 @@ class Problem:
 
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
         """Whether the budget holds `count` more evaluations, with gradients or without."""
+        held = self._holds(count, gradient)
+        self.meter.refused |= not held
+        return held
+
+    def _holds(self, count: int, gradient: bool) -> bool:
         budget, meter = self.spec.budget, self.meter
         if budget.kind == "substeps":
-            cost = self.substeps_per_episode * (_GRADIENT_PASSES if gradient else 1)
-            return meter.substeps + count * cost <= budget.amount
+            return meter.substeps + self._cost(count, gradient) <= budget.amount
         if budget.kind == "episodes":
             return meter.episodes + count <= budget.amount
         return meter.is_left(budget)
+
+    def _cost(self, count: int, gradient: bool) -> int:
+        """Substeps that so many evaluations are expected to take."""
+        return count * self.expected_substeps * (_GRADIENT_PASSES if gradient else 1)
 
     def evaluate(self, parameters: Array) -> Evaluation:
         """Simulate one episode; see `evaluate_batch`."""
@@ -182,7 +201,7 @@ class Problem:
         for one in built:
             if one.fault:
                 self.meter.episodes += 1
-                self.meter.forward += self.substeps_per_episode
+                self.meter.charge(self.substeps_per_episode, gradient=gradient)
                 failure = Evaluation(-math.inf, {}, np.zeros(0), Unbuildable(one.fault))
                 yield Episode(failure, np.full(self.parameter_count, math.nan), None)
             else:
@@ -217,6 +236,7 @@ class Problem:
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
+        self.meter.costliest = max(self.meter.costliest, rollout.substeps)
         for world, motion in enumerate(motions):
             yield Episode(
                 self._read(motion, built[world], broken.get(world)),
@@ -304,9 +324,7 @@ class Problem:
 
     def _exhausted(self, count: int, gradient: bool) -> str:
         budget = self.spec.budget
-        cost = count
-        if budget.kind == "substeps":
-            cost *= self.substeps_per_episode * (_GRADIENT_PASSES if gradient else 1)
+        cost = self._cost(count, gradient) if budget.kind == "substeps" else count
         return (
             f"{count} evaluations {'with' if gradient else 'without'} gradient would cost {cost:,} "
             f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "

@@ -98,12 +98,17 @@ class Session:
     def affords(self, frames: int, evaluations: int = 0) -> bool:
         """Whether the budget holds so many more frames in every world, and evaluations after them.
 
-        Substeps are counted at the declared step, as in `Problem.affords`, and no episode is expected to fail.
+        Substeps are expected as in `Problem.affords`, and no episode is expected to fail.
         """
+        held = self._holds(frames, evaluations)
+        self._problem.meter.refused |= not held
+        return held
+
+    def _holds(self, frames: int, evaluations: int) -> bool:
         budget, meter = self._problem.spec.budget, self._problem.meter
         length = self._problem.spec.frames
         if budget.kind == "substeps":
-            cost = self._problem.substeps_per_episode
+            cost = self._problem.expected_substeps
             return meter.substeps + frames * self.worlds * cost // length + evaluations * cost <= budget.amount
         if budget.kind == "episodes":
             done = np.where(self._over, 0, self._playback.frames)

@@ -116,7 +116,10 @@ class Budget:
             amount = float("nan")
         if match is None or amount != amount:
             raise UsageError(f"Cannot read {text!r} as a budget. Write for example 200000 or '60 seconds'.")
-        return cls(match[2] or "substeps", amount)  # type: ignore[arg-type]  # checked in __post_init__
+        kind = match[2] or "substeps"
+        if kind != "seconds" and math.isfinite(amount) and not amount.is_integer():
+            raise UsageError(f"A budget of {text!r} cannot be met: {kind} are counted whole. Give a whole number.")
+        return cls(kind, amount)  # type: ignore[arg-type]  # checked in __post_init__
 
     def __str__(self) -> str:
         amount = float(self.amount)

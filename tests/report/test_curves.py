@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.content import add_curve, add_done, add_ended, make_spec
+from tests.report.content import add_curve, add_done, add_ended, claim_new, make_spec
 from zoobench.db.owner import Owner
-from zoobench.db.rows import Batch, Ending, RunState
+from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.curves import curves, curves_overview, points_listing, spending_tables
 from zoobench.report.query import Choice, Result, choose_results
@@ -75,6 +75,23 @@ def test_runs_of_different_budgets_stand_in_one_table_that_says_so(path: Path) -
     assert [cell.interval.mean for cell in table.rows[0].cells if cell and cell.interval] == pytest.approx([1.3, 0.3])
     assert table_listing(table).columns == ("env", "task", "design", "at [substeps]", "diffphysics", "random")
     assert table_listing(table).rows[0][3] == "1000"
+
+
+def test_a_run_that_its_method_ended_reaches_no_further_than_it_went(tmp_path: Path) -> None:
+    """Two iterations were all that was asked for: of what more would have found, nothing is known."""
+    path = tmp_path / "runs.db"
+    with Store(path) as store:
+        for name, is_spent in (("random-v1", 1.0), ("diffphysics-v1[iterations=2]", 0.0)):
+            claim = claim_new(store, make_spec(method=name))
+            points = {("substeps", step): 300.0 * step for step in (1, 2)}
+            finals = (FinalRow("score", 0.5, "m/s"), FinalRow("budget_spent", is_spent))
+            scored = Batch(metrics=points | {("score", step): 0.5 for step in (1, 2)})
+            store.finish(claim, Ending(RunState.DONE, finals=finals), scored)
+        found = curves(store, choose_results(store, Choice()), "substeps")
+        reached = {curve.result.spec.method.name: curve.reach for curve in found.values()}
+    assert reached == {"random": 1000.0, "diffphysics": 600.0}
+    (table,) = tables_at(path, "substeps")
+    assert table.rows[0].amount == 600.0
 
 
 def test_at_their_own_budget_a_table_is_the_ordinary_one(path: Path) -> None:

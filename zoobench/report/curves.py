@@ -47,10 +47,12 @@ class Curve:
     def reach(self) -> float:
         """Up to which amount it says what the run had found.
 
-        A run in this currency has its whole budget, of which the last bit may not have held another iteration.
+        That of a run that has spent its budget in this currency goes to its end, though the last bit may not have held
+        another iteration. One that its method's own settings have ended goes as far as it went.
         """
-        budget = self.result.run.spec.budget
-        return max(self.spent[-1], budget.amount if budget.kind == self.kind else 0.0)
+        budget, finals = self.result.run.spec.budget, self.result.finals
+        is_whole = "budget_spent" not in finals or finals["budget_spent"].value > 0  # earlier versions did not say
+        return max(self.spent[-1], budget.amount if budget.kind == self.kind and is_whole else 0.0)
 
     def at(self, amount: float) -> float | None:
         """The best score when no more than this was spent; None before the first."""
