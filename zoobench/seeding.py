@@ -1,7 +1,7 @@
 """Seeds: each stream of random numbers depends on the axes that it may depend on, and on nothing else.
 
-Two methods on one cell face the same scene and the same task, since those draws leave the method out; so
-their scores can be compared in pairs.
+What scenes and tasks draw, they draw from seeds that are parameters of their own (`terrain_seed`, `path_seed`), so
+that all methods and all seeds of a cell face the same scene and the same task.
 """
 
 import hashlib
@@ -11,8 +11,6 @@ import numpy as np
 
 from zoobench.spec import RunSpec, canonical_json
 
-SCENE_AXES = ("env", "seed")
-TASK_AXES = ("env", "task", "seed")
 # Neither budget nor fidelity: a longer or finer run starts from the same draws as a shorter or coarser one.
 METHOD_AXES = ("env", "task", "design", "controller", "method", "seed")
 # A study turns one knob at a time, the environment's among them, and looks at the same controllers every time.
