@@ -7,6 +7,7 @@ import pytest
 from tests.cli.conftest import Command
 
 
+@pytest.mark.slow
 def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: Command) -> None:
     """From the database and from an exported file: the same tables; a picture is drawn; nothing is done twice."""
     study = ("accuracy", "--env", "ground", "--format", "json")

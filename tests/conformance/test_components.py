@@ -41,6 +41,9 @@ CELLS = [
     pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
     for names in itertools.product(ENVS, TASKS, DESIGNS)
 ]
+DOUBLE = "smoke[precision=64]"
+"""Of all tests with a gradient, whose kernels take far longer to compile than to run."""
+
 ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 
@@ -113,7 +116,7 @@ def test_a_controller_is_a_differentiable_map_into_the_range(name: str) -> None:
 @pytest.mark.parametrize(("env", "task", "design"), CELLS)
 def test_a_cell_gives_finite_numbers_and_repeats_itself(env: str, task: str, design: str) -> None:
     """Score, metrics with units, rewards and gradients are finite; a second problem gives the same bits."""
-    spec = cell(environment=env, task=task, design=design)
+    spec = cell(environment=env, task=task, design=design, fidelity=DOUBLE)
     results: list[tuple[Evaluation, np.ndarray]] = []
     for _ in range(2):
         problem = Problem(spec)
@@ -143,7 +146,7 @@ def test_the_score_is_the_mean_reward(env: str, task: str, design: str) -> None:
 @pytest.mark.parametrize(("env", "task", "design"), CELLS)
 def test_the_gradient_is_the_slope_of_the_score(env: str, task: str, design: str) -> None:
     """In double precision the derivative along a random direction agrees with central differences."""
-    spec = cell(environment=env, task=task, design=design, fidelity="smoke[precision=64]", frames=10)
+    spec = cell(environment=env, task=task, design=design, fidelity=DOUBLE, frames=10)
     problem = Problem(spec)
     rng = np.random.default_rng(2)
     params = problem.initial(rng)

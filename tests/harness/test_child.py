@@ -30,7 +30,7 @@ _SETTINGS = {
     "quality-diversity": "quality-diversity[population=4]",
     "random": "random[batch=1]",
 }
-_FAST = ("diffphysics", "cmaes")
+_FAST = ("cmaes",)
 _TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}
 _EXACT = [
     pytest.param(name, marks=() if name in _FAST else pytest.mark.slow)

@@ -82,8 +82,17 @@ EPISODES = [
     ("water", 1e-4, 4, 36, 1),
 ]
 
+DEAR = ("clay", "mud", "snow")
+"""Media whose kernels take long to compile; the conformance suite checks their environments' gradients in any case."""
 
-@pytest.fixture(scope="module", params=EPISODES, ids=lambda episode: episode[0])
+
+def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
+    return (pytest.mark.slow,) if name in DEAR else ()
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param(episode, id=episode[0], marks=_marks(episode[0])) for episode in EPISODES]
+)
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float, int]:
     """A scene over many substeps, its gradient, the tolerance and how many directions to try."""
     name, tolerance, frames, substeps, directions = request.param
@@ -161,7 +170,9 @@ def _same(a: Gradient, b: Gradient) -> bool:
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in GROUPS)
 
 
-@pytest.mark.parametrize("name", ["ground", "sand", "clay", "mud", "snow", "water"])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=_marks(name)) for name in ("ground", "sand", "clay", "mud", "snow", "water")]
+)
 def test_checkpointed_gradient_is_the_full_memory_gradient(name: str) -> None:
     """Bit for bit at every interval of frames, divisors of the episode or not, the default one included."""
     scene = scenes.SCENES[name]()
@@ -236,7 +247,7 @@ def test_friction_gives_thrust() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["ground", "sand", pytest.param("clay", marks=pytest.mark.slow), "mud", "snow", "water"]
+    "name", ["ground", "sand", *(pytest.param(name, marks=pytest.mark.slow) for name in (*DEAR, "water"))]
 )
 def test_float32_gradient_agrees_with_float64(name: str) -> None:
     """To 1e-3 of the norm in every group."""

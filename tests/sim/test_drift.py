@@ -98,6 +98,7 @@ def test_gradient_through_drifted_water_matches_central_differences(probed: Prob
     assert min(errors) <= 1e-5
 
 
+@pytest.mark.slow
 def test_parallel_driver_agrees_with_the_serial_one_on_drifted_water() -> None:
     """Path and gradient to 1e-12, in two worlds."""
     found = []

@@ -43,11 +43,7 @@ def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param("ground", marks=pytest.mark.slow),
-        pytest.param("clay", marks=pytest.mark.slow),
-        *("sand", "mud", "snow", "water"),
-    ],
+    ["sand", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", "clay", "mud", "snow", "water"))],
 )
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
     """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""
@@ -79,9 +75,8 @@ runtime.stop()
 """
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "sand" else pytest.mark.slow) for name in scenes.SCENES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", scenes.SCENES)
 def test_no_access_out_of_bounds(name: str) -> None:
     """Forward and reverse pass the kernel compiler's bounds checks, which an array too short does not."""
     environment = os.environ | {"ZOOBENCH_DEBUG": "1"}

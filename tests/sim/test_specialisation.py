@@ -128,7 +128,7 @@ def test_a_forward_run_holds_no_adjoint(gradients: bool) -> None:
 SENTINEL = 7.0
 
 
-@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("parallel", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["ground", "sand"])
 def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
     """Nodes that no particle touched keep a sentinel through an episode and its reverse, on all three grids."""
@@ -193,7 +193,14 @@ def test_vanishing_friction_is_no_friction() -> None:
     assert _same(*gradients, (*PASSIVE, "actuation", "fibres"))
 
 
-@pytest.mark.parametrize(("name", "height"), [("sand", 0.0), ("mud", 0.0), ("water", 0.1)])
+@pytest.mark.parametrize(
+    ("name", "height"),
+    [
+        ("sand", 0.0),
+        pytest.param("mud", 0.0, marks=pytest.mark.slow),
+        pytest.param("water", 0.1, marks=pytest.mark.slow),
+    ],
+)
 def test_a_medium_out_of_reach_is_no_medium(name: str, height: float) -> None:
     """A bed that the robot does not touch, compiled in, changes no bit of its path and gradient.
 

@@ -33,7 +33,16 @@ NEW = COMBINATIONS[1:]
 HARDEST = ("aflip", "cubic")
 
 combinations = pytest.mark.parametrize(("transfer", "kernel"), COMBINATIONS)
-new_combinations = pytest.mark.parametrize(("transfer", "kernel"), NEW)
+
+
+def _unless(is_fast: bool) -> tuple[pytest.MarkDecorator, ...]:
+    """The marks of a case: each compiles kernels of its own, so that few can be fast."""
+    return () if is_fast else (pytest.mark.slow,)
+
+
+hardest_first = pytest.mark.parametrize(
+    ("transfer", "kernel"), [pytest.param(*pair, marks=_unless(pair == HARDEST)) for pair in NEW]
+)
 
 
 @ti.kernel
@@ -137,7 +146,9 @@ EPISODES = [("flight", 1e-6, 8), ("ground", 1e-4, 8), ("sand", 1e-4, 5), ("water
 @pytest.mark.parametrize(
     ("transfer", "kernel", "name", "tolerance", "frames"),
     [
-        pytest.param(*pair, *episode, marks=() if pair == HARDEST or episode[0] == "flight" else pytest.mark.slow)
+        pytest.param(
+            *pair, *episode, marks=_unless(episode[0] == "flight" or (pair, episode[0]) == (HARDEST, "ground"))
+        )
         for pair in NEW
         for episode in EPISODES
     ],
@@ -173,7 +184,7 @@ def _episode(
     return solver, rollout, solver.backward(rollout, *scenes.path_weights(solver, 5))
 
 
-@new_combinations
+@hardest_first
 def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, kernel: Kernel) -> None:
     """Bit for bit: nothing of a substep is kept on the grid that the next one would miss."""
     _, _, full = _episode("ground", transfer, kernel, 5)
@@ -184,7 +195,7 @@ def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, k
 
 
 @pytest.mark.parametrize("name", ["flight", pytest.param("water", marks=pytest.mark.slow)])
-@new_combinations
+@hardest_first
 def test_parallel_driver_agrees_with_the_serial_one(transfer: Transfer, kernel: Kernel, name: str) -> None:
     """Path and gradient to 1e-12 of the largest."""
     _, serial, gradient = _episode(name, transfer, kernel)
@@ -226,11 +237,9 @@ runtime.stop()
 """
 
 
-@pytest.mark.parametrize("name", ["ground", pytest.param("water", marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("transfer", "kernel"),
-    [pair if pair == HARDEST else pytest.param(*pair, marks=pytest.mark.slow) for pair in NEW],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ground", "water"])
+@pytest.mark.parametrize(("transfer", "kernel"), NEW)
 def test_no_access_out_of_bounds(transfer: Transfer, kernel: Kernel, name: str) -> None:
     """Forward and reverse pass the kernel compiler's bounds checks, which a read beyond too short an array does not."""
     environment = os.environ | {"ZOOBENCH_DEBUG": "1"}

@@ -11,6 +11,7 @@ SMOKE = Ref("smoke")
 TASKS = [Ref("movement-speed"), Ref("turning")]
 
 
+@pytest.mark.slow
 def test_a_tank_that_is_too_small_is_found() -> None:
     """A swimmer between walls a centimetre away feels them; one row for each task and controller.
 

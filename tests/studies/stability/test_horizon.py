@@ -21,7 +21,7 @@ def fallen(*, contact: bool) -> list[str]:
     return [check.text for check in probe.checks if not check.holds]
 
 
-@pytest.mark.parametrize("contact", [True, False])
+@pytest.mark.parametrize("contact", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_sound_arithmetic_is_within_all_bounds(contact: bool) -> None:
     """On the ground and in mid-air."""
     assert not fallen(contact=contact)
@@ -40,6 +40,7 @@ def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest
     assert any("on its path" in text for text in fallen(contact=True))
 
 
+@pytest.mark.slow
 def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """In mid-air, where the whole difference counts."""
     set_tension = Solver.set_tension
