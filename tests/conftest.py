@@ -3,10 +3,12 @@
 import signal
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
+from tests.postgres import Server, ServerError
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -22,3 +24,21 @@ def ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Server]:
+    """A PostgreSQL server for all tests of this process, started when the first asks for it."""
+    try:
+        with Server.running() as server:
+            yield server
+    except ServerError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def location(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Where a new database will be, of each kind: what is said of one holds for the other."""
+    if request.param == "sqlite":
+        return str(tmp_path / "zoo.db")
+    return str(request.getfixturevalue("postgres").new_database())

@@ -89,12 +89,11 @@ def test_a_url_that_cannot_be_opened_is_refused(url: str) -> None:
     assert "database" in _refusal(url)
 
 
-def test_a_newer_schema_is_refused_with_what_to_do(tmp_path: Path) -> None:
+def test_a_newer_schema_is_refused_with_what_to_do(location: str) -> None:
     """A database from the future is not touched."""
-    path = tmp_path / "zoo.db"
-    with Store(path) as store, store._database.write() as session:
+    with Store(location) as store, store._database.write() as session:
         session.execute(text("UPDATE alembic_version SET version_num = '9999'"))
-    message = _refusal(path)
+    message = _refusal(location)
     assert "has schema 9999" in message
     assert "pip install --upgrade zoobench" in message
 
@@ -121,13 +120,12 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
         assert store.check() == []
 
 
-def test_a_writer_waits_for_another(tmp_path: Path) -> None:
+def test_a_writer_waits_for_another(location: str) -> None:
     """A write lock that is held for a moment is waited for, not an error."""
     import threading
 
-    path = tmp_path / "zoo.db"
-    with Store(path) as first, Store(path) as second:
-        with first._database.write() as session:
+    with Store(location) as first, Store(location) as second:
+        with first._database.write(alone=True) as session:
             session.execute(text("UPDATE runs SET state = state"))
             waiting = threading.Thread(target=second.enqueue, args=([spec()],))
             waiting.start()

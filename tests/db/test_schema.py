@@ -14,9 +14,9 @@ from zoobench.db.models import Base
 from zoobench.db.store import Store
 
 
-def test_the_migrations_give_what_the_models_say(tmp_path: Path) -> None:
+def test_the_migrations_give_what_the_models_say(location: str) -> None:
     """A model that is changed without a migration is found here."""
-    with Store(tmp_path / "zoo.db") as store, store._database.read() as session:
+    with Store(location) as store, store._database.read() as session:
         context = MigrationContext.configure(session.connection(), opts={"compare_type": True})
         assert compare_metadata(context, Base.metadata) == []
 
@@ -33,11 +33,11 @@ def test_the_database_has_a_write_ahead_log(tmp_path: Path) -> None:
         assert session.scalar(text("PRAGMA foreign_keys")) == 1
 
 
-def test_an_existing_database_opens_without_alembic(tmp_path: Path) -> None:
+def test_an_existing_database_opens_without_alembic(location: str) -> None:
     """Only the first opening pays for the import."""
-    Store(tmp_path / "zoo.db").close()
+    Store(location).close()
     code = (
         "import sys; from zoobench.db.store import Store; "
-        f"Store({str(tmp_path / 'zoo.db')!r}).close(); sys.exit('alembic' in sys.modules)"
+        f"Store({location!r}).close(); sys.exit('alembic' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -5,7 +5,6 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from sqlalchemy import text
@@ -16,6 +15,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Claim, Ending, FinalRow, RunState
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import UsageError
+from zoobench.spec import Ref
 
 ME = Owner.current()
 DEAD = Owner(ME.host, ME.pid, ME.start - 1000.0)  # this process's number, borne by an earlier one
@@ -24,9 +24,9 @@ DONE = Ending(RunState.DONE, finals=(FinalRow("score", 1.5, "m/s"), FinalRow("he
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
+def store(location: str) -> Iterator[Store]:
     """An empty store."""
-    with Store(tmp_path / "zoo.db") as store:
+    with Store(location) as store:
         yield store
 
 
@@ -47,6 +47,21 @@ def test_a_spec_is_queued_once(store: Store) -> None:
     done, failed, queued = ((run_id,) for run_id in first.new)
     assert (again.existing_done, again.existing_failed, again.existing_open) == (done, failed, queued)
     assert len(again.new) == 1
+
+
+def test_asking_again_uses_up_no_numbers(store: Store) -> None:
+    """The runs of a database are counted without gaps, however often their grid was typed."""
+    for _ in range(3):
+        store.enqueue([spec(0), spec(1)])
+    assert store.enqueue([spec(0), spec(1), spec(2)]).new == (3,)
+
+
+def test_a_spec_may_be_long(store: Store) -> None:
+    """A mesh in a deep folder, and the largest seed."""
+    mesh = Ref("mesh", 1, (("path", "deep/" * 100 + "body.stl"),))
+    long = replace(spec(2**31 - 1), design=mesh)
+    store.enqueue([long])
+    assert _claim(store).spec == long
 
 
 def test_a_skip_is_stored_with_its_reason_and_never_claimed(store: Store) -> None:
@@ -109,6 +124,26 @@ def test_a_commit_shows_progress_and_renews_the_lease(store: Store) -> None:
     assert later.progress_at == run.progress_at
     assert later.lease_until > run.lease_until  # type: ignore[operator]
     assert later.seconds_left == pytest.approx(3 * later.seconds)
+
+
+def test_every_text_is_kept_as_far_as_it_can_be_written(store: Store) -> None:
+    """What a program prints, or an exception tells, may hold what is no text in any database."""
+    store.enqueue([spec()])
+    claim = _claim(store)
+    batch = Batch()
+    batch.log("a\0b\udcffc ü")
+    store.finish(claim, Ending(RunState.FAILED, "why\0", traceback="where\udcff"), batch)
+    assert [row.text for row in store.logs(claim.run_id)] == ["a?b?c ü"]
+    (attempt,) = store.attempts(claim.run_id)
+    assert (store.runs()[0].reason, attempt.reason, attempt.traceback) == ("why?", "why?", "where?")
+
+
+def test_a_checkpoint_may_be_large(store: Store) -> None:
+    """Ten megabytes come back byte for byte to whom takes the run over."""
+    store.enqueue([spec()])
+    data = bytes(range(256)) * (10 * 2**20 // 256)
+    store.finish(_claim(store), Ending(RunState.CANCELLED), Batch(checkpoint=data))
+    assert _claim(store).checkpoint == data
 
 
 def test_a_done_run_has_its_finals_and_no_checkpoint(store: Store) -> None:

@@ -1,12 +1,11 @@
 """Studies in the database: rows kept as they come, older databases brought up to date."""
 
-import sqlite3
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from sqlalchemy import text
 
 from tests.harness.helpers import spec
 from zoobench.db.models import Base
@@ -18,12 +17,12 @@ FIRST = StudyRow("free-fall", "pass", {"measured": [1.5, float("nan")], "bound":
 SECOND = StudyRow("spray", "fail", {"measured": {"energy": 2.0}})
 
 
-def test_a_study_comes_back_as_it_was_stored(tmp_path: Path) -> None:
+def test_a_study_comes_back_as_it_was_stored(location: str) -> None:
     """Order, verdicts and documents are kept; numbers that JSON cannot hold become words."""
-    with Store(tmp_path / "zoo.db") as store:
+    with Store(location) as store:
         handed_on = list(store.save_study("stability", [FIRST, SECOND], provenance={"code": "abc"}))
         assert handed_on == [FIRST, SECOND]
-    with Reader(tmp_path / "zoo.db", create=False) as reader:
+    with Reader(location, create=False) as reader:
         study = reader.study("stability")
         assert study is not None
         assert study.finished_at is not None
@@ -33,14 +32,14 @@ def test_a_study_comes_back_as_it_was_stored(tmp_path: Path) -> None:
         assert study.rows[0].document == {"measured": [1.5, "nan"], "bound": "+inf", "steps": 3}
 
 
-def test_an_interrupted_study_keeps_what_was_done(tmp_path: Path) -> None:
+def test_an_interrupted_study_keeps_what_was_done(location: str) -> None:
     """The row of the case before the interruption is there, and the study is not called finished."""
 
     def rows() -> Iterator[StudyRow]:
         yield FIRST
         raise KeyboardInterrupt
 
-    with Store(tmp_path / "zoo.db") as store:
+    with Store(location) as store:
         with pytest.raises(KeyboardInterrupt):
             list(store.save_study("stability", rows(), provenance={}))
         study = store.study("stability")
@@ -49,9 +48,9 @@ def test_an_interrupted_study_keeps_what_was_done(tmp_path: Path) -> None:
         assert study.finished_at is None
 
 
-def test_the_newest_study_of_a_name_is_given(tmp_path: Path) -> None:
+def test_the_newest_study_of_a_name_is_given(location: str) -> None:
     """Studies of other names do not matter, and of a name never used there is none."""
-    with Store(tmp_path / "zoo.db") as store:
+    with Store(location) as store:
         for name, row in (("stability", FIRST), ("stability", SECOND), ("validate", FIRST)):
             list(store.save_study(name, [row], provenance={}))
         newest = store.study("stability")
@@ -61,28 +60,26 @@ def test_the_newest_study_of_a_name_is_given(tmp_path: Path) -> None:
         assert store.study("accuracy") is None
 
 
-def _age(path: Path) -> None:
+def _age(location: str) -> None:
     """Bring a database back to the first schema, which had no studies, solutions and archives."""
-    with sqlite3.connect(path) as connection:
+    with Store(location) as store, store._database.write() as session:
         for table in ("study_rows", "studies", "solutions", "archives"):
-            connection.execute(f"DROP TABLE {table}")
-        connection.execute("UPDATE alembic_version SET version_num = '0001'")
-    connection.close()
+            session.execute(text(f"DROP TABLE {table}"))
+        session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 
 
-def test_an_older_database_is_brought_up_to_date(tmp_path: Path) -> None:
+def test_an_older_database_is_brought_up_to_date(location: str) -> None:
     """Opening one of the first schema, to write or only to read, adds what is missing and loses nothing."""
-    path = tmp_path / "zoo.db"
-    with Store(path) as store:
+    with Store(location) as store:
         store.enqueue([spec()])
     for opened in (Store, Reader):
-        _age(path)
-        with opened(path) as reader:
+        _age(location)
+        with opened(location) as reader:
             assert [run.spec for run in reader.runs()] == [spec()]
             assert reader.studies("stability") == []
             assert reader.solution(1) is None
             assert reader.archive(1) is None
-    with Store(path) as store:
+    with Store(location) as store:
         list(store.save_study("stability", [FIRST], provenance={}))
         with store._database.read() as session:
             context = MigrationContext.configure(session.connection(), opts={"compare_type": True})

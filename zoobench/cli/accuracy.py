@@ -127,7 +127,7 @@ def _measure(
     with Store(db, create=False) as store:
         measured = from_reader(store)
     if not measured.samples:
-        raise UsageError(f"{db} holds no run of the accuracy study. Leave --plot out to carry it out.")
+        raise UsageError(f"{store.name} holds no run of the accuracy study. Leave --plot out to carry it out.")
     return measured
 
 

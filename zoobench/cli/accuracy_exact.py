@@ -57,6 +57,6 @@ def _stored(db: str) -> "list[AnalyticRow]":
     with Store(db, create=False) as store:
         study = store.study(STUDY)
     if study is None:
-        raise UsageError(f"{db} holds no errors against exact answers. Leave --plot out to measure them.")
+        raise UsageError(f"{store.name} holds no errors against exact answers. Leave --plot out to measure them.")
     documents = [{**row.document, "settings": tuple(map(tuple, row.document["settings"]))} for row in study.rows]
     return [AnalyticRow(**document) for document in documents]

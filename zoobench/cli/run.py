@@ -168,6 +168,8 @@ def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smok
 
 
 def _command(*words: str, db: str) -> str:
-    """A command to type in the same place, naming the database where it must."""
+    """A command to type in the same place, naming the database where it must, but no password."""
+    from zoobench.db.engine import without_password
+
     is_known = db in (DEFAULT_DATABASE, os.environ.get("ZOOBENCH_DB"))
-    return shlex.join(["zoobench", *words, *([] if is_known else ["--db", db])])
+    return shlex.join(["zoobench", *words, *([] if is_known else ["--db", without_password(db)])])

@@ -1,9 +1,11 @@
 """Opening a database and its transactions; the one module that knows which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
-"database is locked" under contention, whatever the timeout), 30 s of patience. PostgreSQL opens by its URL.
+"database is locked" under contention, whatever the timeout), 30 s of patience. PostgreSQL opens by its URL: readers
+see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
+import re
 import shutil
 import sqlite3
 from collections.abc import Collection, Iterator
@@ -14,7 +16,8 @@ from typing import Any
 import psutil
 from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, make_url
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from zoobench.db.models import Base
@@ -25,29 +28,39 @@ _NETWORK_FILE_SYSTEMS = frozenset(
     {"afs", "beegfs", "ceph", "cifs", "fuse.sshfs", "gpfs", "lustre", "nfs", "nfs4", "smb3", "smbfs"}
 )
 _NEARLY_FULL = 1 << 20  # [bytes]
+_DRIVERS = ("postgresql", "postgresql+psycopg")
+_ALONE = "SELECT pg_advisory_xact_lock(2053074530)"  # any number, the same for every zoobench
+_LIBPQ_PATIENCE = {"connect_timeout": "10", "keepalives_idle": "30", "tcp_user_timeout": "30000"}  # [s], [s], [ms]
 
 
 class Database:
     """An open database: `read` and `write` give a session; every error of it becomes a StorageError.
 
-    `location` is a path to an SQLite file or a URL. With `create` a missing file is made, without it refused.
+    `location` is a path to an SQLite file or a URL, `name` the same without a password, for messages. With `create` a
+    missing file is made, without it refused.
 
     Raises:
         StorageError: the path cannot be used, as the message explains.
     """
 
     def __init__(self, location: str | Path, *, create: bool = True) -> None:
-        self.location = str(location)
+        self.name = without_password(str(location))
         self._path: Path | None = None
-        if "://" not in self.location:
+        if "://" not in self.name:
             self._path = Path(location)
             _check_path(self._path, create)
         with self._translated():
-            self.engine = create_engine(_url(self.location))
-        if self._path is not None:
-            event.listen(self.engine, "connect", _configure_sqlite)
-            event.listen(self.engine, "begin", _begin_sqlite)
-        self._writing = self.engine.execution_options(zoobench_begin="BEGIN IMMEDIATE")
+            self._engine = create_engine(_url(str(location)))
+        if self._path is None:
+            event.listen(self._engine, "connect", _configure_postgresql)
+            self._reading = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
+            self._writing = self._engine.execution_options(isolation_level="READ COMMITTED")
+            self._alone = self._writing.execution_options(zoobench_begin=_ALONE)
+        else:
+            event.listen(self._engine, "connect", _configure_sqlite)
+            self._reading = self._engine.execution_options(zoobench_begin="BEGIN")
+            self._writing = self._alone = self._engine.execution_options(zoobench_begin="BEGIN IMMEDIATE")
+        event.listen(self._engine, "begin", _begin)
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -56,18 +69,21 @@ class Database:
         Raises:
             StorageError: the database cannot be read.
         """
-        with self._translated(), Session(self.engine) as session:
+        with self._translated(), Session(self._reading) as session:
             yield session
 
     @contextmanager
-    def write(self) -> Iterator[Session]:
-        """A session that holds the write lock; committed at the end, rolled back on any error.
+    def write(self, *, alone: bool = False) -> Iterator[Session]:
+        """A session whose changes are committed at the end, and rolled back on any error.
+
+        In SQLite it holds the write lock. In PostgreSQL it locks the rows that it writes; those that write many runs,
+        or rows that may be missing, must ask to be `alone` among their kind, lest they wait for each other.
 
         Raises:
             StorageFullError: the disk is full; nothing of this transaction is stored, all earlier ones are.
             StorageError: the database cannot be written.
         """
-        with self._translated(), Session(self._writing) as session, session.begin():
+        with self._translated(), Session(self._alone if alone else self._writing) as session, session.begin():
             yield session
 
     def use_log(self) -> None:
@@ -78,15 +94,16 @@ class Database:
         """
         if self._path is None:
             return
-        outside = self.engine.execution_options(zoobench_begin="")  # within a transaction the mode cannot change
-        with self._translated(), outside.connect() as connection:
+        with self._translated(), self._engine.connect() as connection:  # the mode cannot change within a transaction
             connection.exec_driver_sql("PRAGMA journal_mode = WAL")
 
     def insert(self, table: type[Base]) -> Any:
         """An INSERT that offers `on_conflict_do_nothing` and `on_conflict_do_update`."""
-        if self.engine.dialect.name == "postgresql":
-            return postgresql.insert(table)
-        return sqlite.insert(table)
+        return sqlite.insert(table) if self._path else postgresql.insert(table)
+
+    def alphabetical(self, column: InstrumentedAttribute[str]) -> ColumnElement[str]:
+        """A column to order by that gives the same order everywhere, whatever a server's language is."""
+        return column.collate("BINARY" if self._path else "C")
 
     def check(self) -> list[str]:
         """What the database's own integrity check complains about; empty if nothing, or if it has none."""
@@ -98,19 +115,25 @@ class Database:
 
     def close(self) -> None:
         """Close all connections."""
-        self.engine.dispose()
+        self._engine.dispose()
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
         try:
             yield
         except DBAPIError as error:
-            raise _explain(self.location, self._path, error) from error
+            raise _explain(self.name, self._path, error) from error
         except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as error:
             raise StorageError(
-                f"Cannot open the database {self.location!r}: {error}. Give a path, or a URL "
+                f"Cannot open the database {self.name!r}: {error}. Give a path, or a URL "
                 "postgresql+psycopg://... after installing zoobench[postgres]."
             ) from error
+
+
+def without_password(location: str) -> str:
+    """The path or URL as it may be shown and stored."""
+    hidden = re.sub(r"(?<=://)([^:/@]*):.*@", r"\1:***@", location)
+    return re.sub(r"(?<=password=)[^&]*", "***", hidden) if "://" in location else location
 
 
 def among(column: InstrumentedAttribute[int], ids: Collection[int]) -> ColumnElement[bool]:
@@ -122,10 +145,15 @@ def among(column: InstrumentedAttribute[int], ids: Collection[int]) -> ColumnEle
 def _url(location: str) -> URL:
     if "://" not in location:
         return URL.create("sqlite", database=location)
-    url = make_url(location)
-    if url.get_backend_name() != "postgresql":  # an SQLite URL would go round all that a path is prepared with
-        raise ArgumentError(f"{url.get_backend_name()} is not supported as a URL")
-    return url
+    try:
+        url = make_url(location)
+    except ValueError as error:
+        raise ArgumentError("its port is not a number") from error
+    if url.drivername not in _DRIVERS:  # an SQLite URL would go round all that a path is prepared with
+        raise ArgumentError(f"{url.drivername} is not supported as a URL")
+    if "@" in (url.host or ""):
+        raise ArgumentError("an @ within a password is written %40")
+    return url.update_query_dict({**_LIBPQ_PATIENCE, **url.query})
 
 
 def _check_path(path: Path, create: bool) -> None:
@@ -160,28 +188,45 @@ def _configure_sqlite(connection: sqlite3.Connection, _record: object) -> None:
     connection.execute("PRAGMA foreign_keys = ON")
 
 
-def _begin_sqlite(connection: Connection) -> None:
-    begin = connection.get_execution_options().get("zoobench_begin", "BEGIN")
-    if begin:
+def _configure_postgresql(connection: DBAPIConnection, _record: object) -> None:
+    cursor = connection.cursor()
+    cursor.execute("SET client_encoding = 'UTF8'")
+    cursor.execute(f"SET lock_timeout = {BUSY_SECONDS * 1000:.0f}")
+    # of a machine that went to sleep or off the network with locks in its hands
+    cursor.execute(f"SET idle_in_transaction_session_timeout = {BUSY_SECONDS * 1000:.0f}")
+    cursor.close()
+    connection.commit()
+
+
+def _begin(connection: Connection) -> None:
+    if begin := connection.get_execution_options().get("zoobench_begin"):
         connection.exec_driver_sql(begin)
 
 
-def _explain(location: str, path: Path | None, error: DBAPIError) -> StorageError:
-    name = getattr(error.orig, "sqlite_errorname", "")
-    if name == "SQLITE_FULL" or (name.startswith("SQLITE_IOERR") and path and _is_disk_full(path)):
+def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
+    code = getattr(error.orig, "sqlite_errorname", "") or getattr(error.orig, "sqlstate", "") or ""
+    said = " ".join(str(error.orig).split())
+    if code in ("SQLITE_FULL", "53100") or (code.startswith("SQLITE_IOERR") and path and _is_disk_full(path)):
         return StorageFullError(
-            f"The disk that holds {location} is full. What was stored is safe: free some space and type the "
+            f"The disk that holds {name} is full. What was stored is safe: free some space and type the "
             "same command again."
         )
-    if name in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
-        return StorageError(f"{location} is not an SQLite database, or a damaged one. Give another with --db.")
-    if name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY", "SQLITE_PERM", "SQLITE_AUTH")):
-        return StorageError(f"No permission to open {location} for writing. The file and its folder must be writable.")
-    if name.startswith("SQLITE_BUSY"):
+    if code in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
+        return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
+    if code.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY", "SQLITE_PERM", "SQLITE_AUTH")):
+        return StorageError(f"No permission to open {name} for writing. The file and its folder must be writable.")
+    if code.startswith("SQLITE_BUSY") or code == "55P03":
         return StorageError(
-            f"{location} has been locked by another program for {BUSY_SECONDS:.0f} s. End it, then try again."
+            f"{name} has been locked by another program for {BUSY_SECONDS:.0f} s. End it, then try again."
         )
-    return StorageError(f"The database {location} refuses: {error.orig}. `zoobench doctor` checks it.")
+    if code in ("42501", "25006"):
+        return StorageError(f"No permission to write to {name}: {said}. Ask for it, or give another URL with --db.")
+    if path is None and (error.connection_invalidated or (isinstance(error, OperationalError) and not code)):
+        return StorageError(
+            f"No connection to the database {name}: {said.rstrip('.?')}. What was stored is safe: when the server "
+            "answers, type the same command again."
+        )
+    return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")
 
 
 def _is_disk_full(path: Path) -> bool:

@@ -1,13 +1,14 @@
 """How attempts end and what becomes of their runs; the part of the store that knows the rules of retrying."""
 
 import time
+from dataclasses import replace
 
 from sqlalchemy import Update, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.models import AttemptRecord, RunRecord
 from zoobench.db.owner import Owner
-from zoobench.db.rows import Ending, RunState
+from zoobench.db.rows import Ending, RunState, storable
 
 LEASE_SECONDS = 60.0
 MAX_STRIKES = 3  # attempts lost in a row without a new checkpoint, before a run is given up
@@ -38,6 +39,7 @@ def close_attempt(session: Session, run_id: int, number: int, ending: Ending, *,
 
     `ended_at` is given for an attempt that ended before now.
     """
+    ending = replace(ending, reason=storable(ending.reason), traceback=storable(ending.traceback))
     now = time.time()
     end = now if ended_at is None else ended_at
     columns = {

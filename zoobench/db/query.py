@@ -50,9 +50,9 @@ class Reader:
         prepare(self._database)
 
     @property
-    def location(self) -> str:
-        """The path or URL as it was given."""
-        return self._database.location
+    def name(self) -> str:
+        """The path, or the URL without its password: for messages."""
+        return self._database.name
 
     def close(self) -> None:
         """Close all connections; the store cannot be used afterwards."""
@@ -112,7 +112,7 @@ class Reader:
             select(FinalRecord)
             .join(RunRecord, RunRecord.id == FinalRecord.run_id)
             .where(RunRecord.state == RunState.DONE)
-            .order_by(FinalRecord.run_id, FinalRecord.name)
+            .order_by(FinalRecord.run_id, self._database.alphabetical(FinalRecord.name))
         )
         if ids is not None:
             statement = statement.where(among(FinalRecord.run_id, ids))
@@ -162,10 +162,11 @@ class Reader:
         )
         if name is not None:
             statement = statement.where(MetricRecord.name == name)
+        by_name = self._database.alphabetical(MetricRecord.name)
         with self._database.read() as session:
             return [
                 MetricRow(record.name, record.step, decode_value(record.value, record.kind), record.attempt)
-                for record in session.scalars(statement.order_by(MetricRecord.name, MetricRecord.step))
+                for record in session.scalars(statement.order_by(by_name, MetricRecord.step))
             ]
 
     def all_metrics(self, ids: Collection[int], names: Collection[str]) -> dict[int, list[MetricRow]]:
@@ -175,7 +176,7 @@ class Reader:
             select(table.run_id, table.name, table.step, table.value, table.kind, table.attempt)
             .join(RunRecord, RunRecord.id == table.run_id)
             .where(among(table.run_id, ids), table.name.in_(list(names)), table.attempt > _last_former_attempt())
-            .order_by(table.run_id, table.name, table.step)
+            .order_by(table.run_id, self._database.alphabetical(table.name), table.step)
         )
         found: dict[int, list[MetricRow]] = {}
         with self._database.read() as session:

@@ -53,6 +53,11 @@ def decode_value(value: float | None, kind: str) -> float:
     return float(kind) if value is None else value
 
 
+def storable(text: str | None) -> str | None:
+    """The text with a question mark for whatever is no text in some database: NUL, and bytes that were no UTF-8."""
+    return None if text is None else text.replace("\0", "?").encode(errors="replace").decode()
+
+
 def encode_params(params: Sequence[float]) -> bytes:
     """Numbers as they are stored where there are many: in double precision, the lowest byte first."""
     return struct.pack(f"<{len(params)}d", *params)

@@ -20,26 +20,26 @@ def prepare(database: Database) -> None:
         StorageError: the tables are another program's, or those of a newer zoobench.
     """
     with database.read() as session:
-        revision = _revision(session, database.location)
+        revision = _revision(session, database.name)
     if revision not in (None, *_REVISIONS):
         raise StorageError(
-            f"{database.location} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
+            f"{database.name} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
             "Update with `pip install --upgrade zoobench`, or name another database with --db."
         )
     database.use_log()
     if revision != HEAD:
-        with database.write() as session:  # under the write lock, since another process may be at it too
-            if _revision(session, database.location) != HEAD:
+        with database.write(alone=True) as session:  # another process may be at it too
+            if _revision(session, database.name) != HEAD:
                 _migrate(session)
 
 
-def _revision(session: Session, location: str) -> str | None:
+def _revision(session: Session, name: str) -> str | None:
     """The schema revision, None for a database without tables."""
     tables = inspect(session.connection()).get_table_names()
     if not tables:
         return None
     if "alembic_version" not in tables or "specs" not in tables:
-        raise StorageError(f"{location} holds the tables of another program. Give another path with --db.")
+        raise StorageError(f"{name} holds the tables of another program. Give another path with --db.")
     return str(session.scalar(text("SELECT version_num FROM alembic_version")))
 
 

@@ -9,7 +9,7 @@ import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from sqlalchemy import Update, case, delete, select, update
+from sqlalchemy import Update, case, delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.engine import among
@@ -38,10 +38,13 @@ from zoobench.db.rows import (
     StudyRow,
     encode_params,
     encode_value,
+    storable,
 )
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.errors import StorageError
 from zoobench.spec import AXES, RunSpec, canonical_json
+
+_LONGEST_NAME = 200  # of the columns that are there to be searched; the document has it whole
 
 
 class ClaimLostError(StorageError):
@@ -64,23 +67,25 @@ class Store(Reader):
         for spec, reason in skips:
             asked.setdefault(spec.key(), (spec, reason))
         groups: dict[str, list[int]] = {name: [] for name in EnqueueReport.__dataclass_fields__}
-        with self._database.write() as session:
+        with self._database.write(alone=True) as session:
             for key, (spec, why) in asked.items():
                 record, is_new = self._find_or_add(session, key, spec, why)
                 groups[_group(record, is_new)].append(record.id)
         return EnqueueReport(**{name: tuple(ids) for name, ids in groups.items()})
 
     def _find_or_add(self, session: Session, key: str, spec: RunSpec, reason: str | None) -> tuple[RunRecord, bool]:
-        values = _spec_values(key, spec)
-        session.execute(self._database.insert(SpecRecord).values(values).on_conflict_do_nothing())
-        state = RunState.QUEUED if reason is None else RunState.SKIPPED
-        values = {"spec_key": key, "state": state, "reason": reason, "created_at": time.time()}
-        insert = self._database.insert(RunRecord).values(values).on_conflict_do_nothing()
-        is_new = session.execute(insert.returning(RunRecord.id)).first() is not None
-        record = session.scalars(select(RunRecord).where(RunRecord.spec_key == key)).one()
+        record = session.scalars(select(RunRecord).where(RunRecord.spec_key == key)).one_or_none()
+        if record is None:
+            session.execute(insert(SpecRecord).values(_spec_values(key, spec)))
+            state = RunState.QUEUED if reason is None else RunState.SKIPPED
+            record = RunRecord(spec_key=key, state=state, reason=reason, created_at=time.time())
+            session.add(record)
+            session.flush()
+            return record, True
         if record.state == RunState.SKIPPED and reason is None:
-            record.state, record.reason, is_new = RunState.QUEUED, None, True
-        return record, is_new
+            record.state, record.reason = RunState.QUEUED, None
+            return record, True
+        return record, False
 
     def retry(self, ids: Collection[int], *, states: Collection[RunState] = UNSUCCESSFUL_STATES) -> list[int]:
         """Queue runs again that ended in one of these states, and return their ids.
@@ -102,7 +107,7 @@ class Store(Reader):
             )
             .returning(RunRecord.id)
         )
-        with self._database.write() as session:
+        with self._database.write(alone=True) as session:
             return sorted(session.scalars(statement))
 
     def claim(self, owner: Owner, *, provenance: Mapping[str, Any], ids: Collection[int] | None = None) -> Claim | None:
@@ -199,7 +204,7 @@ class Store(Reader):
             suspects = [run.id for run in session.scalars(statement) if why_lost(run)]
         if not suspects:
             return []
-        with self._database.write() as session:
+        with self._database.write(alone=True) as session:
             runs = list(session.scalars(statement.where(among(RunRecord.id, suspects)).with_for_update()))
             lost = [(run, reason) for run in runs if (reason := why_lost(run))]
             for run, reason in lost:
@@ -246,7 +251,7 @@ class Store(Reader):
                 {"attempt": claim.attempt, "value": value, "kind": kind},
             )
         for at, text in batch.logs:
-            session.add(LogRecord(run_id=claim.run_id, attempt=claim.attempt, at=at, text=text))
+            session.add(LogRecord(run_id=claim.run_id, attempt=claim.attempt, at=at, text=storable(text)))
         if batch.checkpoint is not None:
             contents = {"attempt": claim.attempt, "saved_at": now, "data": batch.checkpoint}
             self._upsert(session, CheckpointRecord, {"run_id": claim.run_id}, contents)
@@ -275,7 +280,7 @@ def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
     return {
         "key": key,
         "document": canonical_json(spec.to_dict()),
-        **{name: str(getattr(spec, name)) for name in AXES},
+        **{name: str(getattr(spec, name))[:_LONGEST_NAME] for name in AXES},
         "seed": spec.seed,
         "frames": spec.frames,
         "budget_kind": spec.budget.kind,

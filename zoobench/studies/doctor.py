@@ -121,8 +121,8 @@ def _check_database(location: str) -> Check:
     except StorageError as error:
         return Check("database", Verdict.PROBLEM, str(error))
     if complaints:
-        return Check("database", Verdict.PROBLEM, f"{location} is damaged: {'; '.join(complaints[:3])}")
-    return Check("database", Verdict.OK, f"{location} is sound and holds {runs} runs")
+        return Check("database", Verdict.PROBLEM, f"{store.name} is damaged: {'; '.join(complaints[:3])}")
+    return Check("database", Verdict.OK, f"{store.name} is sound and holds {runs} runs")
 
 
 def _check_space(folder: Path) -> Check:
