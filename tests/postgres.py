@@ -1,24 +1,24 @@
 """A PostgreSQL server of the tests' own, from the programs that the package `pgserver` brings, or those on the path."""
 
-import ctypes
-import importlib.util
 import os
 import pwd
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
-_PATIENCE_SECONDS = 30.0
+_PATIENCE_SECONDS = 20.0
 _SUPERUSER = "zoobench"
-_PR_SET_PDEATHSIG = 1
+_KEEPER = """exec 3<&0
+( "$@" >>log 2>&1 3<&- & read -r _ <&3; kill -INT $!; wait $! ) &"""
+"""Runs the server as nobody's child, for tests count their children, until the pipe from the tests is closed."""
 
 
 class ServerError(Exception):
@@ -28,11 +28,11 @@ class ServerError(Exception):
 class Server:
     """Listens on a socket in its folder, and believes everybody who they say they are."""
 
-    def __init__(self, programs: Path, folder: Path) -> None:
-        self._programs = programs
+    def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._numbers = count()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._keeper: subprocess.Popen[bytes] | None = None
+        self._programs = _programs(folder)
         self._as_user: dict[str, Any] = {"cwd": folder}
         if os.geteuid() == 0:  # PostgreSQL refuses to run as root
             nobody = pwd.getpwnam("nobody")
@@ -47,46 +47,46 @@ class Server:
         Raises:
             ServerError: it is not installed or cannot be started here.
         """
-        programs = _programs()
         with tempfile.TemporaryDirectory(prefix="zoobench-postgres-") as folder:
-            server = cls(programs, Path(folder))
-            server._create()
+            try:
+                server = cls(Path(folder))
+                server._create()
+            except (OSError, KeyError) as error:
+                raise ServerError(f"PostgreSQL cannot be started: {error}") from error
             try:
                 server.start()
                 yield server
             finally:
-                server.stop(signal.SIGQUIT)
+                server.stop()
 
     def start(self) -> None:
         """Start it and wait until it answers."""
-        options = ["-k", str(self._folder), "-c", "listen_addresses=", "-c", "fsync=off"]
-        with (self._folder / "log").open("ab") as log:
-            self._process = subprocess.Popen(
-                [self._programs / "postgres", "-D", self._folder / "data", *options],
-                stdout=log,
-                stderr=log,
-                preexec_fn=_die_with_parent,
-                **self._as_user,
-            )
         import psycopg
 
+        options = ["-k", str(self._folder), "-c", "listen_addresses=", "-c", "fsync=off"]
+        self._keeper = subprocess.Popen(
+            ["sh", "-c", _KEEPER, "sh", self._programs / "postgres", "-D", self._folder / "data", *options],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            **self._as_user,
+        )
+        self._keeper.wait()
         deadline = time.monotonic() + _PATIENCE_SECONDS
         while True:
             try:
                 self.execute("SELECT 1")
             except psycopg.OperationalError as error:
-                if self._process.poll() is not None or time.monotonic() > deadline:
-                    raise ServerError(f"PostgreSQL did not start: {error}") from error
+                if time.monotonic() > deadline:
+                    raise ServerError(f"PostgreSQL did not start: {(self._folder / 'log').read_text()}") from error
                 time.sleep(0.02)
             else:
                 return
 
-    def stop(self, how: signal.Signals = signal.SIGINT) -> None:
+    def stop(self) -> None:
         """Throw all clients out and end."""
-        if self._process is not None:
-            self._process.send_signal(how)
-            self._process.wait(_PATIENCE_SECONDS)
-            self._process = None
+        assert self._keeper is not None
+        self._keeper.communicate()
 
     def new_database(self) -> str:
         """The URL of an empty place for tables: a schema, which is made in no time."""
@@ -115,16 +115,17 @@ class Server:
             raise ServerError(f"initdb: {done.stderr.strip()}")
 
 
-def _programs() -> Path:
-    if sys.platform != "linux" or importlib.util.find_spec("psycopg") is None:
+def _programs(folder: Path) -> Path:
+    """Where they are; those of the package are copied, for its place may be closed to the user who runs them."""
+    if sys.platform != "linux" or find_spec("psycopg") is None:
         raise ServerError("PostgreSQL is tried on Linux, with psycopg installed.")
-    package = importlib.util.find_spec("pgserver")
-    places = [f"{place}/pginstall/bin" for place in (package and package.submodule_search_locations) or ()]
-    found = shutil.which("initdb", path=os.pathsep.join([*places, os.environ.get("PATH", "")]))
+    package = find_spec("pgserver")
+    if package is not None and package.origin is not None:
+        home = Path(package.origin).parent
+        for part in (home, home.with_name("pgserver.libs")):
+            shutil.copytree(part, folder / part.name)
+        return folder / "pgserver" / "pginstall" / "bin"
+    found = shutil.which("initdb")
     if found is None:
-        raise ServerError("There is no PostgreSQL here; `pip install pgserver` brings one.")
+        raise ServerError("There is no PostgreSQL here; `pip install pgserver` brings one for some machines.")
     return Path(found).parent
-
-
-def _die_with_parent() -> None:
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGQUIT)

@@ -27,14 +27,14 @@ def fake(mode: str = "steady", *, iterations: int = 20, pause: float = 0.01) -> 
     return (sys.executable, "-m", FAKE_CHILD, mode, str(iterations), str(pause))
 
 
-def enqueue(location: Path, count: int = 1) -> tuple[int, ...]:
+def enqueue(location: str | Path, count: int = 1) -> tuple[int, ...]:
     """Queue that many runs and return their ids."""
     with Store(location) as store:
         return store.enqueue(spec(seed) for seed in range(count)).open
 
 
 def launch_fakes(
-    location: Path,
+    location: str | Path,
     count: int = 1,
     *,
     child: Sequence[str] = (),
@@ -70,7 +70,7 @@ class Killer:
 Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]
 
 
-def numbers(location: Path, run_id: int) -> Numbers:
+def numbers(location: str | Path, run_id: int) -> Numbers:
     """All numbers that every run of a spec shares: curves, but for seconds and attempts, and finals."""
     with Store(location, create=False) as store:
         return [_point(row) for row in store.metrics(run_id) if row.name != "seconds"], store.finals(run_id)

@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from tests.harness.helpers import enqueue, fake, launch_fakes, numbers
+from tests.postgres import Server
 from zoobench.db.rows import Batch, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
@@ -165,10 +166,7 @@ def test_an_attempt_tells_how_much_memory_it_took(path: Path) -> None:
 
 def test_workers_and_children_die_with_their_launcher(path: Path) -> None:
     """`kill -9` of `run` leaves no process behind, and the runs are queued."""
-    code = (
-        "import sys; from pathlib import Path; from tests.harness.helpers import *; "
-        "launch_fakes(Path(sys.argv[1]), 2, child=fake(iterations=4000))"
-    )
+    code = "import sys; from tests.harness.helpers import *; launch_fakes(sys.argv[1], 2, child=fake(iterations=4000))"
     launcher = subprocess.Popen([sys.executable, "-c", code, str(path)])
     family = _family(launcher.pid, 4)
     launcher.kill()
@@ -191,14 +189,38 @@ def _family(pid: int, size: int) -> list[psutil.Process]:
     raise AssertionError(f"the process never had {size} descendants")
 
 
-def test_runs_in_other_hands_are_waited_for(path: Path) -> None:
+def test_runs_in_other_hands_are_waited_for(location: str) -> None:
     """A second launcher of the same runs does none of them twice."""
-    ids = enqueue(path, 2)
-    other = threading.Thread(target=launch, args=(path, ids), kwargs={"child": fake(iterations=100)})
+    ids = enqueue(location, 2)
+    other = threading.Thread(target=launch, args=(location, ids), kwargs={"child": fake(iterations=100)})
     other.start()
-    rows = launch(path, ids, child=fake(iterations=100))
+    rows = launch(location, ids, child=fake(iterations=100))
     other.join()
     assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * 2
+
+
+def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path) -> None:
+    """The database's server goes away in the midst of a run; when it is back, the run goes on to the same end."""
+    url = postgres.new_database()
+
+    def stop(rows: list[RunRow]) -> None:
+        if rows[0].fraction > 0.0:
+            postgres.stop()
+
+    try:
+        with pytest.raises(StorageError, match="What was stored is safe"):
+            launch_fakes(url, child=_SLOW_WALK, on_update=stop)
+        assert psutil.Process().children(recursive=True) == []
+    finally:
+        postgres.start()
+    assert [row.state for row in launch_fakes(url, child=_SLOW_WALK)] == [RunState.DONE]
+    with Store(url) as store:
+        assert [(attempt.outcome, attempt.resumed) for attempt in store.attempts(1)] == [
+            (RunState.LOST, False),
+            (RunState.DONE, True),
+        ]
+    launch_fakes(path, child=_SLOW_WALK)
+    assert numbers(url, 1) == numbers(path, 1)
 
 
 @pytest.mark.parametrize(("jobs", "timeout"), [(0, None), (-1, None), (1, 0.0), (1, float("nan"))])
