@@ -29,10 +29,8 @@ print(len(Store(sys.argv[1]).enqueue(spec(seed) for seed in seeds).new))
 
 
 def _crowd(location: str, code: str, size: int) -> list[str]:
-    processes = [
-        subprocess.Popen([sys.executable, "-c", code, location, str(number)], stdout=subprocess.PIPE, text=True)
-        for number in range(size)
-    ]
+    command = [sys.executable, "-c", code, location]
+    processes = [subprocess.Popen([*command, str(number)], stdout=subprocess.PIPE, text=True) for number in range(size)]
     outputs = [process.communicate(timeout=120)[0] for process in processes]
     assert [process.returncode for process in processes] == [0] * size
     return [line for output in outputs for line in output.splitlines()]
