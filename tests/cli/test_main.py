@@ -72,6 +72,22 @@ def test_a_reader_who_has_seen_enough_is_no_error_to_tell_of() -> None:
     assert listing.communicate()[1] == ""
 
 
+def test_an_interrupt_while_it_loads_is_an_interrupt() -> None:
+    """Ctrl-C in the first moment leaves no traceback."""
+    script = (
+        "import sys\n"
+        "class Interrupted:\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        "        if name == 'zoobench.cli.main':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupted())\n"
+        "from zoobench.__main__ import main\n"
+        "sys.exit(main())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 def test_listing_components_does_not_start_the_simulator() -> None:
     """`list` loads the components but neither Taichi nor torch nor the database."""
     assert not loaded_by("list") & {"taichi", "torch", "sqlalchemy", "pandas"}
