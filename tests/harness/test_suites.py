@@ -128,9 +128,9 @@ def test_common_settings_are_those_of_grids_that_state_none() -> None:
 def test_a_budget_may_depend_on_the_environment() -> None:
     """The first name or pattern that fits counts."""
     content = COMPLETE.replace("envs: ground", "envs: [snow, ground, ice]")
-    content = content.replace("100 substeps", '{snow: 500, "i*": 2 episodes, "*": 100.5}')
+    content = content.replace("100 substeps", '{snow: 500, "i*": 2 episodes, "*": 250}')
     budgets = {spec.env.name: str(spec.budget) for spec in suite_of(content).specs}
-    assert budgets == {"snow": "500 substeps", "ground": "100.5 substeps", "ice": "2 episodes"}
+    assert budgets == {"snow": "500 substeps", "ground": "250 substeps", "ice": "2 episodes"}
 
 
 def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
