@@ -1,7 +1,6 @@
 """A PostgreSQL server of the tests' own, from the programs that the package `pgserver` brings, or those on the path."""
 
 import os
-import pwd
 import shutil
 import subprocess
 import sys
@@ -35,6 +34,8 @@ class Server:
         self._programs = _programs(folder)
         self._as_user: dict[str, Any] = {"cwd": folder}
         if os.geteuid() == 0:  # PostgreSQL refuses to run as root
+            import pwd  # of POSIX alone
+
             nobody = pwd.getpwnam("nobody")
             self._as_user |= {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
             os.chown(folder, nobody.pw_uid, nobody.pw_gid)

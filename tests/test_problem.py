@@ -36,7 +36,7 @@ def test_every_substep_is_counted() -> None:
 
 @pytest.mark.parametrize("gradient", [False, True])
 def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
-    """What the declared step would cost must fit; one evaluation more is refused and costs nothing."""
+    """What the declared step would cost must fit, before anything was learnt; what is refused costs nothing."""
     free = Problem(cell())
     cost = free.substeps_per_episode * (3 if gradient else 1)
     problem = Problem(cell(budget=Budget("substeps", 2 * cost)))
@@ -76,16 +76,37 @@ def test_the_costliest_episode_is_that_of_one_world() -> None:
     beside = Problem(cell(), worlds=4)
     beside.loss_and_grad_batch(draws)
     assert beside.meter.costliest == max(costs)
-    assert Problem(cell()).meter.state()["costliest"] == 0
+
+
+def test_nothing_is_learnt_from_an_episode_that_blew_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was cheap because it was short."""
+    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)
+    problem = Problem(cell(frames=20))
+    evaluation = problem.evaluate(40.0 * _draws(problem, 1)[0])
+    assert evaluation.failure is not None
+    assert problem.meter.forward > 0
+    assert problem.expected_substeps == problem.substeps_per_episode
 
 
 def test_it_is_known_whether_the_budget_ended() -> None:
-    """Once something that was asked for did not fit."""
+    """Once something that was asked for did not fit, and when nothing is left of what is counted."""
     problem = Problem(cell(budget=Budget("episodes", 2)))
     assert problem.affords(2)
-    assert not problem.meter.refused
+    assert not problem.meter.has_ended(problem.spec.budget)
     assert not problem.affords(3)
-    assert problem.meter.refused
+    assert problem.meter.has_ended(problem.spec.budget)
+    whole = Problem(cell(budget=Budget("iterations", 3)))
+    whole.meter.iterations = 3
+    assert whole.meter.has_ended(whole.spec.budget)
+
+
+def test_a_checkpoint_of_an_earlier_version_restores() -> None:
+    """It knows nothing of what the costliest episode took, which is then learnt anew."""
+    meter = Problem(cell()).meter
+    state = {**meter.state(), "forward": 7}
+    del state["costliest"]
+    meter.restore(state)
+    assert (meter.forward, meter.costliest) == (7, 0)
 
 
 def test_episodes_are_a_budget_too() -> None:

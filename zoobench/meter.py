@@ -16,7 +16,7 @@ class BudgetMeter:
         retries: frames that were put back and repeated with half the step.
         episodes: evaluations, with a gradient or without.
         iterations: counted by the method.
-        costliest: forward substeps of the costliest episode so far, without those repeated.
+        costliest: forward substeps of the costliest evaluation so far that did not blow up, without those repeated.
         earlier_seconds: wall time of the attempts before this one.
         refused: whether the budget has not held something that was asked for.
     """
@@ -71,6 +71,11 @@ class BudgetMeter:
     def spent(self, kind: BudgetKind) -> float:
         """How much of this currency is spent."""
         return float(getattr(self, kind))
+
+    def has_ended(self, budget: Budget) -> bool:
+        """Whether it was the budget that ended what was metered, and not that nothing more was wanted."""
+        is_spent = budget.kind != "seconds" and self.spent(budget.kind) >= budget.amount
+        return self.refused or is_spent
 
     def fraction(self, budget: Budget) -> float:
         """The spent share of a budget, in [0, 1]."""

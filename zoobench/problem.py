@@ -115,7 +115,11 @@ class Problem:
         return draw if self.overlay is None else self.overlay.over(draw, self.robot.control_count)
 
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
-        """Whether the budget holds `count` more evaluations, with gradients or without."""
+        """Whether the budget is expected to hold `count` more evaluations, with gradients or without.
+
+        Of substeps, what the costliest so far took is the best guess: the last evaluations may exceed the budget by as
+        much as they are costlier.
+        """
         held = self._holds(count, gradient)
         self.meter.refused |= not held
         return held
@@ -141,7 +145,7 @@ class Problem:
         too.
 
         Raises:
-            BudgetExhaustedError: the budget does not hold all of them; none is simulated then.
+            BudgetExhaustedError: the budget is not expected to hold all of them; none is simulated then.
             UsageError: parameters of another shape or not finite.
         """
         return [episode.evaluation for episode in self._evaluate(batch, gradient=False)]
@@ -182,12 +186,12 @@ class Problem:
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
         self.meter.start_clock()
-        width = self._width(gradient)
+        width, expected = self._width(gradient), self.expected_substeps
         for begin in range(0, len(batch), width):
-            yield from self._simulate(parameters[begin : begin + width], gradient, watch)
+            yield from self._simulate(parameters[begin : begin + width], gradient, watch, expected)
 
-    def _simulate(self, parameters: Array, gradient: bool, watch: Watch | None) -> Iterator[Episode]:
-        """One solver's worth of worlds, `[worlds, parameter_count]`.
+    def _simulate(self, parameters: Array, gradient: bool, watch: Watch | None, expected: int) -> Iterator[Episode]:
+        """One solver's worth of worlds, `[worlds, parameter_count]`; what cannot be built costs what was expected.
 
         Controller, design and task see one world at a time: the rounding of a batched sum depends on the batch's width,
         and a result must not depend on what ran beside it.
@@ -201,7 +205,7 @@ class Problem:
         for one in built:
             if one.fault:
                 self.meter.episodes += 1
-                self.meter.charge(self.substeps_per_episode, gradient=gradient)
+                self.meter.charge(expected, gradient=gradient)
                 failure = Evaluation(-math.inf, {}, np.zeros(0), Unbuildable(one.fault))
                 yield Episode(failure, np.full(self.parameter_count, math.nan), None)
             else:
@@ -236,7 +240,9 @@ class Problem:
         self.meter.recomputed += solver.meter.recomputed - before[1]
         self.meter.backward += solver.meter.backward - before[2]
         self.meter.retries += int(rollout.retries.sum())
-        self.meter.costliest = max(self.meter.costliest, rollout.substeps)
+        taken = enumerate(rollout.counts.sum(axis=0).tolist())
+        whole = [substeps for world, substeps in taken if world not in rollout.divergences]
+        self.meter.costliest = max(self.meter.costliest, *whole, 0)
         for world, motion in enumerate(motions):
             yield Episode(
                 self._read(motion, built[world], broken.get(world)),

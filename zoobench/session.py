@@ -96,7 +96,7 @@ class Session:
         return np.asarray(self._playback.frames * FRAME_SECONDS, dtype=np.float64)
 
     def affords(self, frames: int, evaluations: int = 0) -> bool:
-        """Whether the budget holds so many more frames in every world, and evaluations after them.
+        """Whether the budget is expected to hold so many more frames in every world, and evaluations after them.
 
         Substeps are expected as in `Problem.affords`, and no episode is expected to fail.
         """

@@ -107,7 +107,7 @@ class Budget:
         """Read `200000`, `200000 substeps`, `50episodes` or `60 seconds`; a bare number means substeps.
 
         Raises:
-            UsageError: no positive number, or an unknown kind.
+            UsageError: no positive number, an unknown kind, or a part of what is counted whole.
         """
         match = re.match(r"^\s*([-+0-9.eE_]+)\s*([a-z]*)\s*$", text)
         try:
@@ -116,10 +116,12 @@ class Budget:
             amount = float("nan")
         if match is None or amount != amount:
             raise UsageError(f"Cannot read {text!r} as a budget. Write for example 200000 or '60 seconds'.")
-        kind = match[2] or "substeps"
-        if kind != "seconds" and math.isfinite(amount) and not amount.is_integer():
-            raise UsageError(f"A budget of {text!r} cannot be met: {kind} are counted whole. Give a whole number.")
-        return cls(kind, amount)  # type: ignore[arg-type]  # checked in __post_init__
+        budget = cls(match[2] or "substeps", amount)  # type: ignore[arg-type]  # checked in __post_init__
+        if budget.kind != "seconds" and not amount.is_integer():
+            raise UsageError(
+                f"A budget of {text!r} cannot be met: {budget.kind} are counted whole. Give a whole number."
+            )
+        return budget
 
     def __str__(self) -> str:
         amount = float(self.amount)

@@ -60,7 +60,7 @@ def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
         done = subprocess.run(PROCESS + words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
-        "Error: Standard output takes no more: the disk is full. Free some space, then try again."
+        "Error: The output does not fit: the disk is full. Free some space, then try again."
     ]
 
 

@@ -63,7 +63,7 @@ def test_a_lock_that_is_held_too_long_is_told(url: str, monkeypatch: pytest.Monk
     with Store(url) as first, first._database.write(alone=True) as session:
         session.execute(text("SELECT 1"))
         monkeypatch.setattr(engine, "BUSY_SECONDS", 0.2)
-        with Store(url) as second, pytest.raises(StorageError, match="locked by another program"):
+        with Store(url) as second, pytest.raises(StorageError, match="by another zoobench or another program"):
             second.enqueue([spec()])
 
 
@@ -159,6 +159,7 @@ def test_a_url_is_shown_without_its_password() -> None:
     assert (
         engine.without_password("postgresql://me@host/db?password=a&x=1") == "postgresql://me@host/db?password=***&x=1"
     )
+    assert engine.without_password("postgresql://me@corp:secret@host/db") == "postgresql://me@corp:***@host/db"
     for harmless in ("postgresql://me@host:5432/db", "a:b@c.db", "/tmp/password=1"):
         assert engine.without_password(harmless) == harmless
 

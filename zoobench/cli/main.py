@@ -101,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _end_without_room(error: OSError) -> int:
     """The end of a command whose output does not fit, or is not read to its end, which is no error to tell of."""
     if error.errno == errno.ENOSPC:
-        place = error.filename or "Standard output"
-        print(f"Error: {place} takes no more: the disk is full. Free some space, then try again.", file=sys.stderr)
+        what = error.filename or "The output"
+        print(f"Error: {what} does not fit: the disk is full. Free some space, then try again.", file=sys.stderr)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python fails once more over what is left when it ends
     return 1

@@ -77,7 +77,8 @@ class Database:
         """A session whose changes are committed at the end, and rolled back on any error.
 
         In SQLite it holds the write lock. In PostgreSQL it locks the rows that it writes; those that write many runs,
-        or rows that may be missing, must ask to be `alone` among their kind, lest they wait for each other.
+        or several rows that others may be adding too, must ask to be `alone` among their kind, lest they wait for each
+        other.
 
         Raises:
             StorageFullError: the disk is full; nothing of this transaction is stored, all earlier ones are.
@@ -132,7 +133,7 @@ class Database:
 
 def without_password(location: str) -> str:
     """The path or URL as it may be shown and stored."""
-    hidden = re.sub(r"(?<=://)([^:/@]*):.*@", r"\1:***@", location)
+    hidden = re.sub(r"(?<=://)([^:/]*):.*@", r"\1:***@", location)
     return re.sub(r"(?<=password=)[^&]*", "***", hidden) if "://" in location else location
 
 
@@ -217,14 +218,15 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
         return StorageError(f"No permission to open {name} for writing. The file and its folder must be writable.")
     if code.startswith("SQLITE_BUSY") or code == "55P03":
         return StorageError(
-            f"{name} has been locked by another program for {BUSY_SECONDS:.0f} s. End it, then try again."
+            f"{name} has been locked for {BUSY_SECONDS:.0f} s, by another zoobench or another program. Wait for it or "
+            "end it, then try again."
         )
     if code in ("42501", "25006"):
         return StorageError(f"No permission to write to {name}: {said}. Ask for it, or give another URL with --db.")
     if path is None and (error.connection_invalidated or (isinstance(error, OperationalError) and not code)):
         return StorageError(
-            f"No connection to the database {name}: {said.rstrip('.?')}. What was stored is safe: when the server "
-            "answers, type the same command again."
+            f"No connection to the database {name}: {said.rstrip('.?')}. What was stored is safe: see that the server "
+            "is up, that the database exists and that it lets you in, then type the same command again."
         )
     return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")
 

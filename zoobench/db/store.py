@@ -9,7 +9,7 @@ import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from sqlalchemy import Update, case, delete, insert, select, update
+from sqlalchemy import Update, case, delete, select, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.engine import among
@@ -44,6 +44,7 @@ from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.errors import StorageError
 from zoobench.spec import AXES, RunSpec, canonical_json
 
+_KEYS_AT_ONCE = 500  # databases limit the parameters of a statement
 _LONGEST_NAME = 200  # of the columns that are there to be searched; the document has it whole
 
 
@@ -68,24 +69,19 @@ class Store(Reader):
             asked.setdefault(spec.key(), (spec, reason))
         groups: dict[str, list[int]] = {name: [] for name in EnqueueReport.__dataclass_fields__}
         with self._database.write(alone=True) as session:
-            for key, (spec, why) in asked.items():
-                record, is_new = self._find_or_add(session, key, spec, why)
-                groups[_group(record, is_new)].append(record.id)
-        return EnqueueReport(**{name: tuple(ids) for name, ids in groups.items()})
-
-    def _find_or_add(self, session: Session, key: str, spec: RunSpec, reason: str | None) -> tuple[RunRecord, bool]:
-        record = session.scalars(select(RunRecord).where(RunRecord.spec_key == key)).one_or_none()
-        if record is None:
-            session.execute(insert(SpecRecord).values(_spec_values(key, spec)))
-            state = RunState.QUEUED if reason is None else RunState.SKIPPED
-            record = RunRecord(spec_key=key, state=state, reason=reason, created_at=time.time())
-            session.add(record)
+            known = _by_key(session, asked)
+            new = {key: _new_run(key, why) for key, (_, why) in asked.items() if key not in known}
+            session.add_all(SpecRecord(**_spec_values(key, asked[key][0])) for key in new)
             session.flush()
-            return record, True
-        if record.state == RunState.SKIPPED and reason is None:
-            record.state, record.reason = RunState.QUEUED, None
-            return record, True
-        return record, False
+            session.add_all(new.values())
+            session.flush()
+            for key, (_, why) in asked.items():
+                record = new[key] if key in new else known[key]
+                is_revived = record.state == RunState.SKIPPED and why is None
+                if is_revived:
+                    record.state, record.reason = RunState.QUEUED, None
+                groups[_group(record, key in new or is_revived)].append(record.id)
+        return EnqueueReport(**{name: tuple(ids) for name, ids in groups.items()})
 
     def retry(self, ids: Collection[int], *, states: Collection[RunState] = UNSUCCESSFUL_STATES) -> list[int]:
         """Queue runs again that ended in one of these states, and return their ids.
@@ -264,6 +260,21 @@ class Store(Reader):
         session.execute(insert.on_conflict_do_update(index_elements=list(key), set_=values))
 
 
+def _by_key(session: Session, keys: Iterable[str]) -> dict[str, RunRecord]:
+    """The runs that are there already, in few questions, since the lock is held meanwhile."""
+    wanted, found = list(keys), {}
+    for begin in range(0, len(wanted), _KEYS_AT_ONCE):
+        some = RunRecord.spec_key.in_(wanted[begin : begin + _KEYS_AT_ONCE])
+        found.update({record.spec_key: record for record in session.scalars(select(RunRecord).where(some))})
+    return found
+
+
+def _new_run(key: str, reason: str | None) -> RunRecord:
+    """A run to queue, or one that is skipped for a reason."""
+    state = RunState.QUEUED if reason is None else RunState.SKIPPED
+    return RunRecord(spec_key=key, state=state, reason=storable(reason), created_at=time.time())
+
+
 def _group(record: RunRecord, is_new: bool) -> str:
     """The field of `EnqueueReport` that a run belongs to."""
     state = RunState(record.state)
@@ -280,7 +291,7 @@ def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
     return {
         "key": key,
         "document": canonical_json(spec.to_dict()),
-        **{name: str(getattr(spec, name))[:_LONGEST_NAME] for name in AXES},
+        **{name: str(storable(str(getattr(spec, name))))[:_LONGEST_NAME] for name in AXES},
         "seed": spec.seed,
         "frames": spec.frames,
         "budget_kind": spec.budget.kind,

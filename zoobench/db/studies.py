@@ -43,7 +43,7 @@ def add_row(database: Database, study_id: int, number: int, row: StudyRow) -> No
                 number=number,
                 case_name=row.case,
                 verdict=row.verdict,
-                document=json.dumps(_plain(row.document), allow_nan=False, ensure_ascii=False),
+                document=json.dumps(_plain(row.document), allow_nan=False),
                 finished_at=time.time(),
             )
         )

@@ -142,7 +142,7 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
         "repeated_frames": meter.retries,
         "episodes": meter.episodes,
         "iterations": meter.iterations,
-        "budget_spent": meter.refused,  # 0 where the method's own settings ask for no more
+        "budget_spent": meter.has_ended(problem.spec.budget),  # 0 where the method's own settings ask for no more
     }
     metrics = {**solution.evaluation.metrics, **references}
     rows = {name: (metric.value, metric.unit) for name, metric in metrics.items()}

@@ -161,7 +161,8 @@ class _Course:
     def go_on(self) -> bool:
         """Learn from one buffer and evaluate what came of it; False if the budget ended in between.
 
-        So it may where it counts seconds, or episodes that end early: those are begun again.
+        So it may where it counts seconds, or episodes that end early, since those are begun again, or substeps, of
+        which exploring may take more than was expected.
         """
         try:
             self.reward = self.learner.learn()
