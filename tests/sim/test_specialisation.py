@@ -77,7 +77,14 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     return names
 
 
-@pytest.mark.parametrize(("name", "launched"), LAUNCHED.items())
+@pytest.mark.parametrize(
+    ("name", "launched"),
+    # each compiles kernels that no other test needs, for minutes: of beds and waters one is fast
+    [
+        pytest.param(*item, marks=() if item[0] in ("ground", "ice", "desert", "ocean") else pytest.mark.slow)
+        for item in LAUNCHED.items()
+    ],
+)
 def test_an_environment_compiles_and_launches_what_it_calls_for(
     name: str, launched: set[str], compiled: set[str]
 ) -> None:
