@@ -1,39 +1,77 @@
-"""The shape of the house: who may import whom, who may import Taichi, and how long a file may be."""
+"""The plan of the house: who may import whom, what stays in one package, and names that mean one thing.
+
+`ALLOWED` is the picture in `docs/architecture.md`, where it stands line by line.
+"""
 
 import ast
+import re
+from collections import Counter
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).parents[1] / "zoobench"
-FILES = sorted(PACKAGE.rglob("*.py"))
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "zoobench"
 LONGEST_FILE = 500
 
-# What each room must not import, anywhere in its files: not even inside a function.
-FORBIDDEN = {
-    "db": {"sim", "cli", "harness", "report", "studies", "problem", "methods"},
-    "report": {"sim", "cli", "harness", "studies", "problem", "methods"},
-    "harness": {"sim", "cli", "report", "studies"},
-    "studies": {"cli", "report", "harness"},
-    "envs": {"cli", "harness", "db", "report", "studies", "problem", "methods", "tasks", "controllers"},
-    "tasks": {"cli", "harness", "db", "report", "studies", "problem", "methods", "envs", "controllers", "sim"},
-    "designs": {"cli", "harness", "db", "report", "studies", "problem", "methods", "tasks", "controllers"},
-    "controllers": {"cli", "harness", "db", "report", "studies", "problem", "methods", "envs", "tasks", "sim"},
-    "methods": {"cli", "harness", "db", "report", "studies", "sim", "envs", "tasks", "designs", "controllers"},
-    "gym": {"cli", "harness", "db", "report", "studies", "methods", "sim"},
-    "session": {"cli", "harness", "db", "report", "studies", "methods", "gym", "controllers", "designs", "envs"},
-    "problem": {"cli", "harness", "db", "report", "studies", "methods", "gym"},
-    "robot": {"cli", "harness", "db", "report", "studies", "methods", "problem", "envs"},
-    "spec": {"cli", "harness", "db", "report", "studies", "methods", "problem", "sim", "registry"},
-    "cli": {"sim", "problem", "methods", "envs", "tasks", "designs", "controllers"},
+WORDS = ("errors", "arrays", "files", "rounding", "spec", "inputs", "registry", "fidelities")
+"""The modules of the top level; every other module is in a package."""
+
+ALLOWED = {
+    "errors": "",
+    "arrays": "",
+    "files": "",
+    "rounding": "",
+    "spec": "errors",
+    "inputs": "errors spec",
+    "registry": "errors spec inputs",
+    "sim.model": "errors arrays",
+    "sim.kernels": "sim.model",
+    "sim": "errors arrays files sim.model sim.kernels",
+    "fidelities": "registry sim.model",
+    "designs": "errors arrays spec inputs registry sim.model",
+    "envs": "errors arrays registry sim.model designs",
+    "tasks": "errors arrays registry",
+    "controllers": "errors arrays spec registry",
+    "cell": "errors arrays files spec inputs registry sim.model sim designs envs tasks controllers",
+    "gym": "errors arrays spec registry controllers cell",
+    "methods": "errors arrays spec inputs registry cell gym",
+    "db": "errors spec inputs",
+    "render": "errors arrays files spec registry sim.model sim designs envs tasks controllers cell methods",
+    "report": "errors arrays files spec db render",
+    "harness": "errors files spec inputs registry rounding tasks cell methods db",
+    "verify": (
+        "errors arrays files spec registry sim.model sim.kernels sim designs envs tasks controllers cell db render"
+    ),
+    "cli": "errors files spec inputs registry cell methods db harness report render verify",
+    "__main__": "cli",
 }
+"""What a package, or a module of the top level, may import from, anywhere in its files: not even inside a function."""
+
+ONLY = {"taichi": {"sim", "sim.kernels"}, "sqlalchemy": {"db"}, "alembic": {"db"}, "click": set()}
+"""Libraries that stay in these packages; Typer brings a copy of click, so there may be none to import."""
+
+SHARED_NAMES = {"__init__", "base"}
+"""Modules of which there are several: `base.py` holds the protocol of each kind of component."""
+
+FILES = sorted(PACKAGE.rglob("*.py"))
 
 
-def room_of(path: Path) -> str:
-    """The package or top-level module that a file belongs to."""
+def module_of(path: Path) -> str:
+    """The dotted name of a file below the package, `sim.model.scene`."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return parts[0]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def package_of(module: str) -> str:
+    """The longest entry of `ALLOWED` that a module belongs to; the package itself is nobody's."""
+    parts = module.split(".")
+    for length in (2, 1):
+        if (name := ".".join(parts[:length])) in ALLOWED:
+            return name
+    return module
 
 
 def imports_of(path: Path) -> Iterator[str]:
@@ -48,55 +86,70 @@ def imports_of(path: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def rooms_used_by(path: Path) -> set[str]:
-    """The rooms of ours that a file imports from."""
-    names = (name.split(".") for name in imports_of(path))
-    return {parts[1] for parts in names if parts[0] == "zoobench" and len(parts) > 1}
+def own_imports(path: Path) -> set[str]:
+    """The modules of ours that a file imports, below the package."""
+    modules = {module_of(other) for other in FILES} - {""}
+    return {name.removeprefix("zoobench.") for name in imports_of(path)} & modules
 
 
-def label(path: Path) -> str:
-    """A file's name in the test report."""
-    return path.relative_to(PACKAGE).as_posix()
+def test_packages_import_only_what_the_plan_allows() -> None:
+    """Data flows one way; a package or module that the plan does not name fails as well."""
+    wrong = [
+        f"{module_of(path)} imports {other}"
+        for path in FILES
+        for other in sorted(own_imports(path))
+        if package_of(other) not in {package_of(module_of(path)), *ALLOWED.get(package_of(module_of(path)), "").split()}
+    ]
+    assert not wrong
+    assert {package_of(module_of(path)) for path in FILES} - {""} == set(ALLOWED)
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if room_of(path) == "sim"], ids=label)
-def test_the_simulator_knows_nothing_of_ours_but_errors(path: Path) -> None:
-    """Physics knows no tasks, robots' goals, databases or command line."""
-    assert rooms_used_by(path) <= {"sim", "errors"}
+def test_the_top_level_holds_the_words_of_the_benchmark_alone() -> None:
+    """A new loose module belongs into a package."""
+    assert {path.stem for path in PACKAGE.glob("*.py")} == {*WORDS, "__init__", "__main__"}
+    assert len(WORDS) <= 8
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if room_of(path) in FORBIDDEN], ids=label)
-def test_dependencies_point_one_way(path: Path) -> None:
-    """No room imports from a room that stands above it."""
-    assert not rooms_used_by(path) & FORBIDDEN[room_of(path)]
+def test_nothing_imports_itself_by_a_detour() -> None:
+    """Neither the packages of the plan nor the modules form a circle; imports for types alone count."""
+    TopologicalSorter({name: row.split() for name, row in ALLOWED.items()}).prepare()
+    TopologicalSorter({module_of(path): own_imports(path) - {module_of(path)} for path in FILES}).prepare()
+    with pytest.raises(CycleError):
+        TopologicalSorter({"a": ["b"], "b": ["a"]}).prepare()
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if room_of(path) != "sim"], ids=label)
-def test_only_the_simulator_imports_taichi(path: Path) -> None:
-    """A port to another engine touches one room."""
-    assert "taichi" not in {name.partition(".")[0] for name in imports_of(path)}
+def test_libraries_stay_where_they_belong() -> None:
+    """A port to another engine touches one package, another database one other."""
+    wrong = [
+        f"{module_of(path)} imports {name}"
+        for path in FILES
+        for name in {name.partition(".")[0] for name in imports_of(path)} & ONLY.keys()
+        if package_of(module_of(path)) not in ONLY[name]
+    ]
+    assert not wrong
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if room_of(path) != "db"], ids=label)
-def test_only_the_database_room_imports_sqlalchemy(path: Path) -> None:
-    """SQL stays in one room."""
-    assert not {name.partition(".")[0] for name in imports_of(path)} & {"sqlalchemy", "alembic"}
+def test_one_name_means_one_thing() -> None:
+    """Public classes have names of their own, and so have modules, but for commands, which are named as their subject."""
+    classes = Counter(
+        node.name
+        for path in FILES
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    modules = Counter(path.stem for path in FILES if package_of(module_of(path)) != "cli")
+    assert not [name for name, count in classes.items() if count > 1]
+    assert not [name for name, count in modules.items() if count > 1 and name not in SHARED_NAMES]
 
 
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_click_is_never_imported(path: Path) -> None:
-    """Typer brings a copy of its own, so there may be none to import."""
-    assert "click" not in {name.partition(".")[0] for name in imports_of(path)}
-
-
-@pytest.mark.parametrize("path", FILES, ids=label)
-def test_files_stay_short(path: Path) -> None:
+def test_files_stay_short() -> None:
     """A file that reaches 500 lines is to be split."""
-    assert len(path.read_text(encoding="utf-8").splitlines()) < LONGEST_FILE
+    lengths = {module_of(path): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
+    assert not {module: length for module, length in lengths.items() if length >= LONGEST_FILE}
 
 
-def test_the_scan_sees_imports_inside_functions(tmp_path: Path) -> None:
-    """The checks above would find a hidden import."""
-    path = tmp_path / "hidden.py"
-    path.write_text("def f():\n    from zoobench import sim\n    import zoobench.db.store\n")
-    assert rooms_used_by(path) == {"sim", "db"}
+def test_the_picture_in_the_documents_is_the_plan() -> None:
+    """`docs/architecture.md` has a row for every package with what it may import."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `([\w.]+)` \| .* \| ([\w., ]*?) *\|$", text, flags=re.MULTILINE))
+    assert {name: " ".join(row.replace(",", "").split()) for name, row in rows.items()} == ALLOWED

@@ -24,7 +24,7 @@ import torch
 from zoobench.designs.block import Block
 from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
 from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
-from zoobench.problem import Problem
+from zoobench.cell.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
 

@@ -7,7 +7,7 @@ converged simulation, and what it costs.
 from typing import Literal
 
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
+from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 
 
 def _name(name: str, spacing: float, summary: str) -> None:

@@ -17,9 +17,8 @@ from enum import StrEnum
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.inputs import InputFile, pin
+from zoobench.inputs import InputFile, StoredRun, checked_run_name, pin
 from zoobench.spec import Ref, Scalar
-from zoobench.start import StoredRun, checked
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
@@ -94,7 +93,7 @@ _components: dict[Kind, dict[str, dict[int, Component]]] = {kind: {} for kind in
 _discovered: set[Kind] = set()
 _failures: list[PluginFailure] = []
 
-_TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked}
+_TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked_run_name}
 """Types of parameters that are text, and what makes a setting of what was typed."""
 
 _F = TypeVar("_F", bound=Callable[..., Any])

@@ -32,7 +32,7 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
 
 def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Orders are met, and what was stored gives the same verdicts again."""
-    from zoobench.studies.accuracy import analytic
+    from zoobench.verify.accuracy import analytic
 
     monkeypatch.setattr(analytic, "CASES", [case for case in analytic.CASES if case.name == "bar-mode"])
     first = zoobench("accuracy", "--exact", "--quick", "--format", "json", "--plots", ".")

@@ -9,10 +9,10 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_ended
-from zoobench.archive import Archive
+from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
-from zoobench.problem import Problem
+from zoobench.methods.archive import Archive
 from zoobench.spec import Ref
 
 

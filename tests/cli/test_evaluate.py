@@ -9,9 +9,9 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_ended
+from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
-from zoobench.problem import Problem
 
 
 @pytest.fixture

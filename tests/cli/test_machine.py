@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from tests.cli.conftest import Command
-from zoobench.studies import bench as measuring
-from zoobench.studies import doctor as examining
-from zoobench.studies.bench import BenchCase, BenchRow
+from zoobench.verify import doctor as examining
+from zoobench.verify.bench import bench as measuring
+from zoobench.verify.bench.bench import BenchCase, BenchRow
 
 
 def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str, Any]]]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Command
+from tests.render.filmed import SPEC, needs_drawing, params, short_film
 from tests.report.content import add_ended
-from tests.studies.filmed import SPEC, needs_drawing, params, short_film
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 

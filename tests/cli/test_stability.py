@@ -7,7 +7,7 @@ import pytest
 
 from tests.cli.conftest import Command
 from zoobench.db.query import Reader
-from zoobench.studies.stability import base
+from zoobench.verify.stability import base
 
 
 def test_stability_prints_and_stores_its_rows(zoobench: Command, tmp_path: Path) -> None:

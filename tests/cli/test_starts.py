@@ -10,12 +10,12 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_done, add_ended, make_spec
+from zoobench.cell.problem import Problem
 from zoobench.cli.selection import Selection
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
-from zoobench.problem import Problem
+from zoobench.inputs import named_run
 from zoobench.spec import RunSpec
-from zoobench.start import key_named
 
 HOME = cell(design="caterpillar")
 
@@ -39,7 +39,7 @@ def _specs(method: str, db: Path, **options: str) -> list[RunSpec]:
 def test_a_number_becomes_a_key(database: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """By number, by key and as the setting has it, it is the same run, and what it takes is said."""
     (spec,) = _specs("diffphysics[start=2]", database)
-    assert key_named(spec.method) == HOME.key()[:16]
+    assert named_run(spec.method) == HOME.key()[:16]
     assert "the controller's" in capsys.readouterr().err
     assert _specs(f"diffphysics[start={HOME.key()[:9]}]", database) == [spec]
     assert _specs(str(spec.method), database) == [spec]

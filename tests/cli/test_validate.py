@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Command
-from zoobench.studies.validate import suite
-from zoobench.studies.validate.base import Case, Check, Figure, Outcome, Role, curve
+from zoobench.verify.validate import validation_suite
+from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve
 
 
 def test_cases_within_their_bounds_are_listed_and_drawn(zoobench: Command, tmp_path: Path) -> None:
@@ -28,7 +28,7 @@ def test_a_missed_bound_is_an_exit_code_of_one(zoobench: Command, monkeypatch: p
     figure = Figure("t", "x [-]", "y [-]", (curve("c", Role.COMPUTED, [0, 1], [0, 1]),))
     checks = (Check("good", 0.5, at_most=1.0), Check("bad", 2.0, "m", at_most=1.0))
     case = Case("made-up", "nothing", "none", lambda: Outcome(checks, figure))
-    monkeypatch.setattr(suite, "CASES", (case,))
+    monkeypatch.setattr(validation_suite, "CASES", (case,))
     reply = zoobench("validate", "--format", "csv")
     assert reply.code == 1
     assert "made-up: MISSED" in reply.err

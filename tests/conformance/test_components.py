@@ -10,13 +10,12 @@ import torch
 from tests.conformance.cells import cell
 from tests.methods.toy import Context
 from zoobench import registry
-from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.episode import Evaluation
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
+from zoobench.controllers.base import Controller, OpenLoop, observation_count
 from zoobench.inputs import InputFile
-from zoobench.observation import observation_count
-from zoobench.problem import Problem
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import PARTICLES_PER_CELL, Fidelity
+from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.spec import FRAME_SECONDS, Budget, Ref
 
 ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) for kind in Kind)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
+from zoobench.controllers.base import observation_count, with_phase
 from zoobench.controllers.policy_network import PolicyNetwork
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
-from zoobench.observation import observation_count, with_phase
 
 FELT = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(2)))
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from zoobench.controllers.base import observation_count
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.controllers.sine_feedback import SineFeedback
 from zoobench.errors import UsageError
-from zoobench.observation import observation_count
 
 SEEN = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(3)))
 

@@ -8,11 +8,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, KDTree
 
 from zoobench import registry
+from zoobench.arrays import Array
 from zoobench.designs.anatomy import REFERENCE_LENGTH, Animal
-from zoobench.designs.base import Array, Body
+from zoobench.designs.base import Body
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 NAMES = ("baby-seal", "fish", "panda", "orca", "shark", "clownfish", "tuna")

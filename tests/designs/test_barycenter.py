@@ -12,7 +12,7 @@ from zoobench.designs.barycenter import barycenter_space, keep_volume
 from zoobench.designs.base import Body
 from zoobench.designs.sdf_lerp import sdf_lerp
 from zoobench.designs.space import DesignSpace, Form
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 SPACE = barycenter_space()
 COUNT = 4

@@ -5,7 +5,7 @@ import pytest
 
 from zoobench.designs.base import Shape
 from zoobench.errors import SceneError
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 BALL = Shape(
     inside=lambda points: ((points - (0.0, 0.03, 0.0)) ** 2).sum(axis=1) <= 0.03**2,

@@ -5,7 +5,7 @@ import pytest
 
 from zoobench.designs.block import Block
 from zoobench.errors import UsageError
-from zoobench.sim.fidelity import PARTICLES_PER_CELL, Fidelity
+from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 
 
 @pytest.mark.parametrize("particles_per_cell", PARTICLES_PER_CELL)

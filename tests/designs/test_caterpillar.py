@@ -5,7 +5,7 @@ import pytest
 
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.errors import UsageError
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 
 @pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])

@@ -14,7 +14,7 @@ from zoobench.designs.export import export
 from zoobench.errors import UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 PAPER = Fidelity(1 / 128)

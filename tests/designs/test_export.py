@@ -10,7 +10,7 @@ from zoobench.designs.base import Body
 from zoobench.designs.export import COLUMNS, export
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 PAPER = Fidelity(1 / 128)

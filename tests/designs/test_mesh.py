@@ -13,7 +13,7 @@ from zoobench.designs.solid_mesh import FORMATS, load
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import PARTICLES_PER_CELL, Fidelity
+from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.spec import Ref
 
 trimesh = pytest.importorskip("trimesh")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.cppn_space import cppn_space
 from zoobench.designs.implicit_space import implicit_space
 from zoobench.designs.networks import NetworkSpace
 from zoobench.designs.workspace import features
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 SMOKE, DRAFT = Fidelity(1 / 32), Fidelity(1 / 64)
 

@@ -4,7 +4,7 @@ import numpy as np
 import torch
 
 from zoobench.designs.particle_space import ParticleSpace
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 SPACE = ParticleSpace()
 BODY = SPACE.body(Fidelity(1 / 32))

@@ -12,7 +12,7 @@ from zoobench.designs.anatomy import Animal
 from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, simplex
 from zoobench.errors import SceneError, UnknownNameError, UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 DRAFT, PAPER = Fidelity(1 / 64), Fidelity(1 / 128)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from zoobench.designs.base import Body
 from zoobench.designs.sdf_lerp import mean_line, sdf_lerp
 from zoobench.designs.space import DesignSpace, Form
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 SPACE = sdf_lerp()
 COUNT = 4

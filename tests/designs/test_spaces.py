@@ -7,11 +7,11 @@ from scipy.spatial import KDTree
 
 from zoobench import registry
 from zoobench.designs.base import Body
-from zoobench.designs.soundness import sound
+from zoobench.designs.feasibility import sound
 from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form, SiteSpace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 SPACES = [name for name in registry.names(Kind.DESIGN) if "space" in registry.get(Kind.DESIGN, name).tags]

@@ -6,7 +6,7 @@ import torch
 
 from zoobench.designs.voxel_space import VoxelSpace
 from zoobench.errors import UsageError
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 FINE = Fidelity(1 / 160)
 

@@ -11,7 +11,7 @@ from zoobench.designs.caterpillar import Caterpillar
 from zoobench.designs.workspace import extent, features, workspace
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 DRAFT = Fidelity(1 / 64)

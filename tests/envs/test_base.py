@@ -11,9 +11,9 @@ from zoobench.envs.ground import ground
 from zoobench.envs.ice import ice
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import SandMaterial
-from zoobench.sim.scene import Effect
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.matter import SandMaterial
+from zoobench.sim.model.scene import Effect
 from zoobench.spec import Ref
 
 QUICK = Fidelity(1 / 64)

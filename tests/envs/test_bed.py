@@ -11,9 +11,9 @@ from zoobench.envs.base import Environment
 from zoobench.envs.bed import rest_strains, sharing
 from zoobench.errors import SceneError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import ClayMaterial, MudMaterial, SandMaterial, WaterMaterial
-from zoobench.sim.scene import MediumBed
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, WaterMaterial
+from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 

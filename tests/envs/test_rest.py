@@ -7,15 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from zoobench import registry
+from zoobench.arrays import Array
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.settled import settled
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
-
-Array = NDArray[np.float64]
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 SOLID = ("desert", "clay", "snow")

@@ -8,7 +8,7 @@ from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.settled import settled
 from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref

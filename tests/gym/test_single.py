@@ -43,7 +43,7 @@ def test_an_episode_has_its_length_and_repeats_itself() -> None:
 
 def test_a_simulation_that_blows_up_terminates_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reward 0, no truncation, and in info what happened."""
-    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 1e-5)
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 1e-5)
     env = ZooEnv("ground", "caterpillar", "turning", action="muscles", **SMALL)
     env.reset()
     _, reward, terminated, truncated, info = env.step(np.ones(env.action_space.shape, np.float32))

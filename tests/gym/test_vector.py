@@ -35,7 +35,7 @@ def test_every_world_is_as_alone() -> None:
 
 def test_a_world_that_blows_up_begins_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its reason is in info; the other's episode goes on to its own end."""
-    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 0.002)
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
     envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, action="muscles", fidelity="smoke", frames=40)
     envs.reset()
     actions = np.zeros(envs.action_space.shape, np.float32)

@@ -7,13 +7,13 @@ import pytest
 
 from tests.harness.helpers import Killer, numbers
 from zoobench import registry
-from zoobench.archive import Archive
+from zoobench.cell.problem import Problem
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
 from zoobench.harness.launch import launch
-from zoobench.problem import Problem
+from zoobench.methods.archive import Archive
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 

@@ -104,7 +104,7 @@ def _paper() -> tuple[RunSpec, ...]:
 @pytest.mark.slow
 def test_a_laptop_run_is_twenty_iterations_or_a_few_more() -> None:
     """By the declared step of every environment and animal; a gradient costs three episodes. Snow steps farther."""
-    from zoobench.problem import Problem
+    from zoobench.cell.problem import Problem
 
     cells = {(spec.env, spec.design): spec for spec in suites.load("laptop").specs}
     counts = {

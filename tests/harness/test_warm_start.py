@@ -10,14 +10,14 @@ from tests.harness.helpers import Killer, numbers
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.harness.launch import launch
+from zoobench.inputs import run_name
 from zoobench.spec import Budget, RunSpec
-from zoobench.start import name_of
 
 FIRST = replace(cell(Budget("iterations", 2), method="random[batch=2]"), seed=4)
 
 
 def _warm(method: str, first: RunSpec = FIRST) -> RunSpec:
-    return cell(Budget("iterations", 2), method=f"{method[:-1]},start={name_of(first.key())}]")
+    return cell(Budget("iterations", 2), method=f"{method[:-1]},start={run_name(first.key())}]")
 
 
 @pytest.mark.slow

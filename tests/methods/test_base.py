@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from zoobench.episode import Evaluation
+from zoobench.cell.episode import Evaluation
 from zoobench.methods.base import Champion, pack, unpack
 
 

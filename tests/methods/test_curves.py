@@ -7,7 +7,7 @@ import pytest
 from tests.methods.toy import Context, Quadratic
 from tests.methods.toy_session import Obey
 from zoobench import registry
-from zoobench.meter import BudgetMeter
+from zoobench.cell.meter import BudgetMeter
 from zoobench.methods.ppo import Ppo
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref

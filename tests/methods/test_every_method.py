@@ -9,8 +9,8 @@ import pytest
 from tests.methods.toy import Context, Quadratic
 from tests.methods.toy_session import Obey
 from zoobench import registry
+from zoobench.cell.meter import BudgetMeter
 from zoobench.errors import BudgetExhaustedError, DivergenceError
-from zoobench.meter import BudgetMeter
 from zoobench.methods.base import Solution
 from zoobench.registry import Kind
 from zoobench.spec import Budget, BudgetKind, Ref
@@ -58,7 +58,7 @@ def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch
         budget = Budget(kind, float(amount) if kind == "seconds" else int(amount))
         problem = _toy(name, budget)
         clock = SimpleNamespace(perf_counter=lambda meter=problem.meter: 1e-3 * meter.substeps)
-        monkeypatch.setattr("zoobench.meter.time", clock)
+        monkeypatch.setattr("zoobench.cell.meter.time", clock)
         context = Watcher(problem.meter, kind)
         _run(name, problem, context)
         spent, iteration = problem.meter.spent(kind), max(np.diff(context.spent))

@@ -10,7 +10,7 @@ from neat.activations import ActivationFunctionSet
 
 from tests.methods.toy import Context, Quadratic
 from tests.methods.toy_bodies import NOW, Sculpture, robot_of
-from zoobench.episode import Evaluation
+from zoobench.cell.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.hyperneat import Bodies, HyperNeat

@@ -9,10 +9,10 @@ import torch
 from tests.conformance.cells import cell
 from tests.methods.toy import Context
 from tests.methods.toy_session import FRAMES, PLENTY, Obey
+from zoobench.cell.problem import Problem
 from zoobench.errors import BudgetExhaustedError, DivergenceError, UsageError
 from zoobench.methods.base import Solution
 from zoobench.methods.ppo import Ppo
-from zoobench.problem import Problem
 from zoobench.spec import Budget
 
 BUFFER = 32

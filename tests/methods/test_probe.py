@@ -10,12 +10,12 @@ import torch
 from tests.conformance.cells import cell
 from tests.methods.toy import Context, still
 from zoobench import registry
-from zoobench.episode import Episode, Evaluation
+from zoobench.cell.episode import Episode, Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import UnknownNameError
 from zoobench.harness.child import ChildContext
 from zoobench.harness.grid import parse_selector
 from zoobench.methods.probe import EVERY, path_and_spread
-from zoobench.problem import Problem
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 

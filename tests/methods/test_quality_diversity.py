@@ -8,8 +8,8 @@ import pytest
 from tests.methods.toy import OPTIMUM, Context, Quadratic, shape_of
 from zoobench.errors import UsageError
 from zoobench.methods.quality_diversity import QualityDiversity
+from zoobench.render.elites import cells_of
 from zoobench.spec import Budget
-from zoobench.studies.elites import cells_of
 
 
 def test_the_archive_holds_the_best_of_every_kind() -> None:

@@ -7,15 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from zoobench.episode import Episode, Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Episode, Evaluation
+from zoobench.cell.meter import BudgetMeter
 from zoobench.errors import BudgetExhaustedError, Divergence
-from zoobench.meter import BudgetMeter
 from zoobench.spec import Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric, Motion
 
-Array = NDArray[np.float64]
 Rule = Callable[[Array], bool]
 
 OPTIMUM = np.array([0.7, -1.2, 0.4, 2.0])
@@ -44,7 +43,7 @@ class OneSite:
 
 
 class Quadratic:
-    """score = 1 - |parameters - OPTIMUM|^2, behind the same meter as `zoobench.problem.Problem`.
+    """score = 1 - |parameters - OPTIMUM|^2, behind the same meter as `zoobench.cell.problem.Problem`.
 
     The first parameter is a controller's, the others a design space's. `diverges` and `breaks` are called with the
     parameters: the episode blows up, or its gradient is NaN.

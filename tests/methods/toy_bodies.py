@@ -3,10 +3,11 @@
 import numpy as np
 import torch
 
-from tests.methods.toy import Array, Quadratic
-from zoobench.episode import Evaluation
-from zoobench.robot import Robot
-from zoobench.sim.fidelity import Fidelity
+from tests.methods.toy import Quadratic
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.robot import Robot
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Budget, Ref
 from zoobench.tasks.base import Metric
 

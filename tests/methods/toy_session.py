@@ -5,19 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.meter import BudgetMeter
+from zoobench.cell.session import Step
+from zoobench.controllers.base import observation_count
 from zoobench.controllers.policy_network import PolicyNetwork
-from zoobench.episode import Evaluation
 from zoobench.errors import BudgetExhaustedError, Divergence
-from zoobench.meter import BudgetMeter
-from zoobench.observation import observation_count
 from zoobench.registry import Kind, resolve
-from zoobench.session import Step
 from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric
 
-Array = NDArray[np.float64]
 FRAMES = 10
 PLENTY = Budget("substeps", 1e9)
 FAILURE = Divergence(0, 0, 1, "det F", -1.0, 0.0, 0, (0.0, 0.0, 0.0), "Try something else.")
@@ -29,7 +28,7 @@ def orders(episodes: int) -> Array:
 
 
 class Mirror:
-    """As `zoobench.session.Session`: one muscle, whose activity is to be the first number of the observation.
+    """As `zoobench.cell.session.Session`: one muscle, whose activity is to be the first number of the observation.
 
     A frame's reward is 1 minus the square of what it misses, and it costs a substep. An activity beyond `limit` blows
     the world up.
@@ -86,7 +85,7 @@ class Mirror:
 
 
 class Obey:
-    """As `zoobench.problem.Problem`, over `Mirror`s; parameters are those of a small `policy-network`."""
+    """As `zoobench.cell.problem.Problem`, over `Mirror`s; parameters are those of a small `policy-network`."""
 
     def __init__(self, budget: Budget, limit: float = 2.0) -> None:
         names = ("ground", "toy", "toy", "toy", "toy", "toy")

@@ -9,7 +9,7 @@ from tests.report.content import add_curve, make_spec
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.report.curve_plot import MOST_PANELS, draw, line
-from zoobench.report.curves import curves
+from zoobench.report.learning_curves import curves
 from zoobench.report.query import Choice, choose_results
 
 REFERENCES = {"idle_score": 0.0, "random_score": 0.05}

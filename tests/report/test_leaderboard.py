@@ -93,8 +93,8 @@ def test_equal_content_is_equal_text(tmp_path: Path) -> None:
 def test_the_export_tells_the_origin_but_not_the_machines_name(tmp_path: Path) -> None:
     """Commit, packages and processor, of a provenance that names the host as well."""
     with Store(tmp_path / "runs.db") as store:
-        from zoobench import provenance
         from zoobench.db.owner import Owner
+        from zoobench.harness import provenance
 
         spec = make_spec()
         claim = store.claim(Owner.current(), provenance=provenance.gather(), ids=store.enqueue([spec]).new)

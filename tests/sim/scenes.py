@@ -6,11 +6,11 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from zoobench.sim.fidelity import Fidelity, Kernel, Transfer
-from zoobench.sim.lattice import fill_box, particle_volume
-from zoobench.sim.matter import (
+from zoobench.arrays import Array
+from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
+from zoobench.sim.model.lattice import fill_box, particle_volume
+from zoobench.sim.model.matter import (
     ClayMaterial,
     ElasticMaterial,
     Medium,
@@ -19,11 +19,9 @@ from zoobench.sim.matter import (
     SnowMaterial,
     WaterMaterial,
 )
-from zoobench.sim.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import Solver
-from zoobench.sim.stepping import choose_step
-
-Array = NDArray[np.float64]
 
 SPACING = 1 / 32
 ARENA = (0.75, 0.75, 0.75)

@@ -7,9 +7,9 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.rollout import Gradient
-from zoobench.sim.scene import Scene
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.rollout import Gradient
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import BodyState, Solver
 
 BODY_GROUPS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")

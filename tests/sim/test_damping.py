@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
-from zoobench.sim.matter import ElasticMaterial
-from zoobench.sim.scene import ElasticBody, Scene
+from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.step_limits import isolated_particle_limit
 from zoobench.sim.solver import Solver
-from zoobench.sim.stepping import isolated_particle_limit
 
 LENGTH = 12 * scenes.SPACING
 

@@ -8,10 +8,10 @@ import torch
 
 from tests.sim import scenes
 from zoobench.errors import SceneError
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.scene import Scene
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import empty_matter
 from zoobench.sim.solver import Solver
-from zoobench.sim.state import empty_matter
 
 
 def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:

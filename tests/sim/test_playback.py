@@ -5,8 +5,8 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
+from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.playback import Playback
-from zoobench.sim.rollout import Rollout
 from zoobench.sim.solver import Solver
 
 FRAMES = 6
@@ -40,7 +40,7 @@ def test_frame_by_frame_is_the_same_to_the_last_bit() -> None:
 
 def test_a_world_that_diverges_says_when_in_its_episode(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same frame, substep and value as in a run; it stays as it is until it is begun again, the other goes on."""
-    monkeypatch.setattr("zoobench.sim.health.LARGEST_COURANT", 1e-4)
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 1e-4)
     expected = _run().divergences[0]
     assert expected.frame < FRAMES - 1
     playback = Playback(Solver(scenes.flight_scene(moving=False), scenes.fidelity(), worlds=2))

@@ -10,11 +10,11 @@ import torch
 
 from tests.sim.scenes import fidelity, medium_scene
 from zoobench.sim import settled as module
-from zoobench.sim.matter import SandMaterial
-from zoobench.sim.scene import Scene
+from zoobench.sim.model.matter import SandMaterial
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import Matter
 from zoobench.sim.settled import settled, settled_folder
 from zoobench.sim.solver import Solver
-from zoobench.sim.state import Matter
 
 FRAMES = 2
 

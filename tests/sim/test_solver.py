@@ -12,7 +12,7 @@ import pytest
 from tests.sim import scenes
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import runtime
-from zoobench.sim.scene import Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import BodyState, Rollout, Solver
 
 ROOT = Path(__file__).parents[2]

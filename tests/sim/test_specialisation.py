@@ -16,9 +16,9 @@ from zoobench.envs.base import Environment
 from zoobench.registry import Kind
 from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.rollout import Gradient, Rollout
-from zoobench.sim.scene import Effect, Ground, Scene
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.rollout import Gradient, Rollout
+from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 

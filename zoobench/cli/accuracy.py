@@ -17,11 +17,11 @@ from zoobench.errors import UsageError
 if TYPE_CHECKING:
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref, RunSpec
-    from zoobench.studies.accuracy.analyse import Analysis
-    from zoobench.studies.accuracy.plan import Plan
-    from zoobench.studies.accuracy.records import Measurements
-    from zoobench.studies.accuracy.tables import Table
-    from zoobench.studies.accuracy.verdicts import EnergyRow
+    from zoobench.verify.accuracy.accuracy_tables import Table
+    from zoobench.verify.accuracy.analyse import Analysis
+    from zoobench.verify.accuracy.plan import Plan
+    from zoobench.verify.accuracy.records import Measurements
+    from zoobench.verify.accuracy.verdicts import EnergyRow
 
 TABLES = ("references", "levels", "steps", "knobs", "choices", "energy")
 
@@ -67,14 +67,14 @@ def accuracy(
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
     from zoobench.spec import Ref
-    from zoobench.studies.accuracy import tolerance
-    from zoobench.studies.accuracy.analyse import analyse
-    from zoobench.studies.accuracy.checkpoints import CheckpointRow, checkpoints
-    from zoobench.studies.accuracy.energy_plot import draw as draw_energy
-    from zoobench.studies.accuracy.plan import QUICK
-    from zoobench.studies.accuracy.plots import draw
-    from zoobench.studies.accuracy.records import read, write
-    from zoobench.studies.accuracy.verdicts import energies
+    from zoobench.verify.accuracy import tolerance
+    from zoobench.verify.accuracy.accuracy_plots import draw
+    from zoobench.verify.accuracy.analyse import analyse
+    from zoobench.verify.accuracy.checkpoints import CheckpointRow, checkpoints
+    from zoobench.verify.accuracy.energy_plot import draw as draw_energy
+    from zoobench.verify.accuracy.plan import QUICK
+    from zoobench.verify.accuracy.records import read, write
+    from zoobench.verify.accuracy.verdicts import energies
 
     if exact:
         accuracy_exact.exact(db, form, plots, quick=quick, only_read=plot)
@@ -105,7 +105,7 @@ def accuracy(
 
 
 def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
-    from zoobench.studies.accuracy.plan import Plan
+    from zoobench.verify.accuracy.plan import Plan
 
     names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
     draws_of = counts * len(names) if len(counts) == 1 else counts
@@ -117,8 +117,8 @@ def _measure(
 ) -> "Measurements":
     """Do what of the study is not done yet, and read what the database holds of it."""
     from zoobench.db.store import Store
-    from zoobench.studies.accuracy.plan import specs
-    from zoobench.studies.accuracy.records import from_reader
+    from zoobench.verify.accuracy.plan import specs
+    from zoobench.verify.accuracy.records import from_reader
 
     if not only_read:
         wanted = specs(envs, tasks, plan)
@@ -147,9 +147,9 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
 def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     """Follow the energy, and time, where that is not done yet."""
     from zoobench.db.store import Store
-    from zoobench.studies.accuracy.audit import balances
-    from zoobench.studies.accuracy.costs import costs
-    from zoobench.studies.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, Cost, from_reader, stored
+    from zoobench.verify.accuracy.costs import costs
+    from zoobench.verify.accuracy.energy_audit import balances
+    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, Cost, from_reader, stored
 
     def rest(known: Sequence[Cost | Balance]) -> "list[RunSpec]":
         done = {(item.env, item.fidelity) for item in known}
@@ -168,9 +168,9 @@ def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
 
 def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
     """Every field for programs, what matters for people."""
-    from zoobench.studies.accuracy import tables as people
-    from zoobench.studies.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.studies.accuracy.verdicts import EnergyRow, KnobRow, StepRow, knobs, steps
+    from zoobench.verify.accuracy import accuracy_tables as people
+    from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
+    from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, StepRow, knobs, steps
 
     one_more, turned = list(steps(analysis)), list(knobs(analysis))
     if form in (Format.CSV, Format.JSON):

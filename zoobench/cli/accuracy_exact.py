@@ -12,7 +12,7 @@ from zoobench.cli.several import emit_several, listing_of
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
-    from zoobench.studies.accuracy.analytic import AnalyticRow
+    from zoobench.verify.accuracy.analytic import AnalyticRow
 
 STUDY = "accuracy-exact"
 
@@ -23,8 +23,8 @@ def exact(db: str, form: Format, plots: Path | None, *, quick: bool, only_read: 
     Raises:
         Exit: code 1 if an order is missed.
     """
-    from zoobench.studies.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
-    from zoobench.studies.validate.plots import draw
+    from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
+    from zoobench.verify.validate.validation_plots import draw
 
     rows = _stored(db) if only_read else list(_carry_out(db, levels=2 if quick else None))
     summaries = summarise(rows)
@@ -40,7 +40,7 @@ def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
     from dataclasses import asdict
 
     from zoobench.db.rows import StudyRow
-    from zoobench.studies.accuracy.analytic import analytic
+    from zoobench.verify.accuracy.analytic import analytic
 
     def stored(row: "AnalyticRow") -> StudyRow:
         return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
@@ -52,7 +52,7 @@ def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
 
 def _stored(db: str) -> "list[AnalyticRow]":
     from zoobench.db.store import Store
-    from zoobench.studies.accuracy.analytic import AnalyticRow
+    from zoobench.verify.accuracy.analytic import AnalyticRow
 
     with Store(db, create=False) as store:
         study = store.study(STUDY)

@@ -118,9 +118,9 @@ def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
     """A design at a resolution for the eye, or the body that a run has found."""
     from zoobench.cli.solutions import body_of_run
     from zoobench.registry import Kind
+    from zoobench.render.bodies import body_at
+    from zoobench.render.portrait import portrait
     from zoobench.spec import Ref
-    from zoobench.studies.bodies import body_at
-    from zoobench.studies.portrait import portrait
 
     if not found:
         sampled, title = body_of_run(name, db)
@@ -173,7 +173,7 @@ def _body_card(component: "Component", text: str) -> dict[str, Any]:
     ref = Ref.parse(text)
     if component.kind is not Kind.DESIGN or not component.required <= ref.kwargs.keys():
         return {}
-    from zoobench.studies.bodies import card
+    from zoobench.render.bodies import card
 
     return {"body": card(ref)}
 
@@ -198,7 +198,7 @@ def _print_components(cards: list[dict[str, Any]]) -> None:
 
 
 def _print_body(body: dict[str, Any]) -> None:
-    from zoobench.studies.bodies import DENSITY
+    from zoobench.render.bodies import DENSITY
 
     def span(bounds: list[float]) -> str:
         low, high = bounds

@@ -45,7 +45,7 @@ def curves(
     give every point. Finished runs only; smoke runs are left out.
     """
     from zoobench.db.store import Store
-    from zoobench.report import curves as report
+    from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import draw
     from zoobench.report.query import Choice, choose_results
 

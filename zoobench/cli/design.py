@@ -39,7 +39,7 @@ def export(
     """
     from zoobench.harness.grid import parse_one
     from zoobench.registry import Kind
-    from zoobench.studies.bodies import body_at, export_body
+    from zoobench.render.bodies import body_at, export_body
 
     grid_ref = None if fidelity is None else parse_one(fidelity, Kind.FIDELITY)
     if names_run(name, db):
@@ -66,7 +66,7 @@ def archive(
     one out.
     """
     from zoobench.db.store import Store
-    from zoobench.studies.elites import write
+    from zoobench.render.elites import write
 
     with Store(db, create=False) as store:
         run = store.run(name)

@@ -28,8 +28,8 @@ def effects(
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.studies.effects import Coverage, coverage, places
-    from zoobench.studies.effects_cost import Cost, Share, costs, shares
+    from zoobench.verify.effects.cost import Cost, Share, costs, shares
+    from zoobench.verify.effects.coverage import Coverage, coverage, places
 
     wanted = choose(table, TABLES, form)
     kinds = dict(zip(TABLES, (Coverage, Cost, Share), strict=True))

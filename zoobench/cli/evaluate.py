@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.registry import Kind
     from zoobench.spec import Ref
-    from zoobench.studies.transfer import Places, TransferRow
+    from zoobench.verify.transfer_study import Places, TransferRow
 
 _LIKEWISE = "Likewise; the run's own if not given."
 
@@ -39,7 +39,7 @@ def evaluate(
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
-    from zoobench.studies.transfer import STUDY, Places, stored
+    from zoobench.verify.transfer_study import STUDY, Places, stored
 
     places = Places(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
     with Store(db, create=False) as store:
@@ -68,7 +68,7 @@ def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
 
 
 def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", places: "Places") -> "Iterator[TransferRow]":
-    from zoobench.studies.transfer import transfer
+    from zoobench.verify.transfer_study import transfer
 
     for run, parameters in solutions:
         yield from transfer(run.id, run.spec, parameters, places)

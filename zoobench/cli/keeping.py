@@ -15,8 +15,8 @@ def kept(db: str, study: str, results: Iterable[R], stored: "Callable[[R], Study
     Raises:
         StorageError: the database refuses; what came before is kept.
     """
-    from zoobench import provenance
     from zoobench.db.store import Store
+    from zoobench.harness import provenance
 
     done: list[R] = []
 

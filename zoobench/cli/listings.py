@@ -185,7 +185,7 @@ def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
 
 
 def _spending_tables(store: "Store", results: "list[Result]", by: Currency, at: float | None) -> "list[Table]":
-    from zoobench.report.curves import curves, spending_tables
+    from zoobench.report.learning_curves import curves, spending_tables
 
     return spending_tables(results, curves(store, results, by.value), by.value, at)
 
@@ -193,8 +193,8 @@ def _spending_tables(store: "Store", results: "list[Result]", by: Currency, at: 
 def _print_transfer(db: str, form: Format, others: list[str]) -> None:
     """The transfer matrix of all that was evaluated."""
     from zoobench.db.store import Store
-    from zoobench.report.transfer import transfer_matrix
-    from zoobench.studies.transfer import STUDY
+    from zoobench.report.transfer_table import transfer_matrix
+    from zoobench.verify.transfer_study import STUDY
 
     if others:
         raise UsageError(f"--transfer shows all that was evaluated. Leave {' '.join(others)} out.")

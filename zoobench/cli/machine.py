@@ -18,7 +18,7 @@ def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TA
     broken.
     """
     from zoobench.report.listing import Listing
-    from zoobench.studies.doctor import Verdict, examine
+    from zoobench.verify.doctor import Verdict, examine
 
     checks = list(examine(db))
     rows = tuple((check.name, str(check.verdict), check.detail) for check in checks)
@@ -41,8 +41,8 @@ def bench(
     Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
     and a filled cache; peak memory [MiB].
     """
-    from zoobench.studies.bench import BenchCase, BenchRow, scene_names
-    from zoobench.studies.bench import bench as measure
+    from zoobench.verify.bench.bench import BenchCase, BenchRow, scene_names
+    from zoobench.verify.bench.bench import bench as measure
 
     if precision not in (32, 64) or device not in ("cpu", "cuda"):
         raise UsageError(f"No {precision} bits on {device!r}. The precision is 32 or 64, the device cpu or cuda.")

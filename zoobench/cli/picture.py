@@ -25,7 +25,7 @@ def picture(
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.studies.picture import pictures, snapshots
+    from zoobench.render.picture import pictures, snapshots
 
     shots = []
     for shot in snapshots(

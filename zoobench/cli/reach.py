@@ -27,8 +27,8 @@ def reach(
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
-    from zoobench.studies.reach import ReachRow
-    from zoobench.studies.reach import reach as compare
+    from zoobench.verify.reach import ReachRow
+    from zoobench.verify.reach import reach as compare
 
     rows: list[ReachRow] = []
     for row in compare(

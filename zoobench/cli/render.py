@@ -10,7 +10,7 @@ from typer import Argument, Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import console, say
 from zoobench.cli.solutions import solution_of
-from zoobench.studies.film_formats import FilmFormat
+from zoobench.render.formats import FilmFormat
 
 Step = Callable[[str, int, int], None]
 """Shows what is going on: the name of the work, how much of it is done, and how much there is."""
@@ -36,9 +36,9 @@ def render(
     an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
     """
     from zoobench.db.store import Store
-    from zoobench.studies.film import film
-    from zoobench.studies.film_files import check_tools, moments_of, write
-    from zoobench.studies.film_formats import destination
+    from zoobench.render.files import check_tools, moments_of, write
+    from zoobench.render.film import film
+    from zoobench.render.formats import destination
 
     target = destination(out, form)
     check_tools(target.form)

@@ -48,7 +48,7 @@ class Selection:
             return self._told(expand(grid))
         if self.fidelity or self.smoke:
             raise UsageError("--tolerance chooses the fidelity, and one was given too. Leave one of them out.")
-        from zoobench.studies.accuracy.tolerance import choose
+        from zoobench.verify.accuracy.tolerance import choose
 
         found = []
         for env, task in product(grid.envs, grid.tasks):

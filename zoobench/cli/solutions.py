@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
-    from zoobench.archive import Archive
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
+    from zoobench.methods.archive import Archive
+    from zoobench.render.bodies import Sampled
     from zoobench.spec import Ref
-    from zoobench.studies.bodies import Sampled
 
 
 def may_be_run(text: str) -> bool:
@@ -54,7 +54,7 @@ def archive_of(store: "Store", run: "RunRow") -> "Archive":
     Raises:
         UsageError: it has no solution, or its method keeps no archive.
     """
-    from zoobench.archive import Archive
+    from zoobench.methods.archive import Archive
 
     solution_of(store, run)  # says why there is none
     stored = store.archive(run.id)
@@ -77,7 +77,7 @@ def body_of_run(
         UsageError: there is no such run or elite, it has no solution, or that describes no body at this fidelity.
     """
     from zoobench.db.store import Store
-    from zoobench.studies.bodies import formed
+    from zoobench.render.bodies import formed
 
     with Store(db, create=False) as store:
         run = store.run(text)

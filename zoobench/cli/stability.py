@@ -32,12 +32,12 @@ def stability(
     and repeated frames. Rows are stored as they are done. Exit code 1 if a case fails.
     """
     from zoobench.report.listing import Listing
-    from zoobench.studies.stability import suite
-    from zoobench.studies.stability.base import Result
-    from zoobench.studies.stability.largest import StepRow, largest_steps
+    from zoobench.verify.stability import stability_suite
+    from zoobench.verify.stability.base import Result
+    from zoobench.verify.stability.largest import StepRow, largest_steps
 
     if only_list:
-        rows = tuple((found.name, found.is_fast, found.about) for found in suite.suite())
+        rows = tuple((found.name, found.is_fast, found.about) for found in stability_suite.suite())
         emit(Listing(("case", "fast", "about"), rows), form)
         return
     if largest_step and (cases != "*" or fast):
@@ -45,9 +45,11 @@ def stability(
     kind: type[Result] | type[StepRow] = StepRow if largest_step else Result
     found: list[Result | StepRow] = []
     results: Iterator[Result | StepRow] = (
-        largest_steps() if largest_step else suite.stability(parse_names(cases), fast=fast)
+        largest_steps() if largest_step else stability_suite.stability(parse_names(cases), fast=fast)
     )
-    for row in kept(db, suite.STEP_STUDY if largest_step else suite.STUDY, results, suite.stored):
+    for row in kept(
+        db, stability_suite.STEP_STUDY if largest_step else stability_suite.STUDY, results, stability_suite.stored
+    ):
         found.append(row)
         say(f"{row.verdict}  {row.case}  {row.seconds:.1f} s")
     emit(listing_of(kind, found), form)

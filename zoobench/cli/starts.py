@@ -20,7 +20,7 @@ def pinned(methods: "Iterable[Ref]", db: str) -> "list[Ref]":
         StorageError: there is no such database.
     """
     from zoobench.db.store import Store
-    from zoobench.start import name_of
+    from zoobench.inputs import run_name
 
     found = []
     for ref in methods:
@@ -29,7 +29,7 @@ def pinned(methods: "Iterable[Ref]", db: str) -> "list[Ref]":
                 runs = {key: store.run(text.removeprefix("run-")) for key, text in starts.items()}
                 for run in runs.values():
                     solution_of(store, run)
-            names = {key: name_of(run.key) for key, run in runs.items()}
+            names = {key: run_name(run.key) for key, run in runs.items()}
             ref = type(ref)(ref.name, ref.version, tuple(sorted({**ref.kwargs, **names}.items())))
         found.append(ref)
     return found
@@ -41,11 +41,12 @@ def tell_starts(specs: "Iterable[RunSpec]", db: str) -> None:
     Raises:
         UsageError: nothing of it fits.
     """
+    from zoobench.cell.warm_start import overlay_of
     from zoobench.db.store import Store
-    from zoobench.start import key_named, overlay_of
+    from zoobench.inputs import named_run
 
     cells = {(spec.design, spec.controller, spec.method, spec.fidelity): spec for spec in specs}
-    warm = [spec for spec in cells.values() if key_named(spec.method)]
+    warm = [spec for spec in cells.values() if named_run(spec.method)]
     if not warm:
         return
     with Store(db, create=False) as store:
@@ -65,8 +66,8 @@ def run_and_its_starts(reader: "Reader", run: "RunRow") -> "Sequence[RunSpec]":
 def _starts(ref: "Ref") -> dict[str, str]:
     """The parameters of a method that name a run, as they were typed."""
     from zoobench import registry
+    from zoobench.inputs import StoredRun
     from zoobench.registry import Kind
-    from zoobench.start import StoredRun
 
     expected = registry.get(Kind.METHOD, ref.name, ref.version).parameters
     return {key: str(value) for key, value in ref.params if expected.get(key) is StoredRun and value != ""}

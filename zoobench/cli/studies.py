@@ -31,10 +31,10 @@ def gradcheck(
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.studies.gradcheck import GradRow
-    from zoobench.studies.gradcheck import gradcheck as check
-    from zoobench.studies.gradcheck_cell import cells
-    from zoobench.studies.gradcheck_summary import Summary, summarise
+    from zoobench.verify.gradcheck.cell import cells
+    from zoobench.verify.gradcheck.check import GradRow
+    from zoobench.verify.gradcheck.check import gradcheck as check
+    from zoobench.verify.gradcheck.summary import Summary, summarise
 
     wanted = choose(table, TABLES, form)
     rows: list[GradRow] = []

@@ -11,7 +11,7 @@ from zoobench.cli.words import parse_names
 
 if TYPE_CHECKING:
     from zoobench.report.listing import Listing
-    from zoobench.studies.validate.base import Case, Outcome
+    from zoobench.verify.validate.base import Case, Outcome
 
 _COLUMNS = (
     "case", "measure", "value", "bound", "unit", "ok", "resolution", "precision", "seconds", "source",
@@ -31,14 +31,14 @@ def validate(
     One row for every measured number with its bound and where both come from, forward and gradient. Exit code 1 if a
     number misses its bound.
     """
-    from zoobench.studies.validate.suite import run, select
+    from zoobench.verify.validate.validation_suite import run, select
 
     outcomes: list[tuple[Case, Outcome]] = []
     for chosen, outcome in run(select(parse_names(case), fast=fast)):
         outcomes.append((chosen, outcome))
         say(f"{chosen.name}: {'ok' if outcome.is_met else 'MISSED'} in {outcome.seconds:.1f} s")
         if plots is not None:
-            from zoobench.studies.validate.plots import draw
+            from zoobench.verify.validate.validation_plots import draw
 
             draw(outcome.figure, plots / f"{chosen.name}.png")
     emit(_listing(outcomes), form)

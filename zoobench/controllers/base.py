@@ -4,6 +4,7 @@ In an open loop it follows the clock, in a closed one what the robot feels as we
 the same for every method. Zeros leave every muscle at rest, if there are parameters at all.
 """
 
+import math
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
@@ -11,6 +12,36 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+_OWN = 8
+"""Numbers that do not belong to a muscle: velocity, displacement, heading."""
+
+_PER_MUSCLE = 6
+
+WAVE_RATE = 20.0
+"""[rad/s] that scales observed velocities, with the body's length: the rate of the slow waves of the sine basis."""
+
+
+def observation_count(muscle_count: int) -> int:
+    """How many numbers an observation has."""
+    return _OWN + _PER_MUSCLE * muscle_count
+
+
+PHASE_COUNT = 2
+"""Numbers that tell the phase of the waves."""
+
+
+def with_phase(observation: "Tensor", time: float) -> "Tensor":
+    """The observation, and behind it sine and cosine of 20 rad/s times the time [s]: the phase of the slow waves of the
+    sine basis, and so of the fast ones, four times as fast.
+
+    A policy that sets the weights of waves needs it to foresee what its weights will do.
+    """
+    import torch
+
+    angle = WAVE_RATE * time
+    return torch.cat([observation, observation.new_tensor([math.sin(angle), math.cos(angle)])])
 
 
 class Parametrised(Protocol):
@@ -51,7 +82,7 @@ class ClosedLoop(Parametrised, Protocol):
         Args:
             parameters: `[parameter_count]`.
             time: start of the frame [s].
-            observation: at that time, see `zoobench.observation.Senses`.
+            observation: at that time, see `zoobench.cell.observation.Senses`.
             muscle_count: how many muscles the robot has.
         """
         ...

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.controllers.base import PHASE_COUNT, observation_count, with_phase
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
-from zoobench.observation import PHASE_COUNT, observation_count, with_phase
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:

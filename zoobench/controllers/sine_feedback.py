@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.controllers.base import observation_count
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
-from zoobench.observation import observation_count
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:

@@ -35,8 +35,8 @@ from zoobench.db.rows import (
 from zoobench.db.schema import prepare
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
+from zoobench.inputs import Start, named_run
 from zoobench.spec import RunSpec
-from zoobench.start import Start, key_named
 
 
 class Reader:
@@ -218,7 +218,7 @@ class Reader:
 
 def load_start(session: Session, spec: RunSpec) -> Start | None:
     """As `Reader.start`, within a transaction."""
-    key = key_named(spec.method)
+    key = named_run(spec.method)
     if not key:
         return None
     statement = (

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from zoobench.inputs import Start
 from zoobench.spec import RunSpec
-from zoobench.start import Start
 
 
 class RunState(StrEnum):
@@ -145,7 +145,7 @@ class AttemptRow:
         resumed: whether it started from a checkpoint of an earlier attempt.
         progressed: whether it stored a new checkpoint.
         peak_memory: of the child [bytes], if it could tell.
-        provenance: commit, versions and machine, as `zoobench.provenance.gather` gives them.
+        provenance: commit, versions and machine, as `zoobench.harness.provenance.gather` gives them.
     """
 
     number: int

@@ -6,10 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body, Shape
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Shape
 from zoobench.designs.shapes import Distance, Point, smooth_union
 from zoobench.errors import UsageError
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 REFERENCE_LENGTH = 0.10
 """Length of an animal as it is drawn [m]; any other is a uniform scaling."""

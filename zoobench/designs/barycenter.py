@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.mixture import Mixture
 from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean
 from zoobench.designs.wasserstein import barycenter, convolve, gaussian

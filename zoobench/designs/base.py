@@ -7,11 +7,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.arrays import Array
 from zoobench.errors import SceneError
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.lattice import fill_box
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.lattice import fill_box
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Cells along the longest edge when a volume is measured; 0.1 % on rounded shapes.

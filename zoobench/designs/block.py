@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body, Mask, Shape
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Mask, Shape
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 _SIDES = ("left", "right")
 _LAYERS = ("bottom", "top")

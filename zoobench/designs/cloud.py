@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.designs.base import Array, Body, Mask, Shape
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Mask, Shape
 from zoobench.designs.solid_mesh import trimesh_or_advice
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile, path_of, read
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 _LARGEST = 1.0  # [m]
 _END = 0.25  # of the length: head and tail

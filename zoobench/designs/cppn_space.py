@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.designs.base import Array
+from zoobench.arrays import Array
 from zoobench.designs.networks import Affine, Network, NetworkSpace
 from zoobench.designs.workspace import FEATURES
 from zoobench.registry import Kind, register

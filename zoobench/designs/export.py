@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.errors import UsageError
 
 FORMATS = ("npz", "pcd", "ply", "stl")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.space import Form, stiffness_multiplier
 
 if TYPE_CHECKING:

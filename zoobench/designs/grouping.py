@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.designs.base import Array
+from zoobench.arrays import Array
 
 _ROUNDS = 100  # of k-means; it comes to rest earlier
 _ELONGATED = 1.3  # longest to second longest spread of a group, from which on it has an axis of its own

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from torch import Tensor
 
-    from zoobench.designs.base import Array
+    from zoobench.arrays import Array
 
 _WIDTH = 32
 

@@ -6,13 +6,14 @@ from typing import Literal
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body, Shape
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Shape
 from zoobench.designs.grouping import Grouping, k_means, slices
 from zoobench.designs.solid_mesh import Mesh, load
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 Direction = Literal["x", "y", "z", "-x", "-y", "-z"]
 

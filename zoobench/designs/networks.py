@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.fields import FIRM, FULL, SPREAD, grow, width_of
 from zoobench.designs.space import Form
 from zoobench.designs.workspace import base_design, features, workspace
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor

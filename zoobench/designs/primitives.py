@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench import registry
+from zoobench.arrays import Array
 from zoobench.designs.anatomy import Animal
-from zoobench.designs.base import Array, Body
+from zoobench.designs.base import Body
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.lattice import fill_box, particle_volume
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.spec import Ref
 
 if TYPE_CHECKING:

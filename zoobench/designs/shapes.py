@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.designs.base import Array
+from zoobench.arrays import Array
 
 Point = tuple[float, float, float]
 Distance = Callable[[Array], Array]

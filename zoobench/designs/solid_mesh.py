@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.designs.base import Array, Mask
+from zoobench.arrays import Array
+from zoobench.designs.base import Mask
 from zoobench.errors import UsageError
 from zoobench.inputs import path_of, read
 

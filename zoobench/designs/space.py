@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.designs.base import Body
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor

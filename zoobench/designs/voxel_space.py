@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.designs.base import Array, Body
+from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
 from zoobench.designs.workspace import base_design, extent, seen_at, workspace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from zoobench import registry
-from zoobench.designs.base import Array, Body, Design
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Design
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 FEATURES = 7

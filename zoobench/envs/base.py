@@ -4,18 +4,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, lifted, sharing, without_overlap
-from zoobench.envs.terrain import hills
+from zoobench.envs.hills import hills
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.matter import ElasticMaterial, Medium
-from zoobench.sim.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
-from zoobench.sim.terrain import Terrain
-
-Array = NDArray[np.float64]
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.matter import ElasticMaterial, Medium
+from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.terrain import Terrain
 
 # The robot of SoftZoo's reference implementation on land, with muscles of 0.15 E and a viscosity that silicone has, too
 # (loss factor 2 eta omega / E = 0.3 at the 80 rad/s of the fastest controllers). Half of the 0.3 E that are common, and

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.sim.fidelity import Fidelity
-from zoobench.sim.lattice import fill_box
-from zoobench.sim.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
-from zoobench.sim.scene import MediumBed
-from zoobench.sim.terrain import Terrain
-
-Array = NDArray[np.float64]
+from zoobench.arrays import Array
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
+from zoobench.sim.model.scene import MediumBed
+from zoobench.sim.model.terrain import Terrain
 
 _ROOM = 0.75  # of the particles' spacing: between touching lattices and a hole around the body
 

@@ -1,9 +1,9 @@
 """Clay: plasticine that keeps every footprint."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.terrain import hills
+from zoobench.envs.hills import hills
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import ClayMaterial
+from zoobench.sim.model.matter import ClayMaterial
 
 
 @register(Kind.ENV, "clay", tags=("land", "plastic"))

@@ -1,9 +1,9 @@
 """Desert: a bed of dry sand that yields under the robot."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.terrain import hills
+from zoobench.envs.hills import hills
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import SandMaterial
+from zoobench.sim.model.matter import SandMaterial
 
 
 @register(Kind.ENV, "desert", tags=("land", "granular"))

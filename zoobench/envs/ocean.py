@@ -3,7 +3,7 @@
 from zoobench.envs.base import SETTLING_FRAMES, SWIMMING_ROBOT, Environment, Stance
 from zoobench.envs.bed import Bed
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import WaterMaterial
+from zoobench.sim.model.matter import WaterMaterial
 
 
 @register(Kind.ENV, "ocean", version=5, tags=("water", "fluid"))

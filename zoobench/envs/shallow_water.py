@@ -2,7 +2,7 @@
 
 from zoobench.envs.base import Environment, Stance, bed_environment
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import WaterMaterial
+from zoobench.sim.model.matter import WaterMaterial
 
 
 @register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"))

@@ -1,9 +1,9 @@
 """Snow: light, compacted underfoot, harder the more it is compacted."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.terrain import hills
+from zoobench.envs.hills import hills
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import SnowMaterial
+from zoobench.sim.model.matter import SnowMaterial
 
 
 @register(Kind.ENV, "snow", tags=("land", "plastic"))

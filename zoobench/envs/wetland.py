@@ -1,9 +1,9 @@
 """Wetland: mud that bears a little, then flows."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.terrain import hills
+from zoobench.envs.hills import hills
 from zoobench.registry import Kind, register
-from zoobench.sim.matter import MudMaterial
+from zoobench.sim.model.matter import MudMaterial
 
 
 @register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"))

@@ -7,11 +7,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from zoobench import registry
+from zoobench.cell.problem import Problem
+from zoobench.cell.session import Session, new_session
+from zoobench.controllers.base import PHASE_COUNT, with_phase
 from zoobench.controllers.sine_basis import SineBasis
-from zoobench.observation import PHASE_COUNT, with_phase
-from zoobench.problem import Problem
 from zoobench.registry import Kind
-from zoobench.session import Session
 from zoobench.spec import Budget, Ref, RunSpec
 
 Floats = NDArray[np.float32]
@@ -23,8 +23,8 @@ _UNLIMITED = Budget("substeps", 1e18)
 class Channels:
     """What a policy sees of a session and does to it.
 
-    It sees the observation of `zoobench.observation.Senses` and, behind it, the phase of the waves. Its action is, for
-    every frame anew and within [-1, 1],
+    It sees the observation of `zoobench.cell.observation.Senses` and, behind it, the phase of the waves. Its action
+    is, for every frame anew and within [-1, 1],
 
     * `waves`: the parameters of the sine basis of the specification (G): weights, muscle by muscle and slow waves
       first, then biases. Muscle k does tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
@@ -78,4 +78,4 @@ def session_of(env: str, design: str, task: str, fidelity: str, frames: int, wor
         fidelity=refs[Kind.FIDELITY],
         frames=frames,
     )
-    return Problem(spec, worlds=worlds).session()
+    return new_session(Problem(spec, worlds=worlds))

@@ -11,9 +11,8 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecEnv
 from torch.nn.utils import parameters_to_vector, vector_to_parameters
 
+from zoobench.arrays import Array
 from zoobench.gym.vector import ZooVectorEnv
-
-Array = NDArray[np.float64]
 
 
 class Worlds(VecEnv):

@@ -13,7 +13,7 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
 
     The reward is the task's, for the frame that ends. An episode is truncated at its length, and terminated where the
     simulation blows up or the robot comes apart, with the reason as `failure` in info and a reward that makes it no
-    gain, see `zoobench.session.Step`. Nothing is random: a seed changes nothing.
+    gain, see `zoobench.cell.session.Step`. Nothing is random: a seed changes nothing.
 
     Args:
         env, design, task: components, with their parameters if need be, as in `desert[relief=0.03]`.

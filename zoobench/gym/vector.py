@@ -7,15 +7,15 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from zoobench.cell.session import Session
 from zoobench.errors import UsageError
 from zoobench.gym.channels import Action, Channels, Floats, session_of
-from zoobench.session import Session
 
-Array = NDArray[Any]
-Stepped = tuple[Floats, Array, Array, Array, dict[str, Any]]
+Numbers = NDArray[Any]
+Stepped = tuple[Floats, Numbers, Numbers, Numbers, dict[str, Any]]
 
 
-class ZooVectorEnv(VectorEnv[Floats, Floats, Array]):
+class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
     """Cells as in `ZooEnv`, as many as `num_envs`; each gives the same numbers, to the last bit, as alone.
 
     A world whose episode is over begins the next in the same step: what is returned is its first observation, and

@@ -22,18 +22,18 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from zoobench import registry
+from zoobench.cell.memory import peak_memory
+from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
 from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with
-from zoobench.memory import peak_memory
+from zoobench.inputs import Start, named_run
 from zoobench.registry import Kind
-from zoobench.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.spec import RunSpec
-from zoobench.start import Start, key_named
 
 if TYPE_CHECKING:
+    from zoobench.cell.problem import Problem
     from zoobench.methods.base import Method, Solution
-    from zoobench.problem import Problem
     from zoobench.tasks.base import Metric
 
 Final = tuple[str, float, str]
@@ -108,10 +108,10 @@ def _is_study(spec: RunSpec) -> bool:
 
 def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     """Do the run that the spec describes: build its problem, run its method on it, and find what to compare it with."""
-    from zoobench.problem import Problem
-    from zoobench.references import reference_scores
+    from zoobench.cell.problem import Problem
+    from zoobench.cell.references import reference_scores
 
-    if (key := key_named(spec.method)) and context.start is None:
+    if (key := named_run(spec.method)) and context.start is None:
         raise UsageError(
             f"The run is to start from the run {key}, which is not in this database and done. Do that run first."
         )

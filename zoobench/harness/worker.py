@@ -18,8 +18,8 @@ from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
+from zoobench.harness.provenance import THREAD_VARIABLES, gather
 from zoobench.harness.supervise import supervise
-from zoobench.provenance import THREAD_VARIABLES, gather
 
 
 @dataclass(frozen=True)

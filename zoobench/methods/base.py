@@ -7,14 +7,12 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from zoobench.archive import Archive
-from zoobench.episode import Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable
-from zoobench.problem import Problem
-
-Array = NDArray[np.float64]
+from zoobench.methods.archive import Archive
 
 
 class RunContext(Protocol):

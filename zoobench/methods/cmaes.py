@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.episode import Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.inputs import FROM_NONE, StoredRun
+from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.generations import Lesson, evolve, scores_of
-from zoobench.problem import Problem
 from zoobench.registry import Kind, register
-from zoobench.start import FROM_NONE, StoredRun
 
 SEPARABLE = 500
 """Parameters from which on the covariance is kept diagonal (sep-CMA-ES, Ros and Hansen 2008)."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.methods.base import Array
+from zoobench.arrays import Array
 
 _STEEPEST = 60.0  # e^60 is far beyond all that is painted
 

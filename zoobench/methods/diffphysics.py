@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoobench.episode import Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
-from zoobench.problem import Problem
+from zoobench.inputs import FROM_NONE, StoredRun
+from zoobench.methods.base import Champion, RunContext, Solution, pack, report, unpack
 from zoobench.registry import Kind, register
-from zoobench.start import FROM_NONE, StoredRun
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.episode import Evaluation
-from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
+from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cmaes import Strategies, check_strategy
 from zoobench.methods.generations import Lesson, evolve
 from zoobench.methods.hyperneat import Bodies, check_generations
-from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
 

@@ -5,9 +5,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from zoobench.episode import Evaluation
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, unpack
-from zoobench.problem import Problem
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
+from zoobench.methods.base import Champion, RunContext, Solution, pack, report, unpack
 
 Lesson = Sequence[Any]
 """What a breeder is told of a generation, as plain data, exact to the last bit."""

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.episode import Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.generations import Lesson, evolve, scores_of
-from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
 _HOPELESS = -1e6

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.problem import Problem
+from zoobench.cell.session import Session, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.methods.base import Array, Champion, RunContext, Solution, pack, report, resume, unpack
-from zoobench.problem import Problem
+from zoobench.methods.base import Champion, RunContext, Solution, pack, report, resume, unpack
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
     from zoobench.gym.learner import Learner
-    from zoobench.session import Session
 
 _POLICY = "policy"
 """Tag of a controller that is a network for this method, and of methods that need one."""
@@ -81,7 +82,7 @@ class Ppo:
         stored = context.restore()
         champion = resume(problem, context)
         start = problem.initial(context.rng)
-        session = problem.session(self.worlds)
+        session = new_session(problem, self.worlds)
         with _own_randomness(int(context.rng.integers(2**31))):
             learner = self._learner(session, start, hidden)
             course = _Course(problem, context, session, learner, champion)
@@ -95,7 +96,7 @@ class Ppo:
                     break
         return course.solution()
 
-    def _learner(self, session: "Session", start: Array, hidden: int) -> "Learner":
+    def _learner(self, session: Session, start: Array, hidden: int) -> "Learner":
         try:
             from zoobench.gym.learner import Learner
             from zoobench.gym.vector import ZooVectorEnv
@@ -149,7 +150,7 @@ class _Course:
     """
 
     def __init__(
-        self, problem: Problem, context: RunContext, session: "Session", learner: "Learner", champion: Champion
+        self, problem: Problem, context: RunContext, session: Session, learner: "Learner", champion: Champion
     ) -> None:
         self.problem, self.context, self.session = problem, context, session
         self.learner, self.champion = learner, champion

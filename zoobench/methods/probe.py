@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from zoobench import registry
-from zoobench.episode import Episode
+from zoobench.arrays import Array
+from zoobench.cell.episode import Episode
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, RunContext, Solution, keep, report, resume
-from zoobench.problem import Problem
+from zoobench.methods.base import RunContext, Solution, keep, report, resume
 from zoobench.registry import Kind, register
 from zoobench.spec import Ref
 

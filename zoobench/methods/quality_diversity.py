@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.archive import Archive
-from zoobench.episode import Evaluation
+from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import Array, RunContext, Solution
+from zoobench.methods.archive import Archive
+from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cmaes import SEPARABLE, check_strategy
 from zoobench.methods.generations import Lesson, evolve, scores_of
-from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
 

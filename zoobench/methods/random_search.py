@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.base import RunContext, Solution, keep, report, resume
-from zoobench.problem import Problem
 from zoobench.registry import Kind, register
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench import figures
 from zoobench.errors import UsageError
-from zoobench.report.curves import Curve, cells
+from zoobench.render import figures
 from zoobench.report.labels import labels
+from zoobench.report.learning_curves import Curve, cells
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.query import Result
 from zoobench.report.tables import methods_of

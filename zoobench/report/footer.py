@@ -31,7 +31,7 @@ class Origin(Protocol):
 
     @property
     def provenance(self) -> Mapping[str, Any]:
-        """As `zoobench.provenance.gather` gives it."""
+        """As `zoobench.harness.provenance.gather` gives it."""
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import taichi as ti
 import torch
 
-from zoobench.sim.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
-from zoobench.sim.flip import FLIP_SHARE, divide_node, gather_velocity
-from zoobench.sim.kernels import clear_window
-from zoobench.sim.linalg import eigen_symmetric, identity, matmul, unpack
-from zoobench.sim.matter import DECOMPOSED
-from zoobench.sim.media import deform_medium
-from zoobench.sim.particles import particle_stress, update_node
-from zoobench.sim.splines import base_node
-from zoobench.sim.state import empty_matter
-from zoobench.sim.transfer import AFLIP, gather, scatter
+from zoobench.sim.kernels.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
+from zoobench.sim.kernels.flip import FLIP_SHARE, divide_node, gather_velocity
+from zoobench.sim.kernels.linalg import eigen_symmetric, identity, matmul, unpack
+from zoobench.sim.kernels.media import deform_medium
+from zoobench.sim.kernels.serial import clear_window
+from zoobench.sim.kernels.splines import base_node
+from zoobench.sim.kernels.substep import particle_stress, update_node
+from zoobench.sim.kernels.transfer import AFLIP, gather, scatter
+from zoobench.sim.model.matter import DECOMPOSED
+from zoobench.sim.model.state import empty_matter
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import torch
 
-from zoobench.sim.rollout import FloatArray, Gradient, ReflexAdjoint, Rollout
-from zoobench.sim.state import IntArray, Parameters, empty_matter
+from zoobench.sim.model.rollout import FloatArray, Gradient, ReflexAdjoint, Rollout
+from zoobench.sim.model.state import IntArray, Parameters, empty_matter
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver

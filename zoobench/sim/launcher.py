@@ -8,13 +8,14 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import audit, kernels, kernels_parallel, runtime, survey
-from zoobench.sim.boundary import NONE, PLANE, TERRAIN, WALL_NODES
-from zoobench.sim.fidelity import Fidelity, Transfer
-from zoobench.sim.matter import DECOMPOSED, Law, lame_parameters
-from zoobench.sim.scene import Effect, Scene
-from zoobench.sim.state import Matter, Parameters, Plan
-from zoobench.sim.transfer import AFLIP, APIC, PIC
+from zoobench.sim import runtime
+from zoobench.sim.kernels import half_step, parallel, serial, survey
+from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
+from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
+from zoobench.sim.model.fidelity import Fidelity, Transfer
+from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
+from zoobench.sim.model.scene import Effect, Scene
+from zoobench.sim.model.state import Matter, Parameters, Plan
 
 LARGEST_GRID = 2**28
 
@@ -76,9 +77,9 @@ class Launcher:
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
-                kernels_parallel.advance_parallel(*arrays, n, stride, *self.constants, *self.flags)
+                parallel.advance_parallel(*arrays, n, stride, *self.constants, *self.flags)
         else:
-            kernels.advance(*arrays, stride, *self.constants, *self.flags)
+            serial.advance(*arrays, stride, *self.constants, *self.flags)
 
     def reverse(
         self,
@@ -98,9 +99,9 @@ class Launcher:
         self._note("reverse", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
-                kernels_parallel.reverse_parallel(*arrays, n, *self.constants, *self.flags)
+                parallel.reverse_parallel(*arrays, n, *self.constants, *self.flags)
         else:
-            kernels.reverse(*arrays, *self.constants, *self.flags)
+            serial.reverse(*arrays, *self.constants, *self.flags)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """The condition of every world at slot 0 (see `survey.survey`)."""
@@ -118,7 +119,7 @@ class Launcher:
         before gravity and contact: momentum [kg m/s] and mass [kg] `[nx, ny, nz, 4]`, a copy of the window alone."""
         h, *moduli = self.constants[:9]
         muscle, damping, law, _, width, transfer = self.flags
-        audit.scatter_all(
+        half_step.scatter_all(
             *matter.tensors(), *parameters.tensors(), *self._grids, dt, h, *moduli,
             muscle, damping, law, width, transfer,
         )  # fmt: skip

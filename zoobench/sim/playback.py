@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from zoobench.sim.rollout import FloatArray
+from zoobench.sim.model.rollout import FloatArray
 from zoobench.sim.solver import BodyState, Solver
 
 

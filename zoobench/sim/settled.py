@@ -17,11 +17,11 @@ import numpy as np
 import taichi as ti
 import torch
 
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import Matter
 from zoobench.sim.runtime import cache_folder, write_whole
-from zoobench.sim.scene import Scene
 from zoobench.sim.solver import Solver
-from zoobench.sim.state import Matter
 
 LARGEST_FOLDER = 500 * 2**20
 """Bytes of settled states that are kept; the ones longest unused go first. A state takes up to some ten megabytes."""
@@ -98,7 +98,7 @@ def _processor() -> str:
 def _sources() -> bytes:
     """A hash of the simulator's sources, which hold the physics."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.digest()

@@ -11,14 +11,14 @@ from torch import Tensor
 from zoobench.errors import DivergenceError, SceneError, UsageError
 from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
-from zoobench.sim.boundary import WALL_NODES
-from zoobench.sim.fidelity import Fidelity
+from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
-from zoobench.sim.pace import Pace, Surveyor
-from zoobench.sim.rollout import FloatArray, Gradient, Reflex, ReflexAdjoint, Rollout, SubstepMeter
-from zoobench.sim.scene import Effect, Scene
-from zoobench.sim.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter, medium_share
-from zoobench.sim.stepping import StepLimit, choose_step
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.rollout import FloatArray, Gradient, Reflex, ReflexAdjoint, Rollout, SubstepMeter
+from zoobench.sim.model.scene import Effect, Scene
+from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter, medium_share
+from zoobench.sim.model.step_limits import StepLimit, choose_step
+from zoobench.sim.step_control import Pace, Surveyor
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
 

@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.tasks.quintic import Array, Quintic
+from zoobench.tasks.quintic import Quintic
 
 Shape = Literal["straight", "arc", "s-curve", "random"]
 

@@ -1,11 +1,9 @@
 """Quintic polynomials through states, which make smooth paths with all their derivatives (specification A.3)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from zoobench.arrays import Array
 from zoobench.errors import UsageError
-
-Array = NDArray[np.float64]
 
 
 class Quintic:

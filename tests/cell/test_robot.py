@@ -1,0 +1,140 @@
+"""What a parameter vector makes of a robot, in a design space and without one."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from tests.conformance.cells import cell
+from zoobench.cell.problem import Problem
+from zoobench.cell.robot import Robot, elongation
+from zoobench.errors import DivergenceError, Unbuildable, UsageError
+from zoobench.methods.base import Champion
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
+
+TIMES = torch.arange(4, dtype=torch.float64) * 0.008
+
+
+def _robot(design: str) -> Robot:
+    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32))
+
+
+def _empty(problem: Problem) -> np.ndarray:
+    """Parameters of a voxel space in which nothing is there."""
+    parameters = problem.initial(np.random.default_rng(0))
+    parameters[problem.robot.control_count :] = -30.0
+    return parameters
+
+
+def test_a_body_that_is_what_it_is_takes_a_controller_alone() -> None:
+    """All parameters are the controller's, and the simulator's arrays are left as they are."""
+    robot = _robot("caterpillar")
+    draw = robot.initial(np.random.default_rng(0))
+    built = robot.build(torch.as_tensor(draw)[None], TIMES)
+    assert robot.parameter_count == robot.control_count == len(draw)
+    assert (built.matter, built.fault, built.metrics()) == ({}, "", {})
+
+
+def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
+    """The same draw of the controller as without it; with zeros there the body stays and no muscle moves."""
+    fixed, free = _robot("block"), _robot("voxel")
+    draw = free.initial(np.random.default_rng(0))
+    assert len(draw) == free.parameter_count > free.control_count == fixed.parameter_count
+    np.testing.assert_array_equal(draw[: free.control_count], fixed.initial(np.random.default_rng(0)))
+    still = np.concatenate([np.zeros(free.control_count), draw[free.control_count :]])
+    moving, resting = (free.build(torch.as_tensor(row)[None], TIMES) for row in (draw, still))
+    assert moving.activity.any()
+    assert not resting.activity.any()
+    torch.testing.assert_close(moving.matter["occupancy"], resting.matter["occupancy"], rtol=0.0, atol=0.0)
+    occupied = moving.matter["occupancy"][0].numpy() @ free.body.volumes
+    assert moving.metrics()["body_volume"].value == pytest.approx(occupied)
+
+
+def test_scarce_matter_is_soft_and_weak() -> None:
+    """Elastic and active stress fall with the third power of the occupancy: the volume has one, these two more."""
+    robot = _robot("voxel")
+    built = robot.build(torch.as_tensor(robot.initial(np.random.default_rng(0)))[None], TIMES)
+    share = built.matter["occupancy"][0]
+    torch.testing.assert_close(built.matter["muscle_membership"][0].sum(dim=1), share**2)
+    assert (built.matter["stiffness"][0] <= share**2).all()
+
+
+def test_stiffness_is_a_share_of_the_workspaces() -> None:
+    """The stiffest tissue of the primitives is as stiff as it is in them, also in the body that comes out."""
+    robot = _robot("sdf-lerp")
+    draw = robot.initial(np.random.default_rng(0))
+    built = robot.build(torch.as_tensor(draw)[None], TIMES)
+    form = robot.space.form(torch.as_tensor(draw)[None, robot.control_count :], robot.body)  # type: ignore[union-attr]
+    assert robot.body.stiffness.max() == 2.0
+    torch.testing.assert_close(built.matter["stiffness"], 2.0 * form.stiffness * built.matter["occupancy"] ** 2)
+    solid = form.occupancy[0].numpy() > 0.5
+    np.testing.assert_allclose(robot.formed(draw).stiffness, 2.0 * form.stiffness[0].numpy()[solid])
+
+
+def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
+    """No simulation, no score, no gradient, but the cost of an episode; the design beside it is unharmed."""
+    problem = Problem(cell(design="voxel", frames=3))
+    whole = problem.initial(np.random.default_rng(0))
+    (bad, bad_slope), (good, slope) = problem.loss_and_grad_batch([_empty(problem), whole])
+    alone = Problem(cell(design="voxel", frames=3)).loss_and_grad(whole)
+    assert isinstance(bad.failure, Unbuildable)
+    assert "empty" in str(bad.failure)
+    assert bad.score == -math.inf
+    assert np.isnan(bad_slope).all()
+    assert (good.failure, good.score) == (None, alone[0].score)
+    np.testing.assert_array_equal(slope, alone[1])
+    assert {"body_volume", "components", "mass_kept"} <= set(good.metrics)
+    assert problem.meter.episodes == 2
+    only = Problem(cell(design="voxel", frames=3))
+    only.evaluate(_empty(only))
+    assert (only.meter.forward, only.meter.substeps) == (only.substeps_per_episode, only.substeps_per_episode)
+    only.loss_and_grad(_empty(only))
+    assert only.meter.substeps == 4 * only.substeps_per_episode, "as much as a gradient was expected to cost"
+    only.meter.costliest = only.substeps_per_episode + 5
+    only.evaluate(_empty(only))
+    assert only.meter.substeps == 5 * only.substeps_per_episode + 5, (
+        "what is expected is learnt from what was simulated"
+    )
+
+
+def test_a_run_whose_designs_all_fail_says_why() -> None:
+    """The champion's error is that of the last design, also after a checkpoint."""
+    problem = Problem(cell(design="voxel", frames=3))
+    champion = Champion()
+    champion.offer(_empty(problem), problem.evaluate(_empty(problem)))
+    with pytest.raises(DivergenceError, match="cannot be built"):
+        Champion.from_state(champion.state()).solution()
+
+
+@pytest.mark.parametrize("env", ["ground", "ocean"])
+def test_worlds_of_different_bodies_do_not_disturb_each_other(env: str) -> None:
+    """Two bodies side by side give the scores and gradients that each gives alone."""
+    problem = Problem(cell(design="voxel", environment=env, frames=3))
+    draws = [problem.initial(np.random.default_rng(seed)) for seed in range(2)]
+    together = problem.loss_and_grad_batch(draws)
+    for draw, (evaluation, slope) in zip(draws, together, strict=True):
+        alone, alone_slope = problem.loss_and_grad(draw)
+        assert alone.score == evaluation.score
+        np.testing.assert_array_equal(alone_slope, slope)
+
+
+def test_elongation_tells_needles_from_balls() -> None:
+    """Of boxes by their edges, whose deviations are in proportion, however they are turned; weights count."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    ones = np.ones(len(grid))
+    assert elongation(grid @ turn, ones) == pytest.approx(0.0, abs=1e-9)
+    assert elongation(grid * (4.0, 1.0, 0.5) @ turn + 3.0, ones) == pytest.approx(0.75)
+    assert elongation(grid * (4.0, 4.0, 1.0), ones) == pytest.approx(0.0, abs=1e-9)
+    assert elongation(grid * (1.0, 0.0, 0.0), ones) == pytest.approx(1.0)
+    assert elongation(np.vstack([grid, 9.0 * grid[:4]]), np.append(ones, np.zeros(4))) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_only_a_space_with_sites_can_be_painted_on() -> None:
+    """A fixed body and a network of its own are refused with the designs that can."""
+    assert _robot("voxel").site_space is not None
+    for design in ("caterpillar", "implicit"):
+        with pytest.raises(UsageError, match="--design particle or --design voxel"):
+            _ = _robot(design).site_space

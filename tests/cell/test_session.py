@@ -1,0 +1,119 @@
+"""Episodes frame by frame: the same numbers as in one piece, each substep metered, and no way past the budget."""
+
+import numpy as np
+import pytest
+import torch
+
+from tests.conformance.cells import cell
+from zoobench import registry
+from zoobench.cell.problem import Problem
+from zoobench.cell.session import Session, Step, new_session
+from zoobench.errors import BudgetExhaustedError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import Budget
+
+FRAMES = 6
+
+
+def _act(problem: Problem, params: np.ndarray, session: Session, observations: np.ndarray) -> np.ndarray:
+    """What the problem's closed loop does with these parameters in every world."""
+    controller, weights = problem.robot.controller, torch.as_tensor(params)
+    felt = zip(session.times.tolist(), torch.as_tensor(observations), strict=True)
+    return np.stack([controller.response(weights, time, seen, session.muscle_count).numpy() for time, seen in felt])
+
+
+@pytest.mark.parametrize("task", registry.names(Kind.TASK))
+def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
+    """Rewards, cost and end, of a world that goes through and of one that is begun again half-way."""
+    problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES))
+    params = problem.initial(np.random.default_rng(1))
+    expected = problem.evaluate(params).reward
+    cost = problem.meter.forward
+    session = new_session(problem, 2)
+    observations = session.begin()
+    steps: list[Step] = []
+    for frame in range(FRAMES):
+        if frame == 2:
+            observations = session.begin([1])
+        steps.append(session.step(_act(problem, params, session, observations)))
+        observations = steps[-1].observations
+    rewards = np.array([step.rewards for step in steps])
+    np.testing.assert_allclose(rewards[:, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(rewards[2:, 1], expected[:-2], rtol=1e-12)
+    assert [step.truncated.tolist() for step in steps[-2:]] == [[False, False], [True, False]]
+    assert not any(step.terminated.any() for step in steps)
+    assert problem.meter.episodes == 1 + 3
+    assert 2 * cost < problem.meter.forward <= 3 * cost
+
+
+def test_an_episode_that_is_over_must_be_begun() -> None:
+    """Before the first step, and after the last."""
+    session = new_session(Problem(cell(frames=1)), 1)
+    still = np.zeros((1, session.muscle_count))
+    with pytest.raises(UsageError, match="world 0 is over"):
+        session.step(still)
+    session.begin()
+    session.step(still)
+    with pytest.raises(UsageError, match="world 0 is over"):
+        session.step(still)
+
+
+@pytest.mark.parametrize("kind", ["substeps", "episodes"])
+def test_the_budget_holds_to_the_frame(kind: str) -> None:
+    """What is said to be affordable is; what is not is refused and costs nothing."""
+    free = Problem(cell(frames=2))
+    amount = {"substeps": 2 * 5 * free.substeps_per_episode // 2, "episodes": 6}[kind]
+    problem = Problem(cell(budget=Budget(kind, amount), frames=2))
+    session = new_session(problem, 2)
+    session.begin()
+    assert session.affords(5)
+    assert session.affords(6) is (kind == "episodes")
+    assert not session.affords(5 if kind == "substeps" else 6, evaluations=1)
+    still = np.zeros((2, session.muscle_count))
+    done = 0
+    while session.affords(1):
+        if session.step(still).truncated.any():
+            session.begin()
+        done += 1
+    spent = problem.meter.spent(kind)
+    assert done == 6 if kind == "episodes" else done >= 5
+    assert spent <= amount
+    with pytest.raises(BudgetExhaustedError, match="budget"):
+        session.step(still)
+    assert problem.meter.spent(kind) == spent
+
+
+@pytest.mark.parametrize("task", ["movement-speed", "waypoint-following"])
+def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch, task: str) -> None:
+    """It terminates and says why; the world beside it goes on, and it can be begun again.
+
+    It is no gain: where rewards are negative, it has the last one for all frames that it has not done.
+    """
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
+    problem = Problem(cell(task=task, frames=40))
+    session = new_session(problem, 2)
+    session.begin()
+    wild = np.zeros((2, session.muscle_count))
+    before = 0.0
+    for frame in range(20):
+        wild[1] = (-1.0) ** (frame // 3)
+        step = session.step(wild)
+        if step.terminated.any():
+            break
+        before = step.rewards[1]
+    assert step.terminated.tolist() == [False, True]
+    assert not step.truncated.any()
+    assert step.rewards[1] == pytest.approx((40 - frame) * min(0.0, before))
+    assert step.rewards[1] < 0.0 or task == "movement-speed"
+    assert step.failures[1].frame == frame
+    assert session.failures == 1
+    assert np.isfinite(step.observations).all()
+    assert problem.meter.retries > 0
+    session.begin([1])
+    assert not session.step(0.0 * wild).terminated.any()
+
+
+def test_a_body_without_a_form_is_refused() -> None:
+    """A policy moves a body; a design space has none before it is given parameters."""
+    with pytest.raises(UsageError, match="no design space"):
+        new_session(Problem(cell(design="particle")), 1)

@@ -1,0 +1,83 @@
+"""Warm starts: what names a stored run, and which parts of it another run can begin with."""
+
+import numpy as np
+import pytest
+
+from tests.conformance.cells import cell
+from zoobench import registry
+from zoobench.cell.problem import Problem
+from zoobench.cell.warm_start import overlay_of
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.inputs import Start, named_run, run_name
+from zoobench.registry import Kind
+from zoobench.spec import Ref, RunSpec
+
+KEY = "1f3a0c5d7e9b2a46" + 48 * "0"
+SPACE = "voxel[base=caterpillar]"
+
+
+def start_of(spec: RunSpec) -> Start:
+    """A solution that is told from every draw."""
+    return Start(spec, tuple(np.linspace(-0.5, 0.5, Problem(spec).parameter_count).tolist()))
+
+
+def draws(spec: RunSpec, start: Start | None) -> tuple[np.ndarray, int]:
+    """The first draw of a run, and the length of its controller's part."""
+    problem = Problem(spec, start=start)
+    return problem.initial(np.random.default_rng(3)), problem.robot.control_count
+
+
+@pytest.mark.parametrize(("method", "key"), [("diffphysics", "378d8b2788b9c5e8"), ("cmaes", "5d458940dbaf6315")])
+def test_a_run_without_a_start_keeps_its_key(method: str, key: str) -> None:
+    """That of a time when its method could start from none: what is done stays done."""
+    assert "start" not in cell(method=method).method.kwargs
+    assert cell(method=method).key().startswith(key)
+    assert cell(method=f"{method}[start={run_name(KEY)}]").key() != cell(method=method).key()
+
+
+def test_a_stored_run_is_named_by_its_key() -> None:
+    """The name is part of the reference, is read back from its text, and nothing else is taken for one."""
+    ref = registry.resolve(Kind.METHOD, Ref.parse(f"cmaes[start={run_name(KEY)}]"))
+    assert named_run(Ref.parse(str(ref))) == KEY[:16]
+    assert named_run(cell().method) == ""
+    for bad in ("12", "run-12", "run-1f3a0c5d7e9b2a4g"):
+        with pytest.raises(UsageError, match="names no stored run"):
+            registry.resolve(Kind.METHOD, Ref.parse(f"diffphysics[start={bad}]"))
+    with pytest.raises(UnknownNameError):
+        registry.resolve(Kind.METHOD, Ref.parse(f"random[start={run_name(KEY)}]"))
+
+
+def test_a_start_that_fits_as_a_whole_is_where_the_run_begins() -> None:
+    """Whatever is drawn; in another environment, too."""
+    start = start_of(cell(design=SPACE))
+    begun, _ = draws(cell(design=SPACE, environment="ice"), start)
+    np.testing.assert_array_equal(begun, start.params)
+
+
+@pytest.mark.parametrize(
+    ("home", "takes_control"),
+    [({"design": SPACE, "controller": "fixed-sine"}, False), ({"design": "caterpillar"}, True)],
+)
+def test_of_a_start_that_fits_in_part_the_rest_is_drawn(home: dict[str, str], takes_control: bool) -> None:
+    """A body found for a fixed gait, or a gait found for a fixed body, begin a co-design; it says which."""
+    start, whole = start_of(cell(**home)), cell(design=SPACE)
+    (cold, count), (begun, _) = draws(whole, None), draws(whole, start)
+    taken, drawn = (slice(count), slice(count, None)) if takes_control else (slice(count, None), slice(count))
+    np.testing.assert_array_equal(begun[taken], start.params)
+    np.testing.assert_array_equal(begun[drawn], cold[drawn])
+    words = overlay_of(start, whole).words
+    assert f"the {'controller' if takes_control else 'design'}'s {len(start.params)} parameters are those of" in words
+    assert (
+        f"the {'design' if takes_control else 'controller'}'s {len(cold) - len(start.params)} parameters are drawn"
+        in words
+    )
+
+
+@pytest.mark.parametrize("other", [{"controller": "trajectory"}, {"design": "fish"}])
+def test_a_start_that_does_not_fit_is_refused(other: dict[str, str]) -> None:
+    """Another controller, or a body with fewer muscles: with what was given and what was expected."""
+    start = start_of(cell())
+    with pytest.raises(
+        UsageError, match=rf"it has {len(start.params)} of the controller sine-basis.* takes [0-9]+ of the controller"
+    ):
+        overlay_of(start, cell(**other))

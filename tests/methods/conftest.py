@@ -1,0 +1,16 @@
+"""Problems of the tests' own give sessions of their own."""
+
+import pytest
+
+from tests.methods.toy_session import Mirror, Obey
+from zoobench.cell.problem import Problem
+from zoobench.cell.session import Session, new_session
+from zoobench.methods import ppo
+
+
+@pytest.fixture(autouse=True)
+def _toy_sessions(monkeypatch: pytest.MonkeyPatch) -> None:
+    def chosen(problem: Problem | Obey, worlds: int) -> Session | Mirror:
+        return problem.session(worlds) if isinstance(problem, Obey) else new_session(problem, worlds)
+
+    monkeypatch.setattr(ppo, "new_session", chosen)

@@ -1,0 +1,74 @@
+"""A film shows the episode that was scored."""
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from tests.conformance.cells import cell
+from tests.render.filmed import SPEC, params, short_film
+from zoobench.cell.problem import Problem
+from zoobench.errors import UsageError
+from zoobench.render.film import evenly, film
+from zoobench.spec import FRAME_SECONDS
+
+
+def test_a_film_shows_what_was_simulated() -> None:
+    """Robot, centre of mass, activity and target at its moments are those of the episode with these parameters."""
+    shown, problem = short_film(), Problem(SPEC)
+    episode = problem.observe(np.array(params()))
+    motion = episode.motion
+    assert shown.evaluation.score == episode.evaluation.score
+    np.testing.assert_allclose(shown.times, FRAME_SECONDS * np.array([0, 5, 10]))
+    np.testing.assert_allclose(shown.robot, motion.positions[[0, 5, 10], 0], atol=1e-6)
+    np.testing.assert_allclose(shown.centre, motion.centre_of_mass()[:, 0])
+    np.testing.assert_array_equal(shown.activity[1:], episode.actuation[[4, 9]])
+    assert not shown.activity[0].any()
+    targets = problem.task.targets(motion)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(shown.target, targets[:, 0])
+    assert shown.medium.shape == (3, problem.scene.particle_count - problem.body.particle_count, 3)
+    assert np.abs(shown.medium[2] - shown.medium[0]).max() > 1e-4
+
+
+def test_a_particle_shows_the_activity_of_its_muscle() -> None:
+    """Weighted by its share; matter without muscle shows none."""
+    shown = short_film()
+    membership = shown.body.muscle_membership
+    assert shown.activation.shape == shown.robot.shape[:2]
+    for particle in (0, len(membership) // 2, len(membership) - 1):
+        expected = sum(share * shown.activity[1, muscle] for muscle, share in enumerate(membership[particle]))
+        assert shown.activation[1, particle] == pytest.approx(expected)
+
+
+def test_a_body_of_a_design_space_has_its_place_to_itself() -> None:
+    """Where the workspace is solid no water is shown, and where it is empty there is water."""
+    spec = cell(environment="ocean", design="particle", frames=1)
+    problem = Problem(spec)
+    draw = problem.initial(np.random.default_rng(0))
+    draw[problem.robot.control_count :] += np.random.default_rng(1).normal(
+        0.0, 3.0, len(draw) - problem.robot.control_count
+    )
+    shown = film(spec, draw.tolist())
+    solid = shown.body.occupancy > 0.5
+    assert 0 < solid.sum() < len(solid)
+    gap, _ = KDTree(shown.medium[0]).query(shown.robot[0])
+    assert gap[solid].min() > 0.4 * shown.particle_edge
+    assert gap[~solid].max() < 0.1 * shown.particle_edge
+
+
+def test_parameters_of_another_body_are_refused() -> None:
+    """The message names both counts."""
+    with pytest.raises(UsageError, match=f"has 3 parameters.*{len(params())}"):
+        film(SPEC, (0.0, 1.0, 2.0))
+
+
+def test_a_film_that_no_memory_holds_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before it is simulated, with what to keep of it."""
+    monkeypatch.setattr("zoobench.render.film._LARGEST", 10_000)
+    with pytest.raises(UsageError, match="Keep fewer: --every"):
+        film(SPEC, params())
+
+
+def test_moments_are_spread_from_start_to_end() -> None:
+    """A short episode has fewer than were asked for."""
+    assert evenly(200, 6) == [0, 40, 80, 120, 160, 200]
+    assert evenly(2, 6) == [0, 1, 2]

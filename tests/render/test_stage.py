@@ -1,0 +1,45 @@
+"""The camera sees all that a film is about."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.render.filmed import short_film
+from zoobench.render.stage import camera_for, stage_of
+
+
+@pytest.mark.parametrize("aspect", [16 / 9, 1.0])
+def test_the_camera_holds_the_stage(aspect: float) -> None:
+    """Robot, medium and target are in the picture at all moments, below the words at its top."""
+    film = short_film()
+    camera = camera_for(stage_of(film), aspect)
+    assert film.target is not None
+    offset = np.vstack([film.robot.reshape(-1, 3), film.medium.reshape(-1, 3), film.target]) - camera.focus
+    across = offset @ camera.right / (camera.half_height * aspect)
+    along = offset @ camera.up / camera.half_height
+    assert -1.0 < across.min() < across.max() < 0.8
+    assert -1.0 < along.min() < along.max() < 0.8
+    axes = np.array([camera.right, camera.up, camera.towards])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert camera.right[0] > 0.5  # ahead is to the right
+
+
+def test_on_bare_ground_the_stage_grows_with_the_way() -> None:
+    """A target that runs far off is on it; one of a robot that stands still makes it no smaller than a patch."""
+    film = replace(short_film(), medium=short_film().medium[:, :0])
+    near = stage_of(film)
+    assert film.target is not None
+    far = stage_of(replace(film, target=film.target + np.array([0.0, 0.0, 0.05])))
+    assert far.high[2] >= film.target[:, 2].max() + 0.05
+    assert far.high[2] > near.high[2]
+    assert near.high[0] - near.low[0] > 0.19
+    assert not near.immersed
+
+
+def test_a_robot_under_the_surface_is_immersed() -> None:
+    """One on a bed is not."""
+    film = short_film()
+    assert not stage_of(film).immersed
+    assert stage_of(film).level == pytest.approx(0.02, abs=0.01)
+    assert stage_of(replace(film, robot=film.robot - np.float32([0.0, 0.2, 0.0]))).immersed

@@ -1,0 +1,73 @@
+"""The laws of the media as functions of arrays, the materials they are tested with and random trial states of each."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tests.sim import scenes
+from tests.sim.kernels.law_kernels import medium_all, medium_back_all, symmetric, tensors
+from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
+
+Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
+Triple = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+SAND = SandMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1600.0, friction_angle=45.0)
+CLAY = ClayMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1800.0, yield_stress=400.0)
+MUD = MudMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1400.0, yield_stress=200.0, viscosity=1.0)
+SNOW = replace(scenes.SNOW, youngs_modulus=1e4, poissons_ratio=0.3)
+SOLIDS: dict[str, Solid] = {"sand": SAND, "clay": CLAY, "mud": MUD, "snow": SNOW}
+MU, LAM = SAND.constants[:2]
+
+
+def update(material: Solid, b: np.ndarray, history: np.ndarray, precision: int = 64) -> Triple:
+    """The kernel's elastic b, new history and stress."""
+    given = tensors(precision, b, history, 0 * b, 0 * history, 0 * b)
+    medium_all(*given, *material.constants, int(material.law))
+    elastic, after, stress = (t.double().numpy() for t in given[2:])
+    return elastic, after, stress
+
+
+def pull_back(material: Solid, b: np.ndarray, history: np.ndarray, pulls: Triple) -> tuple[np.ndarray, np.ndarray]:
+    """The kernel's adjoint: pulls on b and history from those on elastic b, new history and stress."""
+    given = tensors(64, b, history, *pulls, 0 * b, 0 * history)
+    medium_back_all(*given, *material.constants, int(material.law))
+    return given[5].numpy(), given[6].numpy()
+
+
+def assemble(turns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Symmetric matrices with these eigenvectors (columns) and eigenvalues."""
+    return symmetric(np.einsum("...ij,...j,...kj->...ik", turns, values, turns))
+
+
+def rest_history(material: Solid, count: int) -> np.ndarray:
+    """What the law remembers of a state without past."""
+    return np.full(count, 1.0 if isinstance(material, SnowMaterial) else 0.0)
+
+
+def states(material: Solid, count: int, seed: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """Random trial b and history: elastic, yielding and loose, with every kind of past."""
+    rng = np.random.default_rng(seed)
+    turns = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+    if isinstance(material, SandMaterial):
+        strain = 0.2 * rng.normal(size=(count, 3)) * rng.uniform(0, 1, (count, 1)) - 0.1 * rng.uniform(0, 1, (count, 1))
+        history = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0, 0.2, count))
+    else:
+        size = np.exp(rng.uniform(np.log(2e-3), np.log(0.2), (count, 1)))
+        strain = size * (rng.normal(size=(count, 3)) - 0.3)
+        history = rest_history(material, count)
+    if isinstance(material, SnowMaterial):
+        history = rng.uniform(0.8, 1.3, count)
+    return assemble(turns, np.exp(2 * strain)), history
+
+
+def strains(b: np.ndarray) -> np.ndarray:
+    """Principal Hencky strains in rising order."""
+    logs: np.ndarray = 0.5 * np.log(np.linalg.eigvalsh(b))
+    return logs
+
+
+def deviators(a: np.ndarray) -> np.ndarray:
+    """Frobenius norm of the deviators of symmetric matrices."""
+    trace = np.trace(a, axis1=1, axis2=2)
+    norms: np.ndarray = np.linalg.norm(a - trace[:, None, None] / 3 * np.eye(3), axis=(1, 2))
+    return norms

@@ -1,0 +1,218 @@
+"""Contact with ground and walls: the node's law by hand, and blocks on inclines against closed forms."""
+# ruff: noqa: ANN202  (the arguments of kernels are typed by the kernel compiler)
+
+import numpy as np
+import pytest
+import taichi as ti
+import torch
+
+from tests.sim import scenes
+from zoobench.sim import runtime
+from zoobench.sim.kernels.array_types import Nodes, Vectors
+from zoobench.sim.kernels.boundary import (
+    PLANE,
+    TERRAIN,
+    WALL_NODES,
+    contact,
+    contact_adjoint,
+    press,
+    press_adjoint,
+)
+from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.scene import Ground, Scene
+from zoobench.sim.solver import Solver
+
+NODE_COUNT = 20
+INSIDE, FLOOR = 10, WALL_NODES
+
+
+@ti.kernel
+def _contact(
+    v: Vectors, pull: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
+    ground: ti.template(), tight: ti.template(),
+):  # fmt: skip
+    for p in range(v.shape[0]):
+        index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
+        after[p] = contact(v[p], index, shape, mu, terrain, ground, tight)
+        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, terrain, ground, tight)
+
+
+def _apply(
+    v: np.ndarray,
+    index: tuple[int, int, int],
+    mu: float,
+    pull: np.ndarray | None = None,
+    column: tuple[float, float, float, float] | None = None,
+    tight: bool = False,
+) -> list[np.ndarray]:
+    """Velocity after contact and the adjoint of it; on a terrain whose columns are all alike if one is given."""
+    runtime.start(64)
+    tensors = [torch.as_tensor(np.atleast_2d(a)) for a in (v, v if pull is None else pull, 0 * v, 0 * v)]
+    terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
+    if column is not None:
+        terrain = torch.tensor(column, dtype=torch.float64).repeat(NODE_COUNT, NODE_COUNT, 1)
+    _contact(*tensors, terrain, *index, mu, PLANE if column is None else TERRAIN, tight)
+    return [tensors[2].numpy(), tensors[3].numpy()]
+
+
+def test_coulomb_law_of_a_node() -> None:
+    """A pressed node sticks inside the friction cone and slides outside it; a separating node is free."""
+    v = np.array([[0.3, -1.0, 0.4], [3.0, -1.0, 4.0], [3.0, 1.0, 4.0], [3.0, 0.0, 4.0]])
+    after, _ = _apply(v, (INSIDE, FLOOR, INSIDE), 0.6)
+    assert np.allclose(after, [[0, 0, 0], [3 * 0.88, 0, 4 * 0.88], [3, 1, 4], [3, 0, 4]], atol=1e-15)
+    above, _ = _apply(v, (INSIDE, FLOOR + 1, INSIDE), 0.6)
+    assert np.array_equal(above, v)
+
+
+def test_walls_stop_only_what_moves_into_them() -> None:
+    """Each wall takes the velocity into it and leaves the rest, the ceiling included."""
+    v = np.array([[-1.0, 0.5, -1.0], [1.0, 0.5, 1.0]])
+    low, _ = _apply(v, (WALL_NODES, INSIDE, WALL_NODES), 0.6)
+    high, _ = _apply(v, (NODE_COUNT - 1 - WALL_NODES, NODE_COUNT - 1 - WALL_NODES, INSIDE), 0.6)
+    assert np.array_equal(low, [[0, 0.5, 0], [1, 0.5, 1]])
+    assert np.array_equal(high, [[-1, 0, -1], [0, 0, 1]])
+
+
+def test_adjoint_of_contact_matches_differences() -> None:
+    """The adjoint is the transposed derivative on the floor and in the corner of floor and wall."""
+    rng = np.random.default_rng(4)
+    v, pull, step = rng.normal(size=(500, 3)), rng.normal(size=(500, 3)), rng.normal(size=(500, 3))
+    behind = WALL_NODES - 1
+    for index in ((INSIDE, FLOOR, INSIDE), (WALL_NODES, FLOOR, INSIDE), (behind, FLOOR - 1, NODE_COUNT - 1 - behind)):
+        for tight in (False, True):
+            _, back = _apply(v, index, 0.6, pull, tight=tight)
+            e = 1e-6
+            high, low = (_apply(v + sign * e * step, index, 0.6, tight=tight)[0] for sign in (1, -1))
+            difference = np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1))
+            assert (difference > 1e-6).sum() == 0
+
+
+def test_tight_walls_leave_the_velocity_behind_them_to_press() -> None:
+    """Along the normal of each wall, with the friction that it causes; elsewhere they are the walls that they were."""
+    v = np.array([[-0.5, -1.0, 0.75]])
+    corner = (WALL_NODES - 1, FLOOR - 1, INSIDE)
+    assert np.array_equal(_apply(v, corner, 0.0, tight=True)[0], v)
+    assert np.allclose(_apply(v, corner, 0.6, tight=True)[0][0, 1:], [-1.0, 0.75 * (1 - 0.6 / np.hypot(0.5, 0.75))])
+    for index in ((WALL_NODES, FLOOR, INSIDE), (WALL_NODES - 2, INSIDE, INSIDE), (INSIDE, INSIDE, INSIDE)):
+        assert np.array_equal(_apply(v, index, 0.6, tight=True)[0], _apply(v, index, 0.6)[0])
+
+
+@ti.kernel
+def _press(given: Nodes, pull: Nodes, after: Nodes, back: Nodes):
+    for p in range(given.shape[0]):
+        q, up = given[p], pull[p]
+        behind, before = press(q[0], q[1], q[2], q[3])
+        after[p] = ti.Vector([behind, before, 0.0, 0.0])
+        back[p] = press_adjoint(q[0], behind, before, q[2], q[3], up[0], up[1])
+
+
+def _pressed(given: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities `[n, 2]` behind and before a wall after it has pressed, and the adjoints `[n, 4]`."""
+    runtime.start(64)
+    tensors = [torch.as_tensor(a) for a in (given, np.hstack([pull, 0 * pull]), 0 * given, 0 * given)]
+    _press(*tensors)
+    return tensors[2].numpy()[:, :2], tensors[3].numpy()
+
+
+def _pairs(count: int) -> np.ndarray:
+    """Velocities and masses behind and before a wall."""
+    rng = np.random.default_rng(6)
+    return np.hstack([rng.normal(size=(count, 2)), rng.uniform(0.1, 1.0, (count, 2))])
+
+
+def test_a_wall_presses_with_the_least_impulse() -> None:
+    """Nothing moves into its plane, both nodes get the same impulse, away from it; what parts from it is left alone."""
+    given = _pairs(500)
+    after, _ = _pressed(given, np.zeros((500, 2)))
+    parts = given[:, :2].sum(1) >= 0.0
+    assert 100 < parts.sum() < 400
+    assert np.array_equal(after[parts], given[parts, :2])
+    assert np.abs(after[~parts].sum(1)).max() <= 1e-15
+    impulse = (given[:, 2:] * (after - given[:, :2]))[~parts]
+    assert np.allclose(impulse[:, 0], impulse[:, 1], atol=1e-15)
+    assert (impulse > 0.0).all()
+
+
+def test_a_wall_stops_matter_that_is_all_behind_it() -> None:
+    """Where no matter is before it there is nothing to press against."""
+    after, _ = _pressed(np.array([[-1.0, 0.0, 0.5, 0.0], [1.0, 0.0, 0.5, 0.0]]), np.zeros((2, 2)))
+    assert np.array_equal(after, [[0.0, 0.0], [1.0, 0.0]])
+
+
+def test_adjoint_of_press_matches_differences() -> None:
+    """By both velocities and both masses."""
+    given, rng, e = _pairs(500), np.random.default_rng(7), 1e-6
+    pull, step = rng.normal(size=(500, 2)), rng.normal(size=(500, 4))
+    _, back = _pressed(given, pull)
+    high, low = (_pressed(given + sign * e * step, pull)[0] for sign in (1, -1))
+    assert np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1)).max() <= 1e-7
+
+
+def test_contact_with_a_slope_is_that_of_the_plane_turned() -> None:
+    """Friction and its adjoint act in the frame of the terrain's normal; a node above its column's height is free."""
+    rng = np.random.default_rng(5)
+    v, pull = rng.normal(size=(200, 3)), rng.normal(size=(200, 3))
+    angle = 0.4
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    normal = turn @ [0.0, 1.0, 0.0]
+    flat = _apply(v, (INSIDE, FLOOR, INSIDE), 0.6, pull)
+    column = (7.3, *normal.tolist())
+    for height, touches in ((7, True), (8, False)):
+        tilted = _apply(v @ turn.T, (INSIDE, height, INSIDE), 0.6, pull @ turn.T, column)
+        for found, expected, free in zip(tilted, flat, (v, pull), strict=True):
+            assert np.allclose(found, (expected if touches else free) @ turn.T, atol=1e-14)
+
+
+def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Rollout, np.ndarray]:
+    """A flat stiff block on a plane tilted about z: solver, path and the path of its centre."""
+    angle = np.radians(degrees)
+    body = scenes.passive_block((0.2, 0.0, 0.3), (6, 3, 3), np.zeros(3))
+    gravity = (9.81 * float(np.sin(angle)), -9.81 * float(np.cos(angle)), 0.0)
+    scene = Scene(body, (0, 0, 0), (3.0, 0.4, 0.75), ground=Ground(friction), gravity=gravity)
+    solver = Solver(scene, scenes.fidelity())
+    rollout = solver.run(np.zeros((frames, 1, 0)))
+    assert not rollout.divergences
+    return solver, rollout, rollout.positions[:, 0].mean(1)
+
+
+def test_block_sticks_on_a_gentle_incline() -> None:
+    """With tan(angle) below the friction coefficient the settled block creeps by less than 1/50 cell."""
+    _, _, centre = _incline(15.0, 0.4, 100)
+    assert abs(centre[-1, 0] - centre[40, 0]) < 0.02 * scenes.SPACING
+
+
+@pytest.mark.parametrize(("degrees", "friction"), [(20.0, 0.1), (20.0, 0.2), (30.0, 0.4), (15.0, 0.0)])
+def test_block_slides_the_analytic_distance(degrees: float, friction: float) -> None:
+    """After settling it accelerates with g (sin - mu cos), to 2 % of the distance."""
+    _, rollout, centre = _incline(degrees, friction, 100)
+    first = 30
+    angle = np.radians(degrees)
+    seconds = 0.008 * (100 - first)
+    acceleration = 9.81 * (np.sin(angle) - friction * np.cos(angle))
+    expected = rollout.velocities[first, 0, :, 0].mean() * seconds + acceleration * seconds**2 / 2
+    assert centre[-1, 0] - centre[first, 0] == pytest.approx(expected, rel=0.02)
+
+
+def test_separating_body_leaves_the_ground_freely() -> None:
+    """A block launched from the ground follows the ballistic path exactly: contact only pushes."""
+    start = np.array([0.4, 1.2, 0.0])
+    body = scenes.passive_block((0.2, 0.0, 0.3), (3, 3, 3), start)
+    scene = Scene(body, (0, 0, 0), scenes.ARENA, ground=Ground(0.9))
+    solver = Solver(scene, scenes.steady(scene))
+    frames = 14
+    rollout = solver.run(np.zeros((frames, 1, 0)))
+    steps = np.arange(frames + 1) * solver.substeps_per_frame
+    exact = start * (steps * solver.dt)[:, None]
+    exact[:, 1] -= 9.81 * solver.dt**2 * steps * (steps + 1) / 2
+    moved = (rollout.positions - body.positions)[:, 0]
+    assert np.abs(moved - exact[:, None]).max() <= 1e-10
+
+
+def test_arena_walls_hold_a_body_and_let_it_go() -> None:
+    """A block thrown against a wall stays inside the arena and comes back."""
+    body = scenes.passive_block((0.55, 0.3, 0.3), (3, 3, 3), np.array([2.0, 0.0, 0.0]))
+    solver = Solver(Scene(body, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY), scenes.fidelity())
+    rollout = solver.run(np.zeros((25, 1, 0)))
+    assert not rollout.divergences
+    assert rollout.positions[..., 0].max() < 0.75 + scenes.SPACING
+    assert rollout.velocities[-1, 0, :, 0].mean() < -1.0

@@ -1,0 +1,131 @@
+"""Water's J returns to the mean around where it strays from it: by closed forms, and with exact adjoints."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from tests.sim.kernels.law_kernels import ratios_all, tensors
+from tests.sim.kernels.splines_numpy import spline
+from tests.sim.kernels.test_water import CELLS
+from tests.sim.test_adjoint import GROUPS, Probe
+from zoobench.arrays import Array
+from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.drift import DRIFTED, RETURN
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.solver import Solver
+
+SHARE = 0.03
+NODES = CELLS + 2 * WALL_NODES + 1
+
+
+def _returned(places: Array, J: Array, pull: Array, width: int) -> tuple[Array, Array, Array]:
+    """J after a step, and the adjoints of places [cells] and J."""
+    ratios = np.zeros((1, NODES, NODES, NODES, 2))
+    given = tensors(64, ratios, ratios, places, J, pull, 0 * J, 0 * places, 0 * J)
+    ratios_all(*given, SHARE, 1.0, 0.125, width)
+    after, x_back, J_back = (tensor.numpy() for tensor in given[5:])
+    return after, x_back, J_back
+
+
+def _drifted(count: int = 400) -> tuple[Array, Array]:
+    """Places in a tank, and J of which some strays from the mean around by more than is let be, either way."""
+    rng = np.random.default_rng(3)
+    return rng.uniform(0.1, CELLS - 0.1, (count, 3)) + WALL_NODES, rng.uniform(0.9, 1.0, count)
+
+
+def _mean(places: Array, J: Array, width: int) -> Array:
+    """The mean around every place, by a dense matrix of all nodes' weights."""
+    weights = np.ones((len(places), NODES, NODES, NODES))
+    for d in range(3):
+        shape = [len(places), 1, 1, 1]
+        shape[d + 1] = NODES
+        weights *= spline(places[:, d, None] - np.arange(NODES), width).reshape(shape)
+    flat = weights.reshape(len(places), -1)
+    mean: Array = flat @ (flat.T @ J) / (flat @ flat.sum(0))
+    return mean
+
+
+@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+def test_what_is_far_from_the_mean_decays_and_nothing_else(width: int) -> None:
+    """At the stated rate beyond what is let be, by a twin on dense matrices; else the same to the last bit."""
+    places, J = _drifted()
+    after = _returned(places, J, J, width)[0]
+    gap = _mean(places, J, width) - J
+    excess = np.sign(gap) * np.maximum(np.abs(gap) - DRIFTED, 0.0)
+    assert 0.2 < (excess < 0).mean() < 0.6
+    assert 0.2 < (excess > 0).mean() < 0.6
+    assert np.abs(after - J - RETURN * SHARE * excess).max() <= 1e-15
+    assert np.array_equal(after[np.abs(gap) < DRIFTED - 1e-12], J[np.abs(gap) < DRIFTED - 1e-12])
+
+
+@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+def test_adjoint_of_return_matches_differences(width: int) -> None:
+    """By the places and by J, of the particle itself and of all that it shares nodes with."""
+    places, J = _drifted()
+    rng = np.random.default_rng(4)
+    pull, step, change = rng.normal(size=J.shape), rng.normal(size=places.shape), rng.normal(size=J.shape)
+    _, x_back, J_back = _returned(places, J, pull, width)
+    e = 1e-7
+    low, high = (_returned(places + s * e * step, J + s * e * change, pull, width)[0] @ pull for s in (-1, 1))
+    assert (x_back * step).sum() != 0.0
+    assert (high - low) / (2 * e) == pytest.approx((x_back * step).sum() + (J_back * change).sum(), rel=1e-6)
+
+
+def _scene() -> Scene:
+    """The muscle cube on water of which every particle is compressed by an amount of its own."""
+    scene = scenes.medium_scene("water")
+    assert scene.medium is not None
+    J = np.random.default_rng(5).uniform(0.91, 0.99, len(scene.medium.positions))
+    return replace(scene, medium=replace(scene.medium, history=J))
+
+
+@pytest.fixture(scope="module")
+def probed() -> Probe:
+    """A few frames of water that has drifted."""
+    return Probe(_scene(), 3)
+
+
+@pytest.mark.parametrize("name", GROUPS)
+def test_gradient_through_drifted_water_matches_central_differences(probed: Probe, name: str) -> None:
+    """In every parameter group."""
+    gradient = probed.gradient()
+    direction = np.random.default_rng(7).uniform(-1.0, 1.0, probed.base[name].shape)
+    exact = float((getattr(gradient, name) * direction).sum())
+    errors = [abs(probed.difference(name, direction, e) / exact - 1.0) for e in (1e-5, 1e-6, 1e-7)]
+    assert min(errors) <= 1e-5
+
+
+@pytest.mark.slow
+def test_parallel_driver_agrees_with_the_serial_one_on_drifted_water() -> None:
+    """Path and gradient to 1e-12, in two worlds."""
+    found = []
+    for parallel in (False, True):
+        solver = Solver(_scene(), scenes.fidelity(), worlds=2, gradients=True, parallel=parallel)
+        rollout = solver.run(scenes.actuation(solver, 3))
+        found.append((rollout.positions, solver.backward(rollout, *scenes.path_weights(solver, 3))))
+    (path, gradient), (other_path, other) = found
+    assert np.abs(path - other_path).max() <= 1e-12
+    for group in GROUPS:
+        expected = getattr(gradient, group)
+        assert np.abs(getattr(other, group) - expected).max() <= 1e-12 * np.abs(expected).max(), group
+
+
+def test_water_compressed_alike_is_left_alone() -> None:
+    """To the last bits of the mean."""
+    places, J = _drifted()
+    alike = np.full_like(J, 0.95)
+    assert np.array_equal(_returned(places, alike, alike, QUADRATIC)[0], alike)
+
+
+def test_only_water_holds_ratios() -> None:
+    """Elsewhere the arrays are empty, forward and in reverse, so that a kernel that used them would fail."""
+    for name in ("ground", "mud", "water"):
+        solver = Solver(scenes.SCENES[name](), scenes.fidelity(), gradients=True)
+        rollout = solver.run(scenes.actuation(solver, 1))
+        solver.backward(rollout, *scenes.path_weights(solver, 1))
+        launcher = solver.launcher
+        expected = launcher._grid.numel() // 2 if name == "water" else 0
+        assert launcher._ratios.numel() == launcher._reverse_grids[-1].numel() == expected

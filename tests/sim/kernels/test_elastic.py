@@ -1,0 +1,100 @@
+"""The kernels' constitutive laws against their NumPy twins, and their adjoints against differences."""
+
+import numpy as np
+import pytest
+
+from tests.sim.kernels.law_kernels import fibre_all, neo_hookean_all, relative, symmetric, tensors
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.model import laws_numpy as twins
+from zoobench.sim.model.matter import lame_parameters
+
+MU, LAM = lame_parameters(1e4, 0.3)
+PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])
+
+
+def _deformations(count: int = 200, seed: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    F = np.eye(3) + 0.3 * rng.normal(size=(3 * count, 3, 3))
+    return F[np.linalg.det(F) > 0.2][:count]
+
+
+def _neo_hookean(F: np.ndarray, pull: np.ndarray, precision: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    given, pulled, stress, back = tensors(precision, F, pull, 0 * F, 0 * F)
+    neo_hookean_all(given, pulled, stress, back, MU, LAM)
+    return stress.double().numpy(), back.double().numpy()
+
+
+def _fibre(F: np.ndarray, fibre: np.ndarray, pull: np.ndarray, tension: float, precision: int = 64) -> list[np.ndarray]:
+    zeros = (0 * F, 0 * F, np.zeros(len(F)), 0 * fibre)
+    given = tensors(precision, F, fibre, pull, *zeros)
+    fibre_all(*given, tension)
+    return [t.double().numpy() for t in given[3:]]
+
+
+def _fibres(count: int) -> np.ndarray:
+    d = np.random.default_rng(3).normal(size=(count, 3))
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+@PRECISIONS
+def test_laws_agree_with_their_twins(precision: int, tolerance: float) -> None:
+    """Neo-Hookean and fibre stress."""
+    kind = np.float64 if precision == 64 else np.float32
+    F, pull = _deformations().astype(kind).astype(float), np.zeros((200, 3, 3))
+    d = _fibres(200).astype(kind).astype(float)
+    assert relative(_neo_hookean(F, pull, precision)[0], twins.neo_hookean(F, MU, LAM), MU) <= tolerance
+    assert relative(_fibre(F, d, pull, 512.0, precision)[0], twins.fibre_stress(F, 512.0, d), 512.0) <= tolerance
+
+
+def test_rest_is_free_of_stress() -> None:
+    """At F = I passive matter bears nothing, exactly."""
+    rest = np.eye(3)[None]
+    assert not _neo_hookean(rest, rest)[0].any()
+
+
+def test_laws_are_objective_and_isotropic() -> None:
+    """tau(QF) = Q tau(F) Q^T and tau(FQ) = tau(F); a fibre turns with the rest pose."""
+    F, none = _deformations(), np.zeros((200, 3, 3))
+    Q = np.linalg.qr(np.random.default_rng(5).normal(size=(200, 3, 3)))[0]
+    Q *= np.linalg.det(Q)[:, None, None]
+    back = np.swapaxes(Q, 1, 2)
+    stress = _neo_hookean(F, none)[0]
+    assert relative(_neo_hookean(Q @ F, none)[0], Q @ stress @ back, MU) <= 1e-12
+    assert relative(_neo_hookean(F @ Q, none)[0], stress, MU) <= 1e-12
+    d = _fibres(200)
+    active = _fibre(F, d, none, 700.0)[0]
+    assert relative(_fibre(Q @ F, d, none, 700.0)[0], Q @ active @ back, 700.0) <= 1e-12
+    turned = np.einsum("pji,pj->pi", Q, d)
+    assert relative(_fibre(F @ Q, turned, none, 700.0)[0], active, 700.0) <= 1e-12
+
+
+def test_adjoints_of_elastic_laws_match_differences() -> None:
+    """Of neo-Hookean stress by F; of fibre stress by F, tension and fibre."""
+    rng = np.random.default_rng(6)
+    F, d = _deformations(), _fibres(200)
+    pull, step, turn = symmetric(rng.normal(size=F.shape)), rng.normal(size=F.shape), rng.normal(size=d.shape)
+    e = 1e-6
+
+    def check(plus: np.ndarray, minus: np.ndarray, exact: np.ndarray) -> None:
+        slope = ((plus - minus) * pull).sum((1, 2)) / (2 * e)
+        assert np.abs(slope - exact).max() <= 1e-7 * np.abs(exact).max()
+
+    back = _neo_hookean(F, pull)[1]
+    check(_neo_hookean(F + e * step, pull)[0], _neo_hookean(F - e * step, pull)[0], (back * step).sum((1, 2)))
+    _, F_back, tension_back, fibre_back = _fibre(F, d, pull, 3.0)
+    at = [_fibre(F + s * e * step, d, pull, 3.0)[0] for s in (1, -1)]
+    check(at[0], at[1], (F_back * step).sum((1, 2)))
+    at = [_fibre(F, d, pull, 3.0 + s * e)[0] for s in (1, -1)]
+    check(at[0], at[1], tension_back)
+    at = [_fibre(F, d + s * e * turn, pull, 3.0)[0] for s in (1, -1)]
+    check(at[0], at[1], (fibre_back * turn).sum(1))
+
+
+def test_guard_of_an_inverted_element() -> None:
+    """Below the smallest J stress and adjoint stay finite and log J is held, for flat and point-like matter too."""
+    F = np.stack([np.diag([0.02, 1.0, 1.0]), np.diag([-0.5, 1.0, 1.0]), np.diag([0.0, 0.0, 1.0]), np.zeros((3, 3))])
+    pull = np.tile(np.eye(3), (4, 1, 1))
+    stress, back = _neo_hookean(F, pull)
+    held = MU * (F @ np.swapaxes(F, 1, 2) - np.eye(3)) + LAM * np.log(SMALLEST_J) * np.eye(3)
+    assert np.allclose(stress, held, rtol=1e-14)
+    assert np.allclose(back, 2 * MU * F, rtol=1e-14)

@@ -1,0 +1,213 @@
+"""The laws of the media in kernels: against their NumPy twins, symmetries, rest and yield surfaces."""
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from tests.sim.kernels.law_kernels import relative, shear_rate_all, symmetric, tensors, water_all
+from tests.sim.kernels.media_laws import MU, SOLIDS, deviators, rest_history, states, strains, update
+from zoobench.sim.model import laws_numpy as twins
+from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, SandMaterial, SnowMaterial, WaterMaterial
+
+PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])
+EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
+WATER = WaterMaterial(bulk_modulus=1e4, density=1000.0)
+
+
+@PRECISIONS
+@EVERY_SOLID
+def test_update_agrees_with_its_twin(name: str, precision: int, tolerance: float) -> None:
+    """Elastic b, history and stress of 500 random states."""
+    material, kind = SOLIDS[name], np.float64 if precision == 64 else np.float32
+    b, history = (a.astype(kind).astype(float) for a in states(material, 500))
+    found, expected = update(material, b, history, precision), twins.medium_update(material, b, history)
+    assert relative(found[0], expected[0], 1.0) <= tolerance
+    assert np.abs(found[1] - expected[1]).max() <= tolerance
+    # the stress of hardened snow is that of larger moduli
+    moduli = MU * np.exp(10.0 * (1 - expected[1])) if isinstance(material, SnowMaterial) else MU
+    assert relative(found[2], expected[2], moduli) <= tolerance
+
+
+@PRECISIONS
+def test_water_agrees_with_its_twin(precision: int, tolerance: float) -> None:
+    """Pressure from strong compression to cavity."""
+    kind = np.float64 if precision == 64 else np.float32
+    J = np.linspace(0.5, 1.5, 401).astype(kind).astype(float)
+    given = tensors(precision, J, 0 * J, 0 * J)
+    water_all(*given, WATER.bulk_modulus, WATER.exponent)
+    expected = twins.water_pressure(WATER, J)
+    assert (np.abs(given[1].double().numpy() - expected) <= tolerance * np.maximum(expected, WATER.bulk_modulus)).all()
+
+
+@EVERY_SOLID
+def test_rest_is_free_of_stress(name: str) -> None:
+    """At F = I a medium without past bears nothing and stays as it is, exactly."""
+    material, rest = SOLIDS[name], np.eye(3)[None]
+    b, history, stress = update(material, rest, rest_history(material, 1))
+    assert np.array_equal(b, rest)
+    assert not stress.any()
+    assert np.array_equal(history, rest_history(material, 1))
+
+
+def test_water_at_rest_bears_no_pressure() -> None:
+    """None at J = 1 and none in a cavity."""
+    given = tensors(64, np.array([1.0, 1.2, 0.99]), np.ones(3), np.ones(3))
+    water_all(*given, WATER.bulk_modulus, WATER.exponent)
+    assert given[1][:2].tolist() == given[2][:2].tolist() == [0.0, 0.0]
+    assert given[1][2] > 0
+
+
+@EVERY_SOLID
+def test_update_is_objective(name: str) -> None:
+    """A rotated b gives the rotated result: with Q b Q^T all of it turns by Q, and history stays."""
+    material = SOLIDS[name]
+    b, history = states(material, 200)
+    Q = np.linalg.qr(np.random.default_rng(5).normal(size=(200, 3, 3)))[0]
+    Q *= np.linalg.det(Q)[:, None, None]
+    back = np.swapaxes(Q, 1, 2)
+    turned = update(material, symmetric(Q @ b @ back), history)
+    for found, expected in zip(turned, update(material, b, history), strict=True):
+        rotated = Q @ expected @ back if expected.ndim == 3 else expected
+        assert np.abs(found - rotated).max() <= 1e-11 * max(1.0, np.abs(expected).max())
+
+
+@EVERY_SOLID
+def test_update_is_isotropic(name: str) -> None:
+    """Elastic b and stress share the eigenvectors of the trial b: they commute with it, and axes may be exchanged."""
+    material = SOLIDS[name]
+    b, history = states(material, 200)
+    elastic, after, stress = update(material, b, history)
+    for found in (elastic, stress):
+        assert np.abs(found @ b - b @ found).max() <= 1e-11 * max(1.0, np.abs(found).max())
+    order = [2, 0, 1]
+    swapped = update(material, b[:, order][:, :, order], history)
+    assert np.abs(swapped[0] - elastic[:, order][:, :, order]).max() <= 1e-11
+    assert np.abs(swapped[1] - after).max() <= 1e-11
+    assert np.abs(swapped[2] - stress[:, order][:, :, order]).max() <= 1e-11 * np.abs(stress).max()
+
+
+def _noise(precision: int) -> float:
+    """Round-off of a deviator is that of the whole stress [Pa]."""
+    return 10 * (1e-16 if precision == 64 else 1e-7) * MU
+
+
+@PRECISIONS
+def test_sand_never_leaves_its_yield_cone(precision: int, tolerance: float) -> None:
+    """|dev tau| <= -alpha tr tau after the return of 10,000 random states, to 1e-5 relative; no tension anywhere."""
+    del tolerance
+    material = SOLIDS["sand"]
+    assert isinstance(material, SandMaterial)
+    slope = material.cone_slope
+    _, left, tau = update(material, *states(material, 10_000), precision)
+    pressure, size, noise = -np.trace(tau, axis1=1, axis2=2), deviators(tau), _noise(precision)
+    assert (size <= slope * pressure * (1 + 1e-5) + noise).all()
+    assert (pressure >= -noise).all()
+    assert (left >= 0).all()
+    sheared = size >= slope * pressure * (1 - 1e-4) - noise
+    assert 1000 < int((sheared & (pressure > 100 * noise)).sum()) < 9900
+
+
+@PRECISIONS
+@pytest.mark.parametrize("name", ["clay", "mud"])
+def test_clay_and_mud_never_leave_their_yield_surface(name: str, precision: int, tolerance: float) -> None:
+    """|dev tau| <= y after the return of 10,000 random states, to 1e-5 relative; many of them reach it."""
+    del tolerance
+    material = SOLIDS[name]
+    bound = material.constants[2]
+    _, _, tau = update(material, *states(material, 10_000), precision)
+    size, noise = deviators(tau), _noise(precision)
+    assert (size <= bound * (1 + 1e-5) + noise).all()
+    assert 1000 < int((size >= bound * (1 - 1e-5) - noise).sum()) < 9900
+
+
+@PRECISIONS
+def test_snow_never_leaves_its_stretch_bounds(precision: int, tolerance: float) -> None:
+    """Elastic stretches and plastic volume ratio of 10,000 random states, to 1e-5 relative; each bound is met."""
+    del tolerance
+    material = SOLIDS["snow"]
+    assert isinstance(material, SnowMaterial)
+    low, high = 1 - material.critical_compression, 1 + material.critical_stretch
+    b, plastic, _ = update(material, *states(material, 10_000), precision)
+    stretch = np.exp(strains(b))
+    assert ((stretch >= low * (1 - 1e-5)) & (stretch <= high * (1 + 1e-5))).all()
+    assert ((plastic >= SMALLEST_PLASTIC * (1 - 1e-5)) & (plastic <= LARGEST_PLASTIC * (1 + 1e-5))).all()
+    for met in (stretch[:, 0] < low * (1 + 1e-5), stretch[:, 2] > high * (1 - 1e-5), plastic < 0.8 * (1 + 1e-5)):
+        assert 500 < int(met.sum()) < 9900
+
+
+def test_plastic_ratio_of_shattered_snow_is_held() -> None:
+    """Snow torn a hundredfold apart stops at the largest ratio; it bears next to nothing."""
+    _, plastic, stress = update(SOLIDS["snow"], 100.0 * np.eye(3)[None], np.ones(1))
+    assert plastic[0] == LARGEST_PLASTIC
+    assert 0 < np.abs(stress).max() < 1e-60
+
+
+@EVERY_SOLID
+def test_nothing_yields_twice(name: str) -> None:
+    """What an update returns is elastic: a second one leaves b as it is and gives the same stress."""
+    material = SOLIDS[name]
+    b, _, stress = update(material, *states(material, 1000))
+    history = rest_history(material, 1000)
+    again, after, same = update(material, b, history)
+    tight = deviators(stress) <= 1e-9  # sand at the tip of its cone has let go of all strain
+    assert np.abs(again - b).max() <= 1e-13
+    assert np.abs(after - history)[~tight].max() <= 1e-12
+    if not isinstance(material, SnowMaterial):  # whose hardening is that of its past
+        assert np.abs(same - stress).max() <= 1e-12 * max(MU, np.abs(stress).max())
+
+
+@pytest.mark.parametrize("name", ["clay", "mud", "snow", "sand"])
+def test_yield_keeps_the_volume(name: str) -> None:
+    """To 1e-12 of J; snow's goes from the elastic to the plastic ratio; sand that is loose is not asked."""
+    material = SOLIDS[name]
+    b, history = states(material, 1000)
+    elastic, after, stress = update(material, b, history)
+    J, kept = np.sqrt(np.linalg.det(b)), np.sqrt(np.linalg.det(elastic))
+    asked = np.full(1000, True)
+    if isinstance(material, SnowMaterial):
+        J, kept = J * history, kept * after
+        asked = (after > SMALLEST_PLASTIC) & (after < LARGEST_PLASTIC)
+    if isinstance(material, SandMaterial):
+        J, asked = J * np.exp(history), np.abs(stress).max((1, 2)) > 0
+    assert asked.sum() > 500
+    assert np.abs(kept / J - 1)[asked].max() <= 1e-12
+
+
+@pytest.mark.parametrize("name", ["sand", "clay", "mud"])
+def test_plastic_work_is_never_negative(name: str) -> None:
+    """The stress does work on the strain that yield takes."""
+    material = SOLIDS[name]
+    b, history = states(material, 5000)
+    elastic, _, stress = update(material, b, np.zeros_like(history))
+    work = (np.linalg.eigvalsh(stress) * (strains(b) - strains(elastic))).sum(1)
+    assert work.min() >= -1e-12 * MU
+    assert (work > 1e-6 * MU).sum() > 500
+
+
+@pytest.mark.parametrize("name", scenes.MEDIA)
+def test_bed_at_rest_is_at_rest_for_the_kernel(name: str) -> None:
+    """The stress that a bed starts with is the one that the kernel gives its strain and history."""
+    material = scenes.MEDIA[name]
+    principal = np.array([[-0.0032, -0.003, -0.0031]])
+    expected = twins.principal_stress(material, principal)
+    if isinstance(material, WaterMaterial):
+        given = tensors(64, np.exp(principal.sum(1)), np.zeros(1), np.zeros(1))
+        water_all(*given, material.bulk_modulus, material.exponent)
+        assert expected[0] == pytest.approx(np.full(3, -given[1].item()), rel=1e-12)
+    else:
+        b, history = np.diag(np.exp(2 * principal[0]))[None], rest_history(material, 1)
+        elastic, after, stress = update(material, b, history)
+        assert np.abs(elastic - b).max() <= 1e-15
+        assert np.abs(after - history).max() <= 1e-15
+        assert np.diagonal(stress[0]) == pytest.approx(expected[0], rel=1e-10)
+
+
+def test_viscosity_acts_on_the_rate_of_shear() -> None:
+    """The deviator of the symmetric gradient: rotation and change of volume cost nothing."""
+    C = np.random.default_rng(2).normal(size=(50, 3, 3))
+    C[0], C[1] = 3.0 * np.eye(3), [[0, 1, 2], [-1, 0, 3], [-2, -3, 0]]
+    given, rate = tensors(64, C, 0 * C)
+    shear_rate_all(given, rate)
+    expected = symmetric(C) - np.trace(C, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    assert np.abs(rate.numpy() - expected).max() <= 1e-15
+    assert not rate[:2].any()

@@ -1,0 +1,120 @@
+"""The adjoints of the media's laws against differences, where principal values meet included."""
+
+import numpy as np
+import pytest
+
+from tests.sim.kernels.law_kernels import symmetric, tensors, water_all
+from tests.sim.kernels.media_laws import MU, SOLIDS, Solid, Triple, assemble, pull_back, rest_history, states, update
+from zoobench.sim.model.matter import SandMaterial, WaterMaterial
+
+EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
+DISTANCES = (1e-4, 1e-5, 1e-6, 1e-7)
+
+
+def _pulls(b: np.ndarray, rng: np.random.Generator) -> Triple:
+    return symmetric(rng.normal(size=b.shape)), rng.normal(size=len(b)), symmetric(rng.normal(size=b.shape)) / MU
+
+
+def _value(material: Solid, b: np.ndarray, history: np.ndarray, pulls: Triple) -> np.ndarray:
+    elastic, after, tau = update(material, b, history)
+    total: np.ndarray = (elastic * pulls[0]).sum((1, 2)) + after * pulls[1] + (tau * pulls[2]).sum((1, 2))
+    return total
+
+
+def _errors(material: Solid, b: np.ndarray, history: np.ndarray) -> np.ndarray:
+    """Relative error of the adjoint along random symmetric directions, best over the distances."""
+    rng = np.random.default_rng(9)
+    pulls = _pulls(b, rng)
+    step, more = symmetric(rng.normal(size=b.shape)), rng.normal(size=len(b))
+    if not isinstance(material, SandMaterial) and not rest_history(material, 1).any():
+        more *= 0.0  # clay and mud have no past
+    back, history_back = pull_back(material, b, history, pulls)
+    assert np.abs(back - np.swapaxes(back, 1, 2)).max() <= 1e-12 * np.abs(back).max()
+    exact = (back * step).sum((1, 2)) + history_back * more
+    # what a pull and a step of this size could at most give
+    scale = 1e-3 * np.linalg.norm(step, axis=(1, 2)) * np.linalg.norm(pulls[2] * MU, axis=(1, 2))
+    errors = []
+    for e in DISTANCES:
+        slope = _value(material, b + e * step, history + e * more, pulls)
+        slope -= _value(material, b - e * step, history - e * more, pulls)
+        errors.append(np.abs(slope / (2 * e) - exact) / np.maximum(np.abs(exact), scale))
+    best: np.ndarray = np.min(errors, axis=0)
+    return best
+
+
+@EVERY_SOLID
+def test_adjoint_matches_differences(name: str) -> None:
+    """In elastic, yielding and loose states, with and without a past."""
+    material = SOLIDS[name]
+    assert _errors(material, *states(material, 300)).max() <= 1e-6
+
+
+SPECTRA = {
+    "sand": [[-0.03, -0.03, -0.03], [-0.03, -0.03, -0.05], [-0.4, -0.02, -0.02]],
+    "clay": [[0.01, 0.01, 0.01], [-0.03, -0.03, -0.05], [-0.4, -0.02, -0.02], [0.3, 0.3, -0.1]],
+    "mud": [[-0.03, -0.03, -0.03], [0.02, 0.02, 0.03], [-0.4, -0.02, -0.02], [0.3, 0.3, -0.1]],
+    "snow": [
+        [0.002, 0.002, 0.002],
+        [-0.01, -0.01, 0.003],
+        [-0.1, -0.01, -0.01],
+        [-0.1, -0.1, 0.05],
+        [0.02, 0.02, 0.02],
+    ],
+}
+
+
+@EVERY_SOLID
+def test_adjoint_is_right_where_eigenvalues_meet(name: str) -> None:
+    """Two or three equal eigenvalues and nearly equal ones, inside the yield surface and on it."""
+    material = SOLIDS[name]
+    turn = np.linalg.qr(np.random.default_rng(10).normal(size=(3, 3)))[0]
+    b = assemble(turn, np.exp(2 * np.array(SPECTRA[name])))
+    b = symmetric(np.concatenate([b, b * (1 + 1e-9 * np.diag([1.0, 0.0, -1.0]))]))
+    assert _errors(material, b, rest_history(material, len(b))).max() <= 1e-6
+
+
+def test_adjoint_of_sand_under_pressure_is_right_without_strain() -> None:
+    """A negative surplus is pressure before any strain: it makes F = I an inner point of the cone."""
+    b = np.stack([np.eye(3), (1 + 1e-9) * np.eye(3) - 2e-9 * np.diag([0.0, 0.0, 1.0])])
+    assert _errors(SOLIDS["sand"], b, np.full(2, -0.05)).max() <= 1e-6
+
+
+@EVERY_SOLID
+def test_adjoint_is_right_at_rest(name: str) -> None:
+    """At F = I: the two-sided derivative of clay and snow; for sand at the tip and mud at J = 1 that of loosening."""
+    material, count = SOLIDS[name], 40
+    rng = np.random.default_rng(11)
+    b, history = np.tile(np.eye(3), (count, 1, 1)), rest_history(material, count)
+    pulls = _pulls(b, rng)
+    step = symmetric(rng.normal(size=b.shape))
+    step += (1.0 - np.trace(step, axis1=1, axis2=2))[:, None, None] / 3 * np.eye(3)
+    back, _ = pull_back(material, b, history, pulls)
+    assert np.isfinite(back).all()
+    exact = (back * step).sum((1, 2))
+    e = 1e-5
+    here, near, far = (_value(material, b + k * e * step, history, pulls) for k in (0, 1, 2))
+    assert np.abs((4 * near - far - 3 * here) / (2 * e) - exact).max() <= 1e-6 * np.abs(exact).max()
+
+
+def test_adjoint_of_sand_is_finite_at_rest() -> None:
+    """F = I without pressure is the tip of the cone: the derivative is that of loosening, and finite."""
+    rest = np.eye(3)[None]
+    back, surplus_back = pull_back(SOLIDS["sand"], rest, np.zeros(1), (rest, np.ones(1), rest))
+    # the surplus gains tr(b) / 2
+    assert np.allclose(back, rest / 2, atol=1e-15)
+    assert surplus_back[0] == 1.0
+
+
+def test_slope_of_water_matches_differences() -> None:
+    """To 1e-8 of the bulk modulus, compressed and loose."""
+    material = WaterMaterial(bulk_modulus=1e4, density=1000.0)
+    J, e = np.concatenate([np.linspace(0.6, 0.99, 40), [1.01, 1.2]]), 1e-6
+
+    def both(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        given = tensors(64, at, 0 * at, 0 * at)
+        water_all(*given, material.bulk_modulus, material.exponent)
+        return given[1].numpy(), given[2].numpy()
+
+    slope = both(J)[1]
+    expected = (both(J + e)[0] - both(J - e)[0]) / (2 * e)
+    assert np.abs(slope - expected).max() <= 1e-8 * np.abs(slope).max()

@@ -1,0 +1,96 @@
+"""Water's particles leave a crowd: down the density's gradient, nowhere else, and with an exact adjoint."""
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from tests.sim.kernels.law_kernels import crowding_all, dispersal_all, tensors
+from tests.sim.kernels.test_water import CELLS, tank_masses
+from zoobench.arrays import Array
+from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.shifting import PACE, STIRRED
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.model.lattice import fill_box, particle_volume
+from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.solver import Solver
+
+H = scenes.SPACING
+SHARE = 0.03
+
+
+def _dispersal(grid: Array, places: Array, J: Array, crowd: Array, pull: Array, width: int) -> tuple[Array, ...]:
+    """Shift [cells], then the adjoints of node masses, places, J and density."""
+    given = tensors(64, grid, 0 * grid, places, J, crowd, pull, 0 * pull, 0 * places, 0 * J, 0 * J)
+    dispersal_all(*given, SHARE, 1.0, width)
+    return tuple(given[n].numpy() for n in (6, 1, 7, 8, 9))
+
+
+def _density(grid: Array, places: Array, width: int) -> Array:
+    none = np.zeros(len(places))
+    given = tensors(64, grid, 0 * grid, places, none, none, 0 * places)
+    crowding_all(*given, 1.0, 1.0, width)
+    return given[4].numpy()
+
+
+def _stirred(count: int = 200) -> tuple[Array, Array, Array, Array]:
+    """Places in a tank of uneven density, near walls too, with J and densities of which half are a surplus."""
+    rng = np.random.default_rng(3)
+    places = rng.uniform(0.1, CELLS - 0.1, (count, 3)) + WALL_NODES
+    grid = tank_masses(places, QUADRATIC) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
+    return grid, places, rng.uniform(0.9, 1.05, count), rng.uniform(0.4, 2.2, count)
+
+
+@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+def test_shift_is_down_the_gradient_of_density(width: int) -> None:
+    """As differences of the density itself say, between walls too; to the last bit none where there is no surplus."""
+    grid, places, J, crowd = _stirred()
+    shift = _dispersal(grid, places, J, crowd, 0 * places, width)[0]
+    e, slope = 1e-6, np.empty_like(places)
+    for d in range(3):
+        low, high = (_density(grid, places + sign * e * np.eye(3)[d], width) for sign in (-1, 1))
+        slope[:, d] = np.log(high / low) / (2 * e)
+    surplus = np.maximum(crowd * J - 1.0 - STIRRED, 0.0)
+    assert 0.2 < (surplus > 0).mean() < 0.8
+    assert np.abs(shift + PACE * SHARE * surplus[:, None] * slope).max() <= 1e-8
+    assert not shift[surplus == 0.0].any()
+
+
+@pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
+def test_adjoint_of_shift_matches_differences(width: int) -> None:
+    """By the node masses, the places, J and the density."""
+    given = _stirred()
+    rng = np.random.default_rng(4)
+    pull = rng.normal(size=given[1].shape)
+    steps = [rng.uniform(-1.0, 1.0, a.shape) for a in given]
+    back = _dispersal(*given, pull, width)[1:]
+    e = 1e-6
+    low, high = (
+        (_dispersal(*(a + sign * e * step for a, step in zip(given, steps, strict=True)), pull, width)[0] * pull).sum()
+        for sign in (-1, 1)
+    )
+    exact = sum((b * step).sum() for b, step in zip(back, steps, strict=True))
+    assert (high - low) / (2 * e) == pytest.approx(exact, rel=1e-6)
+    assert all(np.abs(b).max() > 0.0 for b in back)
+    assert not back[0][..., :3].any()
+
+
+def test_sheets_in_the_middle_of_cells_come_apart() -> None:
+    """Water drawn together into sheets three cells apart, which pressure cannot part, leaves them in a second."""
+    places = fill_box(np.zeros(3), H * np.array([6.0, 6.0, 6.0]), H, 8)
+    cell, rest = np.divmod(places[:, 1] / H, 3.0)
+    places[:, 1] = H * (3.0 * cell + 1.5 + 0.03 * (rest - 1.5))
+    volumes = np.full(len(places), particle_volume(H, 8))
+    medium = MediumBed.at_rest(WaterMaterial(bulk_modulus=1e5, density=1000.0), places, volumes)
+    grain = ElasticBody.passive(ElasticMaterial(1.0, 0.0, 1.0), np.array([[H, H, H]]), np.array([1e-9 * H**3]))
+    scene = Scene(grain, (0.0, 0.0, 0.0), (6 * H, 14 * H, 6 * H), medium=medium, ground=Ground(0.0))
+    solver = Solver(scene, scenes.fidelity(32))
+
+    def fullest() -> float:
+        y = solver.matter.x[0, 0, 1:, 1].numpy() / H - WALL_NODES
+        return float(np.bincount(np.floor(y).astype(int)).max() / (8 * 36))
+
+    solver.reset()
+    assert fullest() == pytest.approx(3.0)
+    solver.substeps(round(1.0 / solver.dt))
+    assert fullest() <= 2.0

@@ -1,0 +1,84 @@
+"""Tensors of a simulation: shapes, slots and the state at time zero."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from tests.sim import scenes
+from zoobench.sim.model.matter import lame_parameters
+from zoobench.sim.model.scene import MediumBed
+from zoobench.sim.model.state import BodyState, Matter, initial_matter
+
+
+def test_scene_without_sand_has_no_sand_tensors() -> None:
+    """The sand's tensors are empty on the ground and full on sand."""
+    bare = initial_matter(scenes.ground_scene(), 2, np.zeros(3), torch.float64, "cpu")
+    assert [t.numel() for t in (bare.b, bare.history, bare.tau)] == [0, 0, 0]
+    sandy = initial_matter(scenes.medium_scene(), 2, np.zeros(3), torch.float64, "cpu")
+    assert sandy.b.shape == sandy.tau.shape == (1, 2, 784, 6)
+    assert sandy.history.shape == (1, 2, 784)
+
+
+def test_water_stores_its_volume_ratio_alone() -> None:
+    """Neither b nor stress is held for a fluid without shear strength."""
+    matter = initial_matter(scenes.medium_scene("water"), 2, np.zeros(3), torch.float64, "cpu")
+    assert matter.b.numel() == matter.tau.numel() == 0
+    assert matter.history.shape == (1, 2, 784)
+    assert (matter.history == 1).all()
+
+
+def test_medium_starts_with_its_velocity() -> None:
+    """A bed that moves does so from time zero; one without velocities rests."""
+    scene = scenes.medium_scene()
+    assert scene.medium is not None
+    given = np.random.default_rng(1).normal(size=(784, 3))
+    moving = replace(scene, medium=replace(scene.medium, velocities=given))
+    assert not initial_matter(scene, 1, np.zeros(3), torch.float64, "cpu").v[0, 0, 216:].any()
+    assert np.array_equal(initial_matter(moving, 2, np.zeros(3), torch.float64, "cpu").v[0, 1, 216:].numpy(), given)
+
+
+def test_initial_state_is_that_of_the_scene() -> None:
+    """Positions from the grid's first node, F = I, and sand with the stress of its initial strain."""
+    scene = scenes.medium_scene()
+    bed = scenes.medium_bed()
+    strains = np.tile([-0.01, -0.02, -0.03], (bed.particle_count, 1))
+    scene = replace(scene, medium=MediumBed.at_rest(scenes.SAND, bed.positions, bed.volumes, strains))
+    origin = np.array([-0.1, -0.2, -0.3])
+    matter = initial_matter(scene, 2, origin, torch.float64, "cpu")
+    assert np.allclose(matter.x[0, 1, :216].numpy() + origin, scene.robot.positions, rtol=1e-15)
+    assert np.array_equal(matter.F[0, 1].numpy(), np.tile(np.eye(3), (216, 1, 1)))
+    mu, lam = lame_parameters(1e5, 0.2)
+    expected = [2 * mu * -0.01 - 0.06 * lam, 2 * mu * -0.02 - 0.06 * lam, 2 * mu * -0.03 - 0.06 * lam, 0, 0, 0]
+    assert matter.tau[0, 0, 5].tolist() == pytest.approx(expected)
+    assert matter.b[0, 0, 5].tolist() == pytest.approx([*np.exp([-0.02, -0.04, -0.06]), 0, 0, 0])
+
+
+def test_slots_are_copied_out_and_in() -> None:
+    """A checkpoint is a copy: later changes do not reach it, and it comes back as it was."""
+    matter = Matter.zeros(3, 2, 4, 5, 5, torch.float64, "cpu")
+    for tensor in matter.tensors():
+        tensor[1] = 7
+    saved = matter.copy_slot(1)
+    for tensor in matter.tensors():
+        tensor.fill_(9)
+    matter.load_slot(2, saved)
+    assert all((tensor[2] == 7).all() and (tensor[1] == 9).all() for tensor in matter.tensors())
+
+
+def test_bytes_of_a_slot_are_those_of_its_tensors() -> None:
+    """24 numbers per robot particle, 28 per particle of a solid medium, 16 per one of water, and the window."""
+    solid = Matter.zeros(3, 2, 4, 5, 5, torch.float32, "cpu")
+    assert solid.bytes_per_slot() == 2 * (4 * (4 * 24 + 5 * 28) + 4 * 6)
+    fluid = Matter.zeros(3, 2, 4, 5, 0, torch.float32, "cpu")
+    assert fluid.bytes_per_slot() == 2 * (4 * (4 * 24 + 5 * 16) + 4 * 6)
+
+
+def test_body_state_fills_in_what_is_not_given() -> None:
+    """Arrays not given are the robot's, once per world."""
+    scene = scenes.ground_scene()
+    arrays = BodyState(stiffness=np.full((2, 216), 0.3)).filled(scene, 2)
+    assert set(arrays) == {"stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres"}
+    assert (arrays["stiffness"] == 0.3).all()
+    assert np.array_equal(arrays["fibres"][1], scene.robot.fibres)

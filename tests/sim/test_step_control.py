@@ -1,0 +1,143 @@
+"""Steps follow the state, and a frame that fails is put back and repeated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from zoobench.errors import UsageError
+from zoobench.sim import step_control
+from zoobench.sim.model.diagnostics import Finding
+from zoobench.sim.model.scene import Ground, Scene
+from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, elastic_kappa, isolated_particle_limit
+from zoobench.sim.solver import BodyState, Solver
+
+
+def _drop(speed: float) -> Scene:
+    """A soft block just above the ground, thrown down at it."""
+    body = scenes.passive_block((0.3, 0.02, 0.3), (3, 3, 3), np.array([0.0, -speed, 0.0]))
+    soft = replace(body, material=scenes.SOFT)
+    return Scene(soft, (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(0.5))
+
+
+def test_step_follows_the_actuation() -> None:
+    """A contracting muscle adds its stress to the stiffness, and so shortens the step of the frame that it acts in."""
+    scene = scenes.flight_scene(moving=False)
+    solver = Solver(scene, scenes.fidelity(courant=0.05))
+    calm = np.zeros((3, 1, scenes.MUSCLES))
+    tense = calm.copy()
+    tense[1] = 1.0
+    before, after = solver.run(calm).counts, solver.run(tense).counts
+    assert after[0] == before[0]
+    assert after[1] > before[1]
+
+
+def test_step_is_that_of_the_formula() -> None:
+    """At rest, of the stiffest and lightest particles: courant h sqrt(rho / kappa) in whole substeps."""
+    scene = scenes.flight_scene(moving=False)
+    robot = scene.robot
+    solver = Solver(scene, scenes.fidelity(courant=0.3))
+    rollout = solver.run(np.zeros((1, 1, scenes.MUSCLES)))
+    mu, lam = scenes.SOFT.youngs_modulus / 2.4, scenes.SOFT.youngs_modulus * 0.2 / (1.2 * 0.6)
+    ratio = max(
+        elastic_kappa(mu, lam, k, 0.0, 1.0) / (d * scenes.SOFT.density)
+        for k, d in zip(robot.stiffness, robot.density_ratio, strict=True)
+    )
+    assert rollout.counts[0, 0] == np.ceil(0.008 / (0.3 * isolated_particle_limit(scenes.fidelity(), ratio)))
+
+
+def test_hardened_snow_shortens_the_step() -> None:
+    """The stiffness is that of the plastic volume ratio of the moment: exp(xi (1 - J_P))."""
+    solver = Solver(scenes.medium_scene("snow"), scenes.fidelity())
+    solver.reset()
+    loose = solver.current_limit()[0]
+    solver.matter.history[:] = 0.9
+    hard = solver.current_limit()[0]
+    assert loose.matter == hard.matter == "snow"
+    assert loose.dt_iso / hard.dt_iso == pytest.approx(np.exp(10 * 0.1 / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize(("speed", "binds"), [(0.1, False), (40.0, True)])
+def test_fast_matter_shortens_the_step(speed: float, binds: bool) -> None:
+    """No particle crosses more than 0.4 cells in a substep."""
+    body = scenes.thrown_body(np.array([speed, 0.0, 0.0]))
+    scene = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, gravity=scenes.NO_GRAVITY)
+    solver = Solver(scene, scenes.fidelity(), frame_seconds=0.002)
+    found = solver.current_limit()[0]
+    assert (found.matter == "speed") == binds
+    assert speed * found.dt <= 0.4 * scenes.SPACING * (1 + 1e-12)
+
+
+def test_frame_that_fails_is_repeated_with_half_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of that world alone: its substeps double, the retry is counted and metered, the other world is as it was."""
+    scene = _drop(1.0)
+    expected = Solver(scene, scenes.fidelity(), worlds=2).run(np.zeros((3, 2, 0)))
+    seen = []
+    judge = step_control.judge
+
+    def fail_once(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
+        seen.append(dt)
+        broken = condition._replace(smallest_j=-1.0) if len(seen) == 4 else condition
+        return judge(broken, dt, grid_spacing)
+
+    monkeypatch.setattr(step_control, "judge", fail_once)
+    solver = Solver(scene, scenes.fidelity(), worlds=2)
+    rollout = solver.run(np.zeros((3, 2, 0)))
+    assert rollout.retries.tolist() == [0, 1]
+    assert not rollout.divergences
+    assert rollout.counts[1].tolist() == [expected.counts[1, 0], 2 * expected.counts[1, 1]]
+    assert solver.meter.forward == rollout.counts.sum() + expected.counts[1, 1]
+    assert np.array_equal(rollout.positions[:, 0], expected.positions[:, 0])
+    assert np.array_equal(rollout.positions[:2, 1], expected.positions[:2, 1])
+    assert not np.array_equal(rollout.positions[2, 1], expected.positions[2, 1])
+
+
+@pytest.mark.parametrize("strength", [1e8, 1e303])
+def test_hopeless_world_is_given_up_after_the_stated_retries(strength: float) -> None:
+    """A sixteenth of the declared step, then a divergence; the world stays as it was before the frame."""
+    scene = scenes.flight_scene()
+    solver = Solver(scene, scenes.fidelity(), worlds=2)
+    membership = np.repeat(scene.robot.muscle_membership[None], 2, axis=0)
+    membership[1] = strength
+    actuation = np.zeros((4, 2, scenes.MUSCLES))
+    actuation[2:] = 0.5
+    rollout = solver.run(actuation, BodyState(muscle_membership=membership))
+    assert set(rollout.divergences) == {1}
+    assert rollout.divergences[1].frame == 2
+    assert rollout.retries[0] == 0
+    assert rollout.counts[2:, 1].tolist() == [MOST_REFINEMENT * solver.substeps_per_frame, 0]
+    assert np.array_equal(rollout.positions[2, 1], rollout.positions[4, 1])
+
+
+def test_real_impact_is_saved_by_a_retry() -> None:
+    """A block that hits the ground at 12 m/s inverts at the step of its flight, and survives at a shorter one."""
+    scene = _drop(12.0)
+    steady = Solver(scene, scenes.steady(scene)).run(np.zeros((4, 1, 0)))
+    assert steady.divergences
+    solver = Solver(scene, scenes.fidelity())
+    rollout = solver.run(np.zeros((4, 1, 0)))
+    assert not rollout.divergences
+    assert rollout.smallest_j[0] > 0.0
+
+
+def test_schedule_is_replayed_exactly() -> None:
+    """A rollout's own counts give it again bit for bit, whatever the state would have chosen; so do gradients."""
+    scene, frames = scenes.medium_scene("snow"), 3
+    solver = Solver(scene, scenes.fidelity(), gradients=True)
+    actuation, weights = scenes.actuation(solver, frames), scenes.path_weights(solver, frames)
+    first = solver.run(actuation)
+    gradient = solver.backward(first, *weights)
+    again = solver.run(actuation, schedule=first.counts)
+    assert np.array_equal(again.positions, first.positions)
+    assert np.array_equal(solver.backward(again, *weights).actuation, gradient.actuation)
+    other = solver.run(actuation, schedule=first.counts + 1)
+    assert np.array_equal(other.counts, first.counts + 1)
+
+
+@pytest.mark.parametrize("schedule", [np.ones((2, 1), int), np.zeros((3, 1), int), np.ones((3, 1))])
+def test_schedule_that_cannot_be_followed_is_refused(schedule: np.ndarray) -> None:
+    """Another shape, a frame without a substep, or numbers that are not whole."""
+    solver = Solver(scenes.flight_scene(), scenes.fidelity())
+    with pytest.raises(UsageError, match="whole numbers from 1 on of shape"):
+        solver.run(scenes.actuation(solver, 3), schedule=schedule)

@@ -1,0 +1,161 @@
+"""What an environment covers follows from its scene, and what an effect costs is measured on that scene without it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from zoobench.errors import UsageError
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Effect, Ground
+from zoobench.sim.solver import Solver
+from zoobench.spec import Ref
+from zoobench.verify.effects.cost import Cost, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench.verify.effects.coverage import Coverage, Place, coverage, places
+from zoobench.verify.effects.scenes import all_elastic, as_clay, pairs
+
+SMOKE = Ref("smoke")
+
+# Table 6 of SoftZoo's appendix: friction, elasticity, plasticity and fluid; medium and thickness as the text has them.
+TABLE_6 = {
+    "ground": ("none", None, "high", "robot", False, ""),
+    "ice": ("none", None, "low", "robot", False, ""),
+    "desert": ("sand", 0.02, "high", "robot, medium", True, ""),
+    "wetland": ("mud", 0.02, "high", "robot, medium", True, "mixed"),
+    "clay": ("clay", 0.02, "high", "robot, medium", True, ""),
+    "snow": ("snow", 0.02, "high", "robot, medium", True, ""),
+    "shallow-water": ("water", 0.02, "high", "robot", False, "shallow"),
+    "ocean": ("water", 0.15625, "", "robot", False, "deep"),
+}
+
+
+def _place(name: str) -> Place:
+    return next(places([Ref(name)], SMOKE))
+
+
+@pytest.mark.parametrize(("name", "expected"), TABLE_6.items())
+def test_coverage_is_that_of_table_6(name: str, expected: tuple[object, ...]) -> None:
+    """Read off the scene's effects, materials, particles and ground."""
+    row = coverage(name, _place(name).scene)
+    medium, thickness, friction, elasticity, plasticity, fluid = expected
+    assert (row.medium, row.friction, row.elasticity) == (medium, friction, elasticity)
+    assert (row.plasticity, row.fluid) == (plasticity, fluid)
+    assert row.thickness is thickness or row.thickness == pytest.approx(thickness, rel=1e-9)
+
+
+def test_coverage_follows_the_scene() -> None:
+    """Another friction, a deeper bed or a robot that is drowned change the row; nothing is known by name."""
+    scene = _place("shallow-water").scene
+    assert coverage("any", replace(scene, ground=Ground(0.1))).friction == "low"
+    assert coverage("any", replace(scene, ground=None)) == replace(
+        coverage("any", scene), friction="", friction_coefficient=0.0
+    )
+    low = replace(scene.robot, positions=scene.robot.positions * [1.0, 0.1, 1.0])
+    assert coverage("any", replace(scene, robot=low)).fluid == "deep"
+    assert coverage("any", replace(scene, medium=None)) == Coverage(
+        "any", "none", None, "high", 0.5, "robot", False, ""
+    )
+
+
+def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
+    """Thickness counts from the ground below; the row names the parameters, which no number of particles goes with."""
+    hilly = Ref.parse("desert[relief=0.02]")
+    (place,) = places([hilly], SMOKE)
+    row = coverage(place.env, place.scene)
+    assert (row.env, row.thickness) == (str(hilly), pytest.approx(0.02, rel=1e-6))
+    with pytest.raises(UsageError, match="Leave the parameters out"):
+        next(places([hilly], SMOKE, particles=2000))
+
+
+@pytest.mark.parametrize("name", list(TABLE_6))
+def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
+    """With it and without it have the same particles in the same places with the same masses."""
+    found = list(pairs(_place(name).scene))
+    assert {pair.effect for pair in found} == _place(name).scene.effects - {Effect.ELASTICITY}
+    for pair in found:
+        assert pair.on.effects - pair.off.effects == {pair.effect}
+        assert not pair.off.effects - pair.on.effects
+        solvers = [Solver(scene, Fidelity(1 / 32)) for scene in (pair.on, pair.off)]
+        for solver in solvers:
+            solver.reset()
+        first, second = solvers
+        assert np.array_equal(first.matter.x.numpy(), second.matter.x.numpy())
+        assert np.allclose(first.parameters.mass.numpy(), second.parameters.mass.numpy(), rtol=1e-6)
+
+
+def test_a_scene_without_a_bed_is_all_elastic() -> None:
+    """Nothing is to be done, and only mud can be made clay."""
+    scene = _place("ground").scene
+    assert all_elastic(scene) is scene
+    sand = _place("desert").scene.medium
+    assert sand is not None
+    with pytest.raises(TypeError, match="mud was expected"):
+        as_clay(sand)
+
+
+@pytest.fixture(scope="module")
+def sand_costs() -> dict[str, Cost]:
+    """Costs of the desert, once."""
+    return {cost.effect: cost for cost in costs(_place("desert"), repeats=3)}
+
+
+def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, Cost]) -> None:
+    """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
+    assert set(sand_costs) == {"muscle", "damping", "friction", "plasticity", "checkpoints", "gradient"}
+    for cost in sand_costs.values():
+        assert cost.ratio == pytest.approx(cost.ns / cost.ns_without)
+        assert cost.launches > 0
+        assert cost.substeps % 3 == 0
+    assert sand_costs["plasticity"].launches == 3
+    assert sand_costs["gradient"].launches == 3 * sand_costs["checkpoints"].launches
+
+
+def test_plasticity_costs_time_and_gradients_cost_time_and_memory(sand_costs: dict[str, Cost]) -> None:
+    """By more than any noise of the machine: the decomposition is about as dear as the rest of a substep."""
+    assert sand_costs["plasticity"].ratio > 1.3
+    assert sand_costs["gradient"].ratio > 1.5
+    assert sand_costs["gradient"].bytes > sand_costs["checkpoints"].bytes > 2 * sand_costs["gradient"].bytes_without
+
+
+def test_bytes_are_those_of_the_tensors() -> None:
+    """Sand holds strain, stress and history, 13 numbers, instead of F with stiffness, tension and fibre, 14."""
+    place = _place("desert")
+    pair = next(pair for pair in pairs(place.scene) if pair.effect is Effect.PLASTICITY)
+    on, off = (Solver(scene, place.fidelity) for scene in (pair.on, pair.off))
+    assert place.scene.medium is not None
+    assert state_bytes(off) - state_bytes(on) == 4 * place.scene.medium.particle_count
+    assert tensor_bytes([on.matter.x]) == 3 * 4 * on.particle_count
+
+
+@pytest.mark.parametrize("name", ["ground", "desert"])
+def test_the_parts_add_up_to_the_substep(name: str) -> None:
+    """Decomposition is measured where a law needs it, and is part of the deformation; the sum is near the whole."""
+    found = {share.part: share for share in shares(_place(name), repeats=3)}
+    assert ("decomposition" in found) == (name == "desert")
+    inside = {"substep", "sum", "decomposition"}
+    assert found["sum"].ns == pytest.approx(sum(share.ns for part, share in found.items() if part not in inside))
+    assert 0.5 < found["sum"].share < 2.0
+    if name == "desert":
+        assert found["decomposition"].ns < found["deform"].ns
+        assert found["deform"].share > 0.3
+
+
+def test_timers_are_asked_in_turn() -> None:
+    """Once each per round, so that a slow moment of the machine meets all of them; the median is taken."""
+    asked: list[str] = []
+    readings = {"a": iter([1.0, 9.0, 2.0]), "b": iter([5.0, 4.0, 6.0])}
+
+    def timer(name: str) -> float:
+        asked.append(name)
+        return next(readings[name])
+
+    assert in_turn([lambda: timer("a"), lambda: timer("b")], 3) == [2.0, 5.0]
+    assert asked == ["a", "b"] * 3
+
+
+def test_the_grid_can_follow_from_a_number_of_particles() -> None:
+    """Environments are compared at about equal numbers; what cannot be measured is refused."""
+    (place,) = places([Ref("ground")], SMOKE, particles=2000)
+    assert place.scene.particle_count == pytest.approx(2000, rel=0.1)
+    with pytest.raises(UsageError, match="Give 50"):
+        next(places([Ref("ground")], SMOKE, particles=7))

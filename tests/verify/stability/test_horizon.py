@@ -1,0 +1,66 @@
+"""Rounding in a long gradient: the bounds hold where all is well, and an error of 1 % in 32 bits breaks them."""
+
+import numpy as np
+import pytest
+import torch
+
+from zoobench.sim.launcher import Launcher
+from zoobench.sim.model.state import Matter, Parameters, Plan
+from zoobench.sim.solver import Solver
+from zoobench.verify.stability.base import Probe
+from zoobench.verify.stability.horizon import WholePath, judge, measure, walker, wave
+
+FRAMES = 10
+
+
+def fallen(*, contact: bool) -> list[str]:
+    """The checks that do not hold of a short episode."""
+    probe = Probe()
+    judge(probe, measure(probe, contact=contact, frames=FRAMES), contact=contact, frames=FRAMES)
+    assert len(probe.checks) >= 4
+    return [check.text for check in probe.checks if not check.holds]
+
+
+@pytest.mark.parametrize("contact", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_sound_arithmetic_is_within_all_bounds(contact: bool) -> None:
+    """On the ground and in mid-air."""
+    assert not fallen(contact=contact)
+
+
+def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though the kinks of the ground alone may make as large a difference between the precisions."""
+    reverse = Launcher.reverse
+
+    def wrong(launcher: Launcher, matter: Matter, parameters: Parameters, plan: Plan, *adjoints: object) -> None:
+        reverse(launcher, matter, parameters, plan, *adjoints)  # type: ignore[arg-type]
+        if matter.x.dtype == torch.float32:
+            adjoints[1].tension *= 1.01  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(Launcher, "reverse", wrong)
+    assert any("on its path" in text for text in fallen(contact=True))
+
+
+@pytest.mark.slow
+def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In mid-air, where the whole difference counts."""
+    set_tension = Solver.set_tension
+
+    def wrong(solver: Solver, *where: object) -> None:
+        set_tension(solver, *where)  # type: ignore[arg-type]
+        if solver.fidelity.precision == 32:
+            solver.parameters.tension *= 1.01
+
+    monkeypatch.setattr(Solver, "set_tension", wrong)
+    assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
+
+
+def test_along_its_own_path_it_is_the_gradient() -> None:
+    """Bit for bit that of the solver, recomputed or given."""
+    solver = walker(32, FRAMES)
+    rollout = solver.run(wave(solver, FRAMES))
+    pull = np.ones(rollout.positions.shape)
+    expected = solver.backward(rollout, pull, 0.0 * pull).actuation
+    own = WholePath(solver, rollout)
+    assert (own.run(pull, 0.0 * pull).actuation == expected).all()
+    assert own.path is not None
+    assert (WholePath(solver, rollout, own.path).run(pull, 0.0 * pull).actuation == expected).all()

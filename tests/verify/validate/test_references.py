@@ -1,0 +1,89 @@
+"""The closed forms that the cases are judged by, each against its own differential equation."""
+
+import numpy as np
+import pytest
+
+from zoobench.sim.model.laws_numpy import fibre_stress, neo_hookean
+from zoobench.sim.model.matter import lame_parameters
+from zoobench.verify.validate import manufactured, statics
+from zoobench.verify.validate.stage import GRAVITY
+
+
+def test_manufactured_body_force_balances_inertia_and_stress() -> None:
+    """rho u_tt = div P + rho b, with u_tt and div P by central differences of displacement and stress."""
+    material = manufactured.MATERIAL
+    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    X, t, step = np.random.default_rng(1).uniform(0, 1, (50, 2)), 0.17, 1e-4
+
+    def nominal(X: np.ndarray) -> np.ndarray:
+        """P_xx and P_yy of the motion, from the simulator's twin of the law."""
+        stretch = manufactured.stretches(X, t)
+        F = np.eye(3) + np.zeros((len(X), 3, 3))
+        F[:, [0, 1], [0, 1]] = stretch
+        tau = neo_hookean(F, mu, lam)
+        return tau[:, [0, 1], [0, 1]] / stretch
+
+    divergence = np.empty_like(X)
+    for d in range(2):
+        way = step * np.eye(2)[d]
+        divergence[:, d] = (nominal(X + way) - nominal(X - way))[:, d] / (2 * step)
+    u = manufactured.displacement
+    inertia = (u(X, t + step) - 2 * u(X, t) + u(X, t - step)) / step**2
+    expected = inertia - divergence / material.density
+    assert manufactured.body_force(X, t) == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
+
+
+def test_manufactured_stretches_are_the_slope_of_the_displacement() -> None:
+    """F = 1 + du/dX, by central differences."""
+    X, t, step = np.random.default_rng(2).uniform(0, 1, (50, 2)), 0.17, 1e-5
+    u = manufactured.displacement
+    slope = (u(X + step, t) - u(X - step, t)) / (2 * step)
+    assert manufactured.stretches(X, t) == pytest.approx(1 + slope, rel=1e-8)
+    assert np.abs(slope).max() > 0.2
+
+
+def test_column_settles_by_half_its_load_in_the_limit_of_small_strain() -> None:
+    """A stiff column settles by rho g H^2 / (2 M); the soft one by more than that."""
+    soft = statics._column_material()
+    mu, lam = lame_parameters(soft.youngs_modulus, soft.poissons_ratio)
+    linear = soft.density * GRAVITY / (2 * (lam + 2 * mu))
+    top = float(statics.column_settlement(soft, np.array([1.0]))[0])
+    assert linear == pytest.approx(statics._LOAD / 2, rel=1e-12)
+    assert top == pytest.approx(linear, rel=0.05)
+    assert abs(top / linear - 1) > 0.005
+
+
+@pytest.mark.parametrize("activation", [-1.0, 0.4, 1.0])
+def test_muscle_at_its_equilibrium_stretch_is_free_of_stress(activation: float) -> None:
+    """Passive and active stress cancel in every direction."""
+    along, across = statics.muscle_stretch(activation)
+    mu, lam = lame_parameters(statics.MUSCLE.youngs_modulus, statics.MUSCLE.poissons_ratio)
+    F = np.diag([along, across, across])
+    active = fibre_stress(F, activation * statics.MUSCLE.muscle_strength, np.array([1.0, 0.0, 0.0]))
+    assert np.abs(neo_hookean(F, mu, lam) + active).max() <= 1e-9 * statics.MUSCLE.muscle_strength
+
+
+def test_beam_deflection_satisfies_its_equations() -> None:
+    """Clamped at the root; far away from shear its fourth derivative is the load over the stiffness."""
+    x = np.linspace(1.0, 9.0, 9)
+    step = 0.5
+    deflect = statics.timoshenko_deflection
+    fourth = sum(c * deflect(x + n * step) for n, c in zip(range(-2, 3), (1, -4, 6, -4, 1), strict=True)) / step**4
+    load = statics._BEAM.density * statics._gentle_gravity() * statics._DEPTH
+    assert fourth == pytest.approx(load / (statics._BEAM.youngs_modulus * statics._DEPTH**3 / 12), rel=1e-6)
+    assert not deflect(np.array([0.0, -1.0])).any()
+
+
+def test_laws_of_a_transfer_step_follow_from_the_spline() -> None:
+    """With S = sinc^3: S^2 + (2 S'/h)^2 = 1 - (k h)^4 / 40 and (4 S' / (k h^2))^2 = 1 - 13 (k h)^2 / 60.
+
+    S is the transform of the quadratic spline, taken from the spline itself.
+    """
+    x = np.linspace(-1.5, 1.5, 30001)
+    spline = np.where(np.abs(x) < 0.5, 0.75 - x**2, 0.5 * (1.5 - np.abs(x)) ** 2)
+    for wave in (0.1, 0.2):  # k h
+        S = float(np.trapezoid(spline * np.cos(wave * x), x))
+        slope = -np.trapezoid(spline * x * np.sin(wave * x), x)  # S' / h
+        assert abs(S / np.sinc(wave / 2 / np.pi) ** 3 - 1) < 1e-7
+        assert 1 - S**2 - (2 * slope) ** 2 == pytest.approx(wave**4 / 40, rel=0.02)
+        assert 1 - (4 * slope / wave) ** 2 == pytest.approx(13 * wave**2 / 60, rel=0.01)

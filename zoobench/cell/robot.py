@@ -1,0 +1,186 @@
+"""What a parameter vector makes of a robot: the activity of its muscles and, in a design space, its body."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.controllers.base import Controller, OpenLoop
+from zoobench.designs.base import Body, Design
+from zoobench.designs.feasibility import SOLID, Soundness, sound
+from zoobench.designs.space import DesignSpace, Form, SiteSpace
+from zoobench.errors import SceneError, Unbuildable, UsageError
+from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
+from zoobench.tasks.base import Metric
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+_LASTING = ("positions", "volumes", "density_ratio", "head", "tail")
+"""Arrays of a body that all forms in a workspace share."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """One robot as a function of its parameters: what the simulator takes, still tied to them.
+
+    Attributes:
+        row: `[1, parameter_count]`, the leaf of a gradient.
+        activity: `[frames, 1, muscles]`; in a closed loop all zero, since it follows from the motion.
+        matter: the body's arrays by the simulator's names; none for a body that is what it is.
+        soundness: what a body from a design space is worth as one; None for another.
+        body: what it was built from.
+    """
+
+    row: "Tensor"
+    activity: "Tensor"
+    matter: "dict[str, Tensor]"
+    soundness: Soundness | None
+    body: Body
+
+    @property
+    def fault(self) -> str:
+        """Why it cannot be built; empty if it can."""
+        return "" if self.soundness is None else self.soundness.fault
+
+    def metrics(self) -> dict[str, Metric]:
+        """What there is to say about a body from a design space.
+
+        * `body_volume`: of all that is there; `components`: pieces of solid matter, before all but the largest were
+          taken away; `mass_kept`: the largest piece's share of their mass.
+        * `elongation`: of all that is there, see `elongation`.
+        """
+        if self.soundness is None:
+            return {}
+        volumes = self.matter["occupancy"].detach()[0].numpy() * self.body.volumes
+        return {
+            "body_volume": Metric(float(volumes.sum()), "m^3"),
+            "elongation": Metric(elongation(self.body.positions, volumes), "1"),
+            "components": Metric(float(self.soundness.components), "1"),
+            "mass_kept": Metric(self.soundness.mass_kept, "1"),
+        }
+
+    def slope(self, pulls: dict[str, Array]) -> Array:
+        """The gradient `[parameter_count]` for pulls on the activity and on the arrays of the body, by their names.
+
+        What is not pulled at may be left out.
+        """
+        import torch
+
+        outputs = {"activity": self.activity[:, 0], **{name: value[0] for name, value in self.matter.items()}}
+        graded = {name: value for name, value in outputs.items() if name in pulls and value.requires_grad}
+        if not graded:
+            return np.zeros(self.row.shape[1])
+        weights = [torch.as_tensor(pulls[name]) for name in graded]
+        (slope,) = torch.autograd.grad(list(graded.values()), self.row, weights)
+        found: Array = slope[0].numpy()
+        return found
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A brain and a body that share one parameter vector: the controller's part, then the design space's.
+
+    Attributes:
+        controller: what moves the muscles.
+        body: at rest; in a design space the workspace.
+        space: what gives the body its form, or None for a body that is what it is.
+    """
+
+    controller: Controller
+    body: Body
+    space: DesignSpace | None
+
+    @classmethod
+    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity) -> "Robot":
+        """The robot of a design and a controller at this fidelity.
+
+        Raises:
+            UnknownNameError, UsageError: a name or a parameter that cannot be used.
+            SceneError: the fidelity is too coarse to hold any of the body.
+        """
+        made: Design = registry.create(Kind.DESIGN, design)
+        brain: Controller = registry.create(Kind.CONTROLLER, controller)
+        return cls(brain, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
+
+    @property
+    def control_count(self) -> int:
+        """Length of the controller's part."""
+        return self.controller.parameter_count(self.body.muscle_count)
+
+    @property
+    def parameter_count(self) -> int:
+        """Length of the whole vector."""
+        return self.control_count + (self.space.parameter_count(self.body) if self.space else 0)
+
+    @property
+    def site_space(self) -> SiteSpace:
+        """The space, as one with a row of parameters for every site.
+
+        Raises:
+            UsageError: it is none.
+        """
+        if not isinstance(self.space, SiteSpace):
+            raise UsageError(
+                "Patterns are painted on a design space with a row of parameters for every site. "
+                "Choose one: --design particle or --design voxel."
+            )
+        return self.space
+
+    def initial(self, rng: np.random.Generator) -> Array:
+        """A draw from the priors of both parts `[parameter_count]`."""
+        control = self.controller.initial(rng, self.body.muscle_count)
+        return np.concatenate([control, self.space.initial(rng, self.body)]) if self.space else control
+
+    def build(self, row: "Tensor", times: "Tensor") -> Built:
+        """The robot for the parameters `row` `[1, parameter_count]`, its muscles at the frames' `times` `[frames]` [s].
+
+        It may have a fault and then makes no episode.
+        """
+        activity = row.new_zeros((len(times), 1, self.body.muscle_count))
+        if isinstance(self.controller, OpenLoop):
+            activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
+        if self.space is None:
+            return Built(row, activity, {}, None, self.body)
+        form, soundness = self._form(self.space, row)
+        return Built(row, activity, form.matter(self.body), soundness, self.body)
+
+    def formed(self, parameters: Array) -> Body:
+        """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
+
+        Raises:
+            SceneError: it cannot be built.
+        """
+        import torch
+
+        if self.space is None:
+            return self.body
+        form, soundness = self._form(self.space, torch.as_tensor(parameters[None]))
+        if soundness.fault:
+            raise SceneError(str(Unbuildable(soundness.fault)))
+        there = form.occupancy[0].numpy() > SOLID
+        named = {name: value[0].numpy() for name, value in vars(form).items()}
+        kept = {name: getattr(self.body, name) for name in _LASTING}
+        named["stiffness"] = named["stiffness"] * self.body.stiffness
+        return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)
+
+    def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Soundness]:
+        """The form for the parameters `row` `[1, parameter_count]` as it can be built, and what it is worth."""
+        form, (soundness,) = sound(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
+        return form, soundness
+
+
+def elongation(places: Array, volumes: Array) -> float:
+    """How much longer than wide matter of these volumes `[n]` [m^3] at `places` `[n, 3]` [m] is, in [0, 1].
+
+    1 - (second longest / longest deviation along the principal axes): 0 for a ball or a disc, 1 for a needle.
+    """
+    centre = np.average(places, axis=0, weights=volumes)
+    moments = np.einsum("ni,nj,n->ij", places - centre, places - centre, volumes)  # in one order, however many threads
+    spreads = np.linalg.eigvalsh(moments)
+    return float(1.0 - np.sqrt(max(spreads[1], 0.0) / spreads[2]))

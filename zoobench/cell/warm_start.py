@@ -1,0 +1,82 @@
+"""Warm starts: which parameters of a stored run's solution another run begins with."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.robot import Robot
+from zoobench.errors import UsageError
+from zoobench.inputs import Start
+from zoobench.registry import Kind
+from zoobench.spec import Ref, RunSpec
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """The parts of a start that fit another run: what is given there instead of drawn.
+
+    Attributes:
+        control, design: values of the controller's and the design space's part; None where that is drawn.
+        words: what was taken and what was not.
+    """
+
+    control: Array | None
+    design: Array | None
+    words: str
+
+    def over(self, draw: Array, control_count: int) -> Array:
+        """A draw from the prior `[parameter_count]` with the parts of the start in it."""
+        control = draw[:control_count] if self.control is None else self.control
+        return np.concatenate([control, draw[control_count:] if self.design is None else self.design])
+
+
+def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
+    """What of a start fits a run with this robot.
+
+    The controller's part fits the same controller with as many parameters, whatever the body; the design's fits the
+    same design space with as many.
+
+    Raises:
+        UsageError: nothing does.
+    """
+    theirs = _robot(start.spec)
+    values = np.array(start.params)
+    parts = (
+        ("controller", start.spec.controller, theirs.control_count, spec.controller, robot.control_count),
+        ("design", start.spec.design, len(values) - theirs.control_count, spec.design,
+         robot.parameter_count - robot.control_count),
+    )  # fmt: skip
+    taken = {part: ours == given and count == wanted > 0 for part, given, count, ours, wanted in parts}
+    if not any(taken.values()):
+        raise UsageError(
+            f"The start does not fit: it has {_sizes((part, given, count) for part, given, count, _, _ in parts)}, and "
+            f"{spec} takes {_sizes((part, ours, wanted) for part, _, _, ours, wanted in parts)}. Start from a run with "
+            "the same controller for as many muscles, or with the same design space at the same fidelity."
+        )
+    words = [
+        f"the {part}'s {wanted} parameters are {'those of the start' if taken[part] else 'drawn'}"
+        for part, _, _, _, wanted in parts
+        if wanted
+    ]
+    return Overlay(
+        values[: theirs.control_count] if taken["controller"] else None,
+        values[theirs.control_count :] if taken["design"] else None,
+        " and ".join(words),
+    )
+
+
+def overlay_of(start: Start, spec: RunSpec) -> Overlay:
+    """As `overlay`, for the robot of a spec."""
+    return overlay(start, spec, _robot(spec))
+
+
+def _sizes(parts: Iterable[tuple[str, Ref, int]]) -> str:
+    """How many parameters there are, by part."""
+    return " and ".join(f"{count} of the {part} {ref}" for part, ref, count in parts if count) or "no parameters"
+
+
+def _robot(spec: RunSpec) -> Robot:
+    return Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity))

@@ -1,0 +1,151 @@
+"""Whether a form is a body: in one piece, not empty, and thick enough to bend; and the constraint to one piece."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.arrays import Array
+from zoobench.designs.base import Body, Mask
+from zoobench.designs.space import Form
+
+Indices = NDArray[np.int64]
+
+SOLID = 0.5
+"""Occupancy above which matter is solid."""
+
+THINNEST = 2
+"""Particles across the thickest place of a body, at least: a sheet or thread of one has no stiffness in bending."""
+
+_REACH = 1.45  # spacings to a neighbour: particles that share a face or an edge of the lattice hang together
+
+
+@dataclass(frozen=True)
+class Soundness:
+    """What became of one form.
+
+    Attributes:
+        components: connected pieces of solid matter.
+        mass_kept: share of the mass of the solid matter that the largest piece has, in [0, 1].
+        thickness: edge of the largest block of the lattice within the largest piece [particles].
+        fault: why this is no body, and what to do; empty if it is one.
+    """
+
+    components: int
+    mass_kept: float
+    thickness: int
+    fault: str
+
+
+def sound(form: Form, body: Body, connected: bool) -> tuple[Form, list[Soundness]]:
+    """The form that can be built, and a report on each world.
+
+    With `connected`, solid particles outside the largest piece become empty; particles that are not solid stay as they
+    are, and so do all gradients but those through what was emptied. Of pieces of equal mass, the one with the first
+    particle counts as the largest.
+    """
+    import torch
+
+    lattice = _lattice(body.positions.tobytes())
+    edge = float(np.cbrt(body.volumes.mean()))
+    keep, reports = [], []
+    for occupancy in form.occupancy.detach().numpy():
+        solid = occupancy > SOLID
+        masses = body.masses(1.0) * occupancy
+        piece, components = _largest_piece(lattice, solid, masses)
+        thickness = lattice.thickness(piece)
+        mass_kept = float(masses[piece].sum() / masses[solid].sum()) if components else 0.0
+        reports.append(Soundness(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, edge)))
+        keep.append(piece | ~solid)
+    if not connected:
+        return form, reports
+    return replace(form, occupancy=form.occupancy * torch.as_tensor(np.array(keep))), reports
+
+
+def _fault(fullest: float, thickness: int, edge: float) -> str:
+    if not thickness:
+        return (
+            f"The design is empty: no particle is more than half occupied, the fullest is {fullest:.2g}. "
+            "Start nearer to the base, or take smaller steps."
+        )
+    if thickness < THINNEST:
+        return (
+            f"The design is too thin for the grid: nowhere more than {thickness} particle of {1e3 * edge:.2g} mm "
+            f"across, and {THINNEST} are needed. Use a finer fidelity or a larger base, or take smaller steps."
+        )
+    return ""
+
+
+def _largest_piece(lattice: "_Lattice", solid: Mask, masses: Array) -> tuple[Mask, int]:
+    """The particles of the piece of most mass, and the number of pieces."""
+    if not solid.any():
+        return solid, 0
+    pieces = lattice.pieces(solid)
+    weights = np.bincount(pieces, masses * solid)
+    heaviest = weights[pieces] >= (1.0 - 1e-9) * weights.max()  # mirror images differ by their rounding
+    first = np.flatnonzero(solid & heaviest)[0]
+    return solid & (pieces == pieces[first]), len(np.unique(pieces[solid]))
+
+
+@dataclass(frozen=True)
+class _Lattice:
+    """Who is whose neighbour.
+
+    Attributes:
+        pairs: `[pair_count, 2]` neighbours.
+        corners: `[particle_count, 7]` the other corners of the lattice cell that begins at a particle; the particle
+            count where there is none.
+    """
+
+    pairs: Indices
+    corners: Indices
+
+    def pieces(self, solid: Mask) -> Indices:
+        """The number of each solid particle's piece `[particle_count]`; of no meaning for the others."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        near = self.pairs[solid[self.pairs].all(axis=1)]
+        graph = coo_array((np.ones(len(near), bool), (near[:, 0], near[:, 1])), shape=(len(solid), len(solid)))
+        found: Indices = connected_components(graph, directed=False)[1]
+        return found
+
+    def thickness(self, piece: Mask) -> int:
+        """Edge of the largest block within: as often as it can be taken that all corners of a cell are inside."""
+        inside = np.append(piece, False)
+        steps = 0
+        while inside.any():
+            inside[:-1] &= inside[self.corners].all(axis=1)
+            steps += 1
+        return steps
+
+
+@lru_cache(maxsize=8)
+def _lattice(content: bytes) -> _Lattice:
+    """The neighbours among positions `[particle_count, 3]` on a lattice, given as bytes; cubic or face-centred."""
+    from scipy.spatial import KDTree
+
+    positions = np.frombuffer(content).reshape(-1, 3)
+    count = len(positions)
+    corners = np.full((count, 7), count)
+    if count < 2:
+        return _Lattice(np.zeros((0, 2), np.int64), corners)
+    tree = KDTree(positions)
+    spacing = float(np.median(tree.query(positions, k=2)[0][:, 1]))
+    cell = _cell(positions, tree.query_pairs(1.05 * spacing, output_type="ndarray"), spacing)
+    if cell is not None:
+        steps = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)][1:]) @ cell
+        places = positions[:, None] + steps
+        corners = tree.query(places, distance_upper_bound=0.1 * spacing)[1]
+    return _Lattice(tree.query_pairs(_REACH * spacing, output_type="ndarray"), corners)
+
+
+def _cell(positions: Array, nearest: Indices, spacing: float) -> Array | None:
+    """Edges `[3, 3]` [m] of the lattice's cell: three directions to nearest neighbours; None in a flat lattice."""
+    gaps = np.unique(np.round((positions[nearest[:, 1]] - positions[nearest[:, 0]]) / spacing, 3), axis=0)
+    for trio in combinations(gaps * spacing, 3):
+        if abs(np.linalg.det(np.array(trio))) > 0.1 * spacing**3:
+            return np.array(trio)
+    return None

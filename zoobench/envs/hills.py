@@ -1,0 +1,105 @@
+"""Rolling ground: seeded gradient noise (Perlin 1985, with the smooth fade of Perlin 2002) as a height field."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.arrays import Array
+from zoobench.errors import UsageError
+from zoobench.sim.model.terrain import Terrain
+
+Hashes = NDArray[np.uint64]
+
+OCTAVES = 2
+POINTS_PER_WAVE = 8
+"""Points of the height field along the shortest wavelength; a bicubic spline goes through them."""
+
+_LARGEST_NOISE = np.sqrt(0.5)
+"""Bound of one octave in two dimensions: met in the middle of a cell whose four gradients point there."""
+
+_FEWEST_POINTS = 4
+
+
+def hills(
+    size: tuple[float, float], *, relief: float, wavelength: float, seed: int, octaves: int = OCTAVES
+) -> Terrain | None:
+    """A terrain over an arena of this size along x and z [m]; None if it has no relief.
+
+    The same seed gives the same hills at the same place however large the arena is.
+
+    Args:
+        relief: no point is higher than this, none below 0 [m].
+        wavelength: of the widest hills [m]; each octave has half the wavelength and height of the one before.
+        seed: which hills.
+
+    Raises:
+        UsageError: a negative relief or seed, a wavelength that is not positive, or no octave.
+    """
+    if not 0.0 <= relief < np.inf or not 0.0 < wavelength < np.inf or octaves < 1 or not 0 <= seed < 2**63:
+        raise UsageError(
+            f"Hills of {relief:g} m, a wavelength of {wavelength:g} m, {octaves} octaves and seed {seed} are not "
+            "possible. Give a relief and a seed of 0 or more, a positive wavelength and at least 1 octave."
+        )
+    if not relief:
+        return None
+    spacing = wavelength / 2.0 ** (octaves - 1) / POINTS_PER_WAVE
+    counts = [max(_FEWEST_POINTS, int(np.ceil(length / spacing)) + 1) for length in size]
+    x, z = (spacing / wavelength * np.arange(count, dtype=np.float64) for count in counts)
+    noise = perlin(x[:, None], z[None, :], seed=seed, octaves=octaves)
+    return Terrain(relief * (1.0 + noise) / 2.0, spacing)
+
+
+def perlin(x: Array, z: Array, *, seed: int, octaves: int = 1) -> Array:
+    """Gradient noise in [-1, 1] at points in units of the longest wavelength, of the arrays' common shape.
+
+    Its mean over many waves is 0; it is 0 at all points with whole coordinates if there is one octave.
+    """
+    x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
+    total, bound = np.zeros(x.shape), 0.0
+    for octave in range(octaves):
+        share, scale = 0.5**octave, 2.0**octave
+        total += share * _octave(scale * x, scale * z, seed, octave)
+        bound += share * _LARGEST_NOISE
+    noise: Array = total / bound
+    return noise
+
+
+def _octave(x: Array, z: Array, seed: int, octave: int) -> Array:
+    """One octave: the corners' gradients, each as a plane through 0 at its corner, faded into each other."""
+    column, row = np.floor(x), np.floor(z)
+    u, w = x - column, z - row
+    planes = [
+        _plane(column + i, row + k, u - i, w - k, seed, octave) for i in (0, 1) for k in (0, 1)
+    ]  # fmt: skip
+    along_x, along_z = _fade(u), _fade(w)
+    near = planes[0] + along_z * (planes[1] - planes[0])
+    far = planes[2] + along_z * (planes[3] - planes[2])
+    return near + along_x * (far - near)
+
+
+def _plane(column: Array, row: Array, u: Array, w: Array, seed: int, octave: int) -> Array:
+    """The corner's unit gradient times the way from the corner."""
+    angle = 2.0 * np.pi * _uniform(column, row, seed, octave)
+    plane: Array = np.cos(angle) * u + np.sin(angle) * w
+    return plane
+
+
+def _fade(t: Array) -> Array:
+    """6 t^5 - 15 t^4 + 10 t^3, whose first and second derivatives vanish at both ends."""
+    return t**3 * (t * (6.0 * t - 15.0) + 10.0)
+
+
+def _uniform(column: Array, row: Array, seed: int, octave: int) -> Array:
+    """A number in [0, 1) for each corner, from whole numbers alone: the same with every version of every library."""
+    key = _mix(np.full(column.shape, seed, np.uint64))
+    for part in (np.full(column.shape, octave, np.uint64), column.astype(np.int64), row.astype(np.int64)):
+        key = _mix(key ^ part.astype(np.uint64))
+    top: Array = (key >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    return top
+
+
+def _mix(key: Hashes) -> Hashes:
+    """The finaliser of SplitMix64 (Steele et al. 2014); arithmetic is modulo 2^64."""
+    key = key + np.uint64(0x9E3779B97F4A7C15)
+    key = (key ^ (key >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    key = (key ^ (key >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return key ^ (key >> np.uint64(31))

@@ -1,0 +1,111 @@
+"""A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.cell.robot import Robot
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import Ref, RunSpec
+
+if TYPE_CHECKING:
+    from zoobench.designs.base import Body, Design
+    from zoobench.sim.model.fidelity import Fidelity
+
+DENSITY = 1000.0
+"""Of the robots of every environment [kg/m^3]; the card states it."""
+
+MEASURED = "paper"
+"""The fidelity at which size, mass and muscles are taken: fine enough for the eye, fast enough to wait for."""
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A body as it is at a fidelity."""
+
+    body: "Body"
+    grid: "Fidelity"
+
+
+def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B008  (frozen)
+    """The body of a design, the workspace of a design space, at a fidelity.
+
+    Raises:
+        UsageError: the design cannot be made; SceneError: not as coarsely as this.
+    """
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
+    made: Design = registry.create(Kind.DESIGN, design)
+    return Sampled(made.body(grid), grid)
+
+
+def card(design: Ref) -> dict[str, Any]:
+    """What a body is, as plain data.
+
+    `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass that each moves
+    [-], `passive` that which none moves, `stiffness` and `density` the least and largest multiple [-], `particles` the
+    count at every named fidelity, None where that is too coarse for it.
+
+    Raises:
+        UsageError: the design cannot be made.
+    """
+    sampled = body_at(design)
+    body, edge = sampled.body, sampled.grid.particle_edge
+    masses = body.masses(DENSITY)
+    shares = masses @ body.muscle_membership / masses.sum()
+    names = sorted(registry.names(Kind.FIDELITY), key=lambda name: (-_spacing(name), name))
+    return {
+        "size": (np.ptp(body.positions, axis=0) + edge).round(4).tolist(),
+        "mass": float(masses.sum()),
+        "muscles": dict(zip(body.muscles, shares.tolist(), strict=True)),
+        "passive": max(0.0, 1.0 - float(shares.sum())),
+        "stiffness": [float(body.stiffness.min()), float(body.stiffness.max())],
+        "density": [float(body.density_ratio.min()), float(body.density_ratio.max())],
+        "particles": {name: _count(design, name) for name in names},
+    }
+
+
+def _spacing(fidelity: str) -> float:
+    grid: Fidelity = registry.create(Kind.FIDELITY, Ref(fidelity))
+    return grid.grid_spacing
+
+
+def _count(design: Ref, fidelity: str) -> int | None:
+    try:
+        return body_at(design, Ref(fidelity)).body.particle_count
+    except SceneError:
+        return None
+
+
+def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = None) -> Sampled:
+    """The body that a run has found, at the run's own fidelity if none is given.
+
+    Raises:
+        UsageError: the parameters describe no body at this fidelity; SceneError: it cannot be built there.
+    """
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
+    robot = Robot.of(spec.design, spec.controller, grid)
+    if len(parameters) != robot.parameter_count:
+        raise UsageError(
+            f"The run's {len(parameters)} parameters describe no {spec.design.name} body at "
+            f"{fidelity or spec.fidelity}, which takes {robot.parameter_count}. "
+            f"Use the run's own fidelity, {spec.fidelity}."
+        )
+    return Sampled(robot.formed(np.array(parameters)), grid)
+
+
+def export_body(sampled: Sampled, path: Path) -> None:
+    """Write a body into a file, see `designs.export`.
+
+    Raises:
+        UsageError: the file cannot be written, or the particles of a surface are not on a cubic lattice.
+    """
+    from zoobench.designs.export import export
+
+    if path.suffix.lower() == ".stl" and sampled.grid.particles_per_cell == 4:
+        raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
+    export(sampled.body, sampled.grid.particle_edge, path)

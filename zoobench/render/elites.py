@@ -1,0 +1,65 @@
+"""An archive for other tools: a table, a picture, or everything."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from zoobench.errors import UsageError
+from zoobench.methods.archive import Archive
+from zoobench.render import figures
+
+FORMATS = ("csv", "npz", "png")
+
+_SIZE = (6.4, 5.2)  # [inches]
+
+
+def write(archive: Archive, path: Path, *, title: str, unit: str) -> None:
+    """Write an archive in the format that the path's ending names, elites numbered from 1, the best first.
+
+    * `csv`: a row for each elite, its number, score and measures.
+    * `npz`: the arrays of `Archive` by name, parameters included.
+    * `png`: a map of the cells by score; white ones are empty, and a star marks the best.
+
+    Raises:
+        UsageError: another ending, a file that cannot be written, or no matplotlib for `png`.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .csv, .npz or .png.")
+    try:
+        if kind == "csv":
+            _csv(archive, path, unit)
+        elif kind == "npz":
+            path.write_bytes(archive.to_bytes())
+        else:
+            _png(archive, path, title, unit)
+    except OSError as error:
+        raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
+
+
+def _csv(archive: Archive, path: Path, unit: str) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["elite", f"score [{unit}]", *archive.names])
+        for number, (score, measures) in enumerate(zip(archive.scores, archive.measures, strict=True), start=1):
+            writer.writerow([number, repr(float(score)), *(repr(float(value)) for value in measures)])
+
+
+def cells_of(archive: Archive) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+    """In which cell of the grid each elite lies `[elite_count, measure_count]`; 1 lies in the last."""
+    return np.minimum((archive.measures * archive.cells).astype(np.int64), archive.cells - 1)
+
+
+def _png(archive: Archive, path: Path, title: str, unit: str) -> None:
+    scores = np.full((archive.cells, archive.cells), np.nan)
+    across, up = cells_of(archive).T
+    scores[up, across] = archive.scores
+    figure = figures.blank(_SIZE)
+    axes = figure.add_subplot()
+    edges = np.linspace(0.0, 1.0, archive.cells + 1)
+    image = axes.pcolormesh(edges, edges, np.ma.masked_invalid(scores), cmap="viridis")
+    figure.colorbar(image, label=f"score [{unit}]")
+    axes.plot((across[0] + 0.5) / archive.cells, (up[0] + 0.5) / archive.cells, "*", ms=14, mfc="w", mec="k")
+    axes.set(title=title, xlabel=f"{archive.names[0]} [1]", ylabel=f"{archive.names[1]} [1]", aspect="equal")
+    figures.save(figure, path)

@@ -1,0 +1,87 @@
+"""Detection of a simulation that has left the range in which its numbers mean anything, once per control frame."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
+
+LARGEST_ESCAPE = 1.0
+"""Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong with a world.
+
+    Attributes:
+        quantity: what left its range, `value` against `limit`.
+        column: which of the survey's culprits it is.
+        advice: what to do about it.
+    """
+
+    quantity: str
+    value: float
+    limit: float
+    column: int
+    advice: str
+
+
+def judge(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
+    """The worst that is wrong with a world after a frame of steps `dt` [s]; None if nothing is."""
+    slower = "Matter {} too fast for the step: use a smaller Courant fraction."
+    checks = (
+        ("distance beyond the arena in cells", condition.beyond, LARGEST_ESCAPE, 2,
+         "Widen the arena or shorten the episode."),
+        ("Courant number", condition.speed * dt / grid_spacing, LARGEST_COURANT, 0, slower.format("moves")),
+        ("velocity gradient times dt", condition.shear * dt, 2 * LARGEST_COURANT, 1, slower.format("shears")),
+    )  # fmt: skip
+    for _, value, limit, column, _ in checks:
+        if not math.isfinite(value):
+            advice = "Lower the actuation or the stiffness, or use a smaller Courant fraction."
+            return Finding("finite state", value, limit, column, advice)
+    if not condition.smallest_j > 0.0:
+        advice = "An element is inverted: lower the actuation or the muscle strength, or use a finer fidelity."
+        return Finding("det F", condition.smallest_j, 0.0, 3, advice)
+    for quantity, value, limit, column, advice in checks:
+        if value > limit:
+            return Finding(quantity, value, limit, column, advice)
+    return None
+
+
+def torn(growth: float, fidelity: Fidelity) -> Finding | None:
+    """Whether a robot comes apart: neighbours are more than a cell, and twice their distance at rest, apart.
+
+    `growth` is what `separation` found. From there on the grid feels gaps (numerical fracture), and what moves is soon
+    no robot but its pieces.
+    """
+    limit = largest_separation(fidelity)
+    if growth <= limit:
+        return None
+    advice = "The robot is torn: lower the actuation, or use more particles per cell."
+    return Finding("distance of neighbours by that at rest", growth, limit, 4, advice)
+
+
+def largest_separation(fidelity: Fidelity) -> float:
+    """How many times farther apart than at rest neighbours may be."""
+    return float(max(2.0, fidelity.particles_per_cell ** (1 / 3)))
+
+
+def separation(rest: Array, now: Array) -> float:
+    """The most that the distance of two neighbours of the lattice has grown [-], from `[count, 3]` to `[count, 3]`.
+
+    A single particle's F is no measure of it: the grid does not see what differs between the particles of one cell,
+    and F there may be stretched by 2 where its neighbours are 1.3 times as far away as at rest.
+    """
+    from scipy.spatial import cKDTree
+
+    if len(rest) < 2:
+        return 1.0
+    tree = cKDTree(rest)
+    spacing = float(np.median(tree.query(rest, k=2)[0][:, 1]))
+    one, other = tree.query_pairs(1.01 * spacing, output_type="ndarray").T
+    before, after = (np.linalg.norm(place[one] - place[other], axis=1) for place in (rest, now))
+    return float((after / before).max(initial=0.0))

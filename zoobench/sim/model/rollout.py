@@ -1,0 +1,108 @@
+"""What a simulation gives back: the path of the robot, what went wrong, and the gradient."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.errors import Divergence
+from zoobench.sim.model.state import IntArray, Matter
+
+FloatArray = NDArray[np.floating]
+
+Reflex = Callable[[int, FloatArray, FloatArray], NDArray[np.float64]]
+"""Gives the actuation `[worlds, muscles]` of a frame, from its number and the robot's positions and velocities at its
+beginning, `[worlds, robot, 3]` each."""
+
+ReflexAdjoint = Callable[[int, NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Pulls on the positions and velocities at the beginning of a frame, from its number and the pull on its actuation."""
+
+
+@dataclass
+class SubstepMeter:
+    """World-substeps simulated so far, the currency of budgets."""
+
+    forward: int = 0
+    recomputed: int = 0
+    backward: int = 0
+
+    @property
+    def total(self) -> int:
+        """All of them together."""
+        return self.forward + self.recomputed + self.backward
+
+
+@dataclass
+class Rollout:
+    """One episode of all worlds.
+
+    Attributes:
+        positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
+        actuation: `[frames, worlds, muscles]` as it was applied.
+        muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
+        divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
+        tears: the worlds whose robot came apart, as it was first seen; they were simulated on, in pieces.
+        counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; each is as long as the others
+            of its frame.
+        retries: `[worlds]` how many times a frame was put back and repeated with half the step.
+        guarded: `[worlds]` particle-frames in which log J was held at its guard.
+        smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
+        checkpoints: state at every `interval` frames, kept when gradients were asked for.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    actuation: FloatArray
+    muscle_potential: NDArray[np.float64]
+    body: dict[str, NDArray[np.float64]]
+    divergences: dict[int, Divergence]
+    tears: dict[int, Divergence]
+    counts: IntArray
+    retries: IntArray
+    guarded: IntArray
+    smallest_j: NDArray[np.float64]
+    interval: int = 0
+    checkpoints: list[Matter] = field(default_factory=list)
+
+    @property
+    def frames(self) -> int:
+        """Control frames of the episode."""
+        return len(self.actuation)
+
+    @property
+    def substeps(self) -> int:
+        """Substeps of the world that took the most."""
+        return int(self.counts.sum(axis=0).max())
+
+    @property
+    def muscle_work(self) -> NDArray[np.float64]:
+        """Work that each muscle did on the body in each frame `[frames, worlds, muscles]` [J].
+
+        The active stress a s (F d)(F d)^T derives from the energy a Q with Q = s / 2 sum w V |F d|^2 over a muscle's
+        particles (`muscle_potential`). The activity a is held through a frame, so that the work of that stress over it
+        is -a times the change of Q, whatever happened in between.
+        """
+        work: NDArray[np.float64] = -self.actuation * np.diff(self.muscle_potential, axis=0)
+        return work
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Derivatives of a scalar of the path, in float64: zero in worlds that diverged.
+
+    Attributes:
+        actuation: `[frames, worlds, muscles]`.
+        stiffness, density_ratio, occupancy: `[worlds, robot]`.
+        muscle_membership: `[worlds, robot, muscles]`.
+        fibres: `[worlds, robot, 3]`.
+        fault: where the reverse pass first met an adjoint that is not finite; empty if it never did.
+    """
+
+    actuation: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    density_ratio: NDArray[np.float64]
+    occupancy: NDArray[np.float64]
+    muscle_membership: NDArray[np.float64]
+    fibres: NDArray[np.float64]
+    fault: str = ""

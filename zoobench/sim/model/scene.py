@@ -1,0 +1,287 @@
+"""What is simulated: matter, ground and arena, as plain data. The effects a scene calls for are derived from it.
+
+SI units; y is up; the ground plane is y = 0.
+"""
+
+from dataclasses import dataclass, fields
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench.arrays import Array
+from zoobench.errors import SceneError
+from zoobench.sim.model.laws_numpy import principal_stress
+from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial
+from zoobench.sim.model.terrain import Terrain
+
+EARTH_GRAVITY = (0.0, -9.81, 0.0)
+
+
+class Effect(StrEnum):
+    """A physical effect that costs kernels, fields and time; simulated only where a scene calls for it."""
+
+    ELASTICITY = "elasticity"
+    MUSCLE = "muscle"
+    DAMPING = "damping"
+    PLASTICITY = "plasticity"
+    FLUID = "fluid"
+    FRICTION = "friction"
+
+
+_MAY_BE_ZERO = ("muscle_strength", "friction_angle", "viscosity", "hardening")
+
+_MEDIUM_EFFECTS = {
+    Law.SAND: {Effect.PLASTICITY},
+    Law.CLAY: {Effect.PLASTICITY},
+    Law.SNOW: {Effect.PLASTICITY},
+    Law.MUD: {Effect.PLASTICITY, Effect.FLUID},
+    Law.WATER: {Effect.FLUID},
+}
+
+
+@dataclass(frozen=True)
+class ElasticBody:
+    """Matter that keeps its shape: a robot or a block. Arrays run over its particles.
+
+    Attributes:
+        material: the constitutive law's constants.
+        positions: `[particle_count, 3]` [m].
+        volumes: `[particle_count]` rest volume that each particle stands for [m^3].
+        stiffness: `[particle_count]` multiplier of E [-].
+        density_ratio: `[particle_count]` multiplier of rho [-].
+        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 takes no part.
+        muscle_membership: `[particle_count, muscle_count]` soft share of each muscle [-].
+        fibres: `[particle_count, 3]` unit muscle direction in the rest pose.
+        velocities: `[particle_count, 3]` initial velocity [m/s].
+        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+    """
+
+    material: ElasticMaterial
+    positions: Array
+    volumes: Array
+    stiffness: Array
+    density_ratio: Array
+    occupancy: Array
+    muscle_membership: Array
+    fibres: Array
+    velocities: Array
+    velocity_gradients: Array | None = None
+
+    @property
+    def particle_count(self) -> int:
+        """How many particles the body has."""
+        return len(self.positions)
+
+    @property
+    def muscle_count(self) -> int:
+        """How many muscles move it; 0 for passive matter."""
+        return int(self.muscle_membership.shape[1])
+
+    @classmethod
+    def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
+        """A body at rest without muscles, all of one kind: the block of the validation cases."""
+        count = len(positions)
+        return cls(
+            material=material,
+            positions=positions,
+            volumes=volumes,
+            stiffness=np.ones(count),
+            density_ratio=np.ones(count),
+            occupancy=np.ones(count),
+            muscle_membership=np.zeros((count, 0)),
+            fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
+            velocities=np.zeros((count, 3)),
+        )
+
+
+@dataclass(frozen=True)
+class MediumBed:
+    """Matter that the robot moves on or in. Arrays run over its particles; the state is that at time zero.
+
+    Attributes:
+        positions: `[particle_count, 3]` [m].
+        volumes: `[particle_count]` rest volume [m^3].
+        left_cauchy_green: `[particle_count, 6]` elastic b (xx yy zz xy xz yz); not used by water.
+        history: `[particle_count]` what the law remembers: surplus (sand), plastic volume ratio (snow), J (water).
+        stress: `[particle_count, 6]` Kirchhoff stress that goes with b [Pa]; not used by water.
+        velocities: `[particle_count, 3]` [m/s]; None for rest.
+        hosts: `[particle_count]` the robot particle whose place it shares, -1 for none: it has the share of its volume
+            that the robot's occupancy leaves; None if none does.
+    """
+
+    material: Medium
+    positions: Array
+    volumes: Array
+    left_cauchy_green: Array
+    history: Array
+    stress: Array
+    velocities: Array | None = None
+    hosts: NDArray[np.int64] | None = None
+
+    @property
+    def particle_count(self) -> int:
+        """How many particles the bed has."""
+        return len(self.positions)
+
+    @classmethod
+    def at_rest(cls, material: Medium, positions: Array, volumes: Array, strains: Array | None = None) -> "MediumBed":
+        """A bed with principal Hencky strains `[particle_count, 3]` along the axes; free of strain if None.
+
+        The strains must be elastic: within the material's yield surface.
+        """
+        strains = np.zeros_like(positions) if strains is None else strains
+        shear = np.zeros_like(strains)
+        history = {Law.SNOW: np.ones(len(positions)), Law.WATER: np.exp(strains.sum(1))}
+        return cls(
+            material=material,
+            positions=positions,
+            volumes=volumes,
+            left_cauchy_green=np.hstack([np.exp(2.0 * strains), shear]),
+            history=history.get(material.law, np.zeros(len(positions))),
+            stress=np.hstack([principal_stress(material, strains), shear]),
+        )
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The rigid ground with Coulomb friction: the plane y = 0, or a terrain; nodes that separate from it are free."""
+
+    friction: float
+    terrain: Terrain | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that the simulator needs to know about the world.
+
+    Attributes:
+        robot: the elastic body that moves itself.
+        medium: what it moves on or in, or None.
+        ground: the plane under both, or None for free flight.
+        gravity: [m/s^2]; tilted gravity is an incline.
+        lower, upper: corners of the arena [m]; its walls are frictionless and let go freely. With a ground,
+            lower y is 0.
+    """
+
+    robot: ElasticBody
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    medium: MediumBed | None = None
+    ground: Ground | None = None
+    gravity: tuple[float, float, float] = EARTH_GRAVITY
+
+    def __post_init__(self) -> None:
+        _check_elastic(self.robot)
+        if self.medium is not None:
+            _check_medium(self.medium)
+        if not np.isfinite(self.gravity).all():
+            raise SceneError(f"The gravity {self.gravity} m/s^2 is not finite.")
+        if self.ground is not None and not 0 <= self.ground.friction < np.inf:
+            raise SceneError(
+                f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more."
+            )
+        if self.ground is not None and self.ground.terrain is not None:
+            self.ground.terrain.check(self.upper[1])
+        if self.ground is not None and self.lower[1] != 0.0:
+            raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
+        bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
+        if self.medium is not None and self.medium.hosts is not None:
+            hosts = self.medium.hosts
+            if hosts.min() < -1 or hosts.max() >= self.robot.particle_count:
+                raise SceneError(
+                    f"The medium's hosts range from {hosts.min()} to {hosts.max()}; the robot has the particles 0 to "
+                    f"{self.robot.particle_count - 1}, and -1 stands for none."
+                )
+        for name, positions in bodies.items():
+            outside = np.any((positions < self.lower) | (positions > self.upper), axis=1)
+            if outside.any():
+                place = positions[outside][0]
+                raise SceneError(
+                    f"{int(outside.sum())} particles of the {name} lie outside the arena {self.lower} to {self.upper} "
+                    f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
+                )
+
+    @property
+    def effects(self) -> frozenset[Effect]:
+        """What this scene calls for; never set by hand."""
+        found = {Effect.ELASTICITY}
+        if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
+            found.add(Effect.MUSCLE)
+        if self.robot.material.viscosity > 0:
+            found.add(Effect.DAMPING)
+        if self.medium is not None:
+            found |= _MEDIUM_EFFECTS[self.medium.material.law]
+        if self.ground is not None and self.ground.friction > 0:
+            found.add(Effect.FRICTION)
+        return frozenset(found)
+
+    @property
+    def particle_count(self) -> int:
+        """Particles of all matter together."""
+        return self.robot.particle_count + (self.medium.particle_count if self.medium else 0)
+
+
+def _check_elastic(body: ElasticBody) -> None:
+    count = body.particle_count
+    shapes = {
+        "positions": (count, 3), "volumes": (count,), "stiffness": (count,), "density_ratio": (count,),
+        "occupancy": (count,), "muscle_membership": (count, body.muscle_count), "fibres": (count, 3),
+        "velocities": (count, 3),
+    }  # fmt: skip
+    if body.velocity_gradients is not None:
+        shapes["velocity_gradients"] = (count, 3, 3)
+    for name, shape in shapes.items():
+        _check_array("body", name, getattr(body, name), shape)
+    if not count or not (body.occupancy > 0).any():
+        raise SceneError("The body is empty: no particle has an occupancy above 0. Check the design's parameters.")
+    for name in ("volumes", "stiffness", "density_ratio"):
+        if getattr(body, name).min() <= 0:
+            raise SceneError(f"The body's {name} must be positive; the smallest is {getattr(body, name).min():g}.")
+    if body.occupancy.min() < 0 or body.occupancy.max() > 1:
+        raise SceneError(
+            f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; 0 to 1 is meant."
+        )
+    _check_material("body", body.material)
+
+
+def _check_medium(medium: MediumBed) -> None:
+    count = medium.particle_count
+    shapes = {
+        "positions": (count, 3),
+        "volumes": (count,),
+        "left_cauchy_green": (count, 6),
+        "history": (count,),
+        "stress": (count, 6),
+    }
+    if medium.velocities is not None:
+        shapes["velocities"] = (count, 3)
+    if medium.hosts is not None:
+        shapes["hosts"] = (count,)
+    for name, shape in shapes.items():
+        _check_array("medium", name, getattr(medium, name), shape)
+    if not count or medium.volumes.min() <= 0:
+        raise SceneError("The medium is empty or has particles without volume. Leave it out, or fill a thicker bed.")
+    _check_material("medium", medium.material)
+
+
+def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) -> None:
+    if value.shape != shape:
+        raise SceneError(f"The {owner}'s {name} have shape {value.shape}; {shape} was expected.")
+    if not np.isfinite(value).all():
+        raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check what they are made from.")
+
+
+def _check_material(owner: str, material: ElasticMaterial | Medium) -> None:
+    for item in fields(material):
+        value = getattr(material, item.name)
+        low = 0.0 if item.name in _MAY_BE_ZERO else np.finfo(float).tiny
+        if item.name == "poissons_ratio":
+            if not -1.0 < value < 0.5:
+                raise SceneError(f"The {owner}'s Poisson's ratio {value:g} is not between -1 and 0.5.")
+        elif not low <= value < np.inf:
+            raise SceneError(
+                f"The {owner}'s {item.name} is {value:g}. Give a {'non-negative' if not low else 'positive'} number."
+            )
+    if isinstance(material, SandMaterial) and material.friction_angle >= 90:
+        raise SceneError(f"A friction angle of {material.friction_angle:g} degrees is not between 0 and 90.")

@@ -1,0 +1,174 @@
+"""The largest stable time step: of a scene as it is declared, and of a world as it is now.
+
+One bound covers the explicit solver: the isolated particle, dt_iso = h sqrt(rho0 / kappa), where kappa is the stiffness
+of the particle's own stress (Sun, Shinar and Schroeder 2020; Bai and Schroeder 2022). Bulk matter tolerates more. A
+viscosity eta tightens it: with w = 4 kappa / (rho0 h^2) and d = 8 eta / (rho0 h^2), w dt^2 + 2 d dt <= 4.
+
+Cubic splines have 3 for the first 4 and 6 for the 8, and so allow 2 / sqrt(3) of the step. With PIC the particle's
+affine motion is lost between substeps: it does not swing but decays, C' = -dt (w e + d C) and e' = e + dt C', whose
+roots stay inside the unit circle as long as w dt^2 + 2 d dt <= 2.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from zoobench.errors import StepSizeError
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
+from zoobench.sim.model.scene import Scene
+
+LARGEST_STRETCH = 1.5
+"""Principal stretch of muscle robots up to which the declared step is safe [-]; beyond it, steps become shorter.
+
+At s = 0.3 E a free fibre reaches 1.7, but by pushing, when its contraction does not add to the stiffness."""
+
+LARGEST_COURANT = 0.5
+"""Cells that matter may cross in one substep [-], and the bound on dt |C|: det(I + dt C) stays positive below it."""
+
+SPEED_ROOM = 0.8
+"""Share of `LARGEST_COURANT` that a step is chosen for: within a frame matter may still become faster."""
+
+REFUSED_FRACTION = 0.9
+
+MOST_REFINEMENT = 16
+"""How many times shorter than the declared one a step may become; a world that needs more has diverged."""
+
+
+class Condition(NamedTuple):
+    """A world as its survey finds it.
+
+    Attributes:
+        speed: largest of all particles [m/s].
+        shear: largest Frobenius norm of C [1/s].
+        beyond: how far matter lies beyond a wall plane [cells].
+        smallest_j: smallest det F of the robot.
+        guarded: particles whose log J is held at its guard.
+        stretch: largest principal stretch of the robot, or a little more.
+        robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], with the actuation, stretch and hardening of
+            the moment; 0 where there is no such matter.
+        robot_viscosity: largest eta / rho0 [m^2/s].
+    """
+
+    speed: float
+    shear: float
+    beyond: float
+    smallest_j: float
+    guarded: float
+    stretch: float
+    robot_stiffness: float
+    medium_stiffness: float
+    robot_viscosity: float
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """What bounds the step.
+
+    Attributes:
+        dt_iso: the largest stable step [s].
+        matter: which matter sets it.
+        dt: the step taken [s].
+        substeps_per_frame: how many of them make one control frame.
+    """
+
+    dt_iso: float
+    matter: str
+    dt: float
+    substeps_per_frame: int
+
+    @property
+    def fraction(self) -> float:
+        """The step as a fraction of the largest stable one."""
+        return self.dt / self.dt_iso
+
+
+def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: float = 0.0) -> float:
+    """Largest stable step [s], of `stiffness` kappa / rho0 [m^2/s^2] and `viscosity` eta / rho0 [m^2/s].
+
+    Infinite without either.
+    """
+    scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
+    bound = 2.0 if fidelity.transfer == "pic" else 4.0
+    damping = 2.0 * viscosity * scale
+    rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
+    return bound / rate if rate > 0.0 else math.inf
+
+
+def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
+    """kappa [Pa] of neo-Hookean matter with muscle: 2 (k mu + s) stretch^2 + 3 k lambda."""
+    return 2.0 * (stiffness * mu + strength) * stretch**2 + 3.0 * stiffness * lam
+
+
+def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
+    """dt_iso [s] of each kind of matter in the scene at its stiffest and lightest."""
+    material = scene.robot.material
+    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    stiffness = max(stiffness_max, float(scene.robot.stiffness.max()))
+    density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
+    kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
+    limits = {"robot": isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)}
+    if scene.medium is not None:
+        medium = scene.medium.material
+        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
+    return limits
+
+
+def choose_step(
+    scene: Scene,
+    fidelity: Fidelity,
+    frame_seconds: float,
+    *,
+    stiffness_max: float = 1.0,
+    density_ratio_min: float = 1.0,
+) -> StepLimit:
+    """The declared step: `fidelity.courant` times dt_iso of the stiffest state meant, or the fixed step asked for.
+
+    It divides the frame into a whole number of substeps, and is shortened to do so.
+
+    Raises:
+        StepSizeError: the fixed step is above 0.9 dt_iso, where muscles and impacts are known to blow up.
+    """
+    limits = step_limits(scene, fidelity, stiffness_max, density_ratio_min)
+    matter = min(limits, key=lambda name: limits[name])
+    dt_iso = limits[matter]
+    count = whole_substeps(frame_seconds, fidelity.step or fidelity.courant * dt_iso)
+    found = StepLimit(dt_iso, matter, frame_seconds / count, count)
+    if found.fraction > REFUSED_FRACTION:
+        raise StepSizeError(
+            f"A fixed step of {found.dt:.3g} s was asked for, {found.fraction:.2f} of the largest stable one; above "
+            f"{REFUSED_FRACTION} it is not safe. The {matter} sets the limit: dt_iso = {dt_iso:.3g} s at a grid "
+            f"spacing of {fidelity.grid_spacing:.4g} m. Ask for {0.5 * dt_iso:.2g} s, or for none: then it is chosen."
+        )
+    return found
+
+
+def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition) -> StepLimit:
+    """The step that a world in this condition can take through its next frame.
+
+    `matter` also names `speed` (half a cell in a substep) and `velocity gradient` (dt |C| of a half) where they bind;
+    dt_iso is then the step at which `courant` times it keeps that bound.
+    """
+    h, courant = fidelity.grid_spacing, fidelity.courant
+    limits = {"robot": isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
+    if scene.medium is not None:
+        medium = scene.medium.material
+        limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, condition.medium_stiffness)
+    room = SPEED_ROOM * LARGEST_COURANT / courant
+    if condition.speed > 0.0:
+        limits["speed"] = room * h / condition.speed
+    if condition.shear > 0.0:
+        limits["velocity gradient"] = room / condition.shear
+    matter = min(limits, key=lambda name: limits[name])
+    count = whole_substeps(frame_seconds, courant * limits[matter])
+    return StepLimit(limits[matter], matter, frame_seconds / count, count)
+
+
+def whole_substeps(frame_seconds: float, dt: float) -> int:
+    """How many equal substeps of at most `dt` [s] make a frame, 1e9 at most; an exact divisor is taken as it is."""
+    return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
+
+
+def _medium_limit(medium: Medium, fidelity: Fidelity, stiffness: float) -> float:
+    viscosity = medium.viscosity if isinstance(medium, MudMaterial | WaterMaterial) else 0.0
+    return isolated_particle_limit(fidelity, stiffness, viscosity / medium.density)

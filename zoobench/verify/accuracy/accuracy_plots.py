@@ -1,0 +1,148 @@
+"""Work-precision plots: for every environment, error against time, the cheapest way to each accuracy marked."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from zoobench.errors import UsageError
+from zoobench.render import figures
+from zoobench.verify.accuracy.analyse import Analysis, LevelRow, ReferenceRow
+from zoobench.verify.accuracy.verdicts import pareto
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SIZE = (4.6, 4.8)  # [inches], of one panel
+_BOTTOM = 1e-9  # of every error that is drawn
+_LADDER, _KNOB, _NOISE = "#0b62a4", "#8a8a8a", "#c8501e"
+
+
+def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
+    """One PNG for each environment, `accuracy-ENV.png`; the paths written.
+
+    A panel for the score of every task, and one for the gradient. `default` names the level to mark.
+
+    Raises:
+        UsageError: matplotlib is missing, nothing was measured, or a file cannot be written.
+    """
+    envs = list(dict.fromkeys(reference.env for reference in analysis.references))
+    if not envs:
+        raise UsageError("Nothing was measured that could be drawn. Run `zoobench accuracy` first.")
+    paths = []
+    for env in envs:
+        references = [row for row in analysis.references if row.env == env]
+        canvas = figures.blank(((len(references) + 1) * _SIZE[0], _SIZE[1]), dpi=100)
+        panels = canvas.subplots(1, len(references) + 1)
+        for panel, reference in zip(panels, references, strict=False):
+            _scores(panel, reference, analysis, default)
+        _gradients(panels[-1], env, analysis, default)
+        _legend(canvas, panels)
+        canvas.suptitle(f"{env}: what accuracy costs")
+        path = folder / f"accuracy-{env}.png"
+        figures.save(canvas, path)
+        paths.append(path)
+    return paths
+
+
+def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: str) -> None:
+    """Error of the score against wall time: the ladder as a line, sweeps as dots, the front bold, noise hatched."""
+    ladder = _of(analysis.levels, reference, "error", "seconds")
+    knobs = _of(analysis.knobs, reference, "error", "seconds")
+    axes.set(xscale="log", yscale="log", title=reference.task)
+    axes.set(xlabel="wall time per simulated second [s]", ylabel="error of the score [share]")
+    _ladder(axes, ladder, "error", "seconds", default)
+    axes.plot(_column(knobs, "seconds"), _column(knobs, "error"), "x", color=_KNOB, label="one knob turned")
+    for row in knobs:
+        _name(axes, row, "error", "seconds", _KNOB, 6)
+    front = pareto([*ladder, *knobs])
+    axes.plot(_column(front, "seconds"), _column(front, "error"), color="black", linewidth=3, alpha=0.25,
+              label="cheapest for its error")  # fmt: skip
+    if reference.floor:
+        axes.fill_between([0, 1], _BOTTOM, reference.floor, hatch="///", alpha=0.12, color=_NOISE,
+                          transform=axes.get_yaxis_transform(), label="below the noise floor")  # fmt: skip
+    if reference.unknown:
+        axes.axhline(reference.unknown, color=_NOISE, linestyle="--", linewidth=1, label="the reference is not surer")
+    shown = [row.error for row in (*ladder, *knobs) if row.error]
+    shown += [value for value in (reference.floor, reference.unknown) if value]
+    if shown:
+        axes.set_ylim(min(shown) / 2, max(shown) * 2)
+    _finish(axes)
+
+
+def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None:
+    """1 - cosine of the gradient against wall time with gradient."""
+    rows = [row for row in analysis.levels if row.env == env and row.angle and row.gradient_seconds]
+    knobs = [row for row in analysis.knobs if row.env == env and row.angle and row.gradient_seconds]
+    axes.set(xscale="log", yscale="log", title="gradient")
+    axes.set(xlabel="wall time per simulated second, with gradient [s]", ylabel="1 - cosine to the finest level")
+    _ladder(axes, rows, "angle", "gradient_seconds", default)
+    axes.plot(_column(knobs, "gradient_seconds"), _column(knobs, "angle"), "x", color=_KNOB,
+              label="one knob turned")  # fmt: skip
+    for row in knobs:
+        _name(axes, row, "angle", "gradient_seconds", _KNOB, 6)
+    _finish(axes)
+
+
+def _finish(axes: "Axes") -> None:
+    """A grid, numbers as one writes them, and room for the names beside the last points."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    axes.grid(alpha=0.3, which="both")
+    axes.margins(x=0.15)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+
+
+def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
+    """One below all panels, every entry once."""
+    known: dict[str, Any] = {}
+    for panel in panels:
+        handles, names = panel.get_legend_handles_labels()
+        known.update(zip(names, handles, strict=True))
+    canvas.legend(handles=list(known.values()), labels=list(known), loc="outside lower center", ncols=6, fontsize=8)
+
+
+def _ladder(axes: "Axes", rows: Sequence[LevelRow], error: str, seconds: str, default: str) -> None:
+    """The levels joined by a line, each with its name, the default one ringed."""
+    axes.plot(_column(rows, seconds), _column(rows, error), "o-", color=_LADDER, label="levels")
+    for row in rows:
+        _name(axes, row, error, seconds, _LADDER, 9)
+        if row.fidelity == default:
+            axes.plot(getattr(row, seconds), getattr(row, error), "o", markersize=14, markerfacecolor="none",
+                      color=_LADDER, label="default")  # fmt: skip
+
+
+def _name(axes: "Axes", row: LevelRow, error: str, seconds: str, colour: str, size: int) -> None:
+    place = (getattr(row, seconds), getattr(row, error))
+    axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+
+
+def _short(row: LevelRow) -> str:
+    """A level's name, or the knob that is turned in few letters: `aflip`, `27 per cell`."""
+    turned = (row.env if "[" in row.env else row.fidelity).partition("[")[2].rstrip("]")
+    knob, _, value = turned.partition("=")
+    if not knob:
+        return row.fidelity
+    if knob == "bulk_modulus":
+        return f"K {float(value):.2g} Pa"
+    words = {"particles_per_cell": f"{value} per cell", "courant": f"courant {value}", "precision": f"float{value}"}
+    return words.get(knob, value)
+
+
+def _column(rows: Sequence[LevelRow], name: str) -> list[float]:
+    return [float(getattr(row, name)) for row in rows]
+
+
+def _of(rows: Sequence[LevelRow], reference: ReferenceRow, error: str, seconds: str) -> list[LevelRow]:
+    """Rows of the same environment and task for which both values are known and can be shown on logarithmic axes."""
+    return [
+        row
+        for row in rows
+        if row.env.partition("[")[0] == reference.env
+        and row.task == reference.task
+        and getattr(row, error)
+        and getattr(row, seconds)
+    ]

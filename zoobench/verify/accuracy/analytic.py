@@ -1,0 +1,217 @@
+"""Work and precision against exact answers: the error of a case on finer and finer grids, and the time that it takes.
+
+Errors come from the functions that `validate` judges. Times are those of the simulator's substeps alone: launches of
+many, from the state that the case ended in, without what a case does to the particles in between. Several cases are one
+cell wide, and so their cost grows with h^-2, not h^-4; nanoseconds per particle and substep hold for any body.
+"""
+
+import math
+import statistics
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.verify.accuracy.analytic_cases import CASES, AnalyticCase, Solved
+from zoobench.verify.validate.base import Curve, Figure, Role, curve, order_of_accuracy
+from zoobench.verify.validate.stage import Stage
+
+_WORK = 1_000_000  # particle-substeps in a launch; starting one costs as much as a thousand
+_SAMPLE_SECONDS = 0.05
+
+
+@dataclass(frozen=True)
+class AnalyticRow:
+    """One quantity of a case on one grid.
+
+    Attributes:
+        cells: of the grid along the case's reference length.
+        spacing: of the grid [m].
+        precision: bits of a real number.
+        settings: further choices of the fidelity that were asked for, sorted; none for its defaults.
+        error: relative to the exact answer, not negative.
+        order: of the error, from the next coarser grid to this one; None on the coarsest.
+        seconds, seconds_min, seconds_max: wall time of all substeps [s], median and range of the samples.
+        simulated_seconds: the time that they make up [s].
+        particles: of the scene, images around a periodic cell among them.
+        nanoseconds: processor time per particle and substep, median [ns]; other work on the machine disturbs it less.
+    """
+
+    case: str
+    quantity: str
+    cells: int
+    spacing: float
+    precision: int
+    settings: tuple[tuple[str, str | int | float], ...]
+    error: float
+    order: float | None
+    seconds: float
+    seconds_min: float
+    seconds_max: float
+    simulated_seconds: float
+    substeps: int
+    particles: int
+    nanoseconds: float
+
+    @property
+    def pace(self) -> float:
+        """Wall seconds per simulated second."""
+        return self.seconds / self.simulated_seconds
+
+
+@dataclass(frozen=True)
+class AnalyticSummary:
+    """The order of accuracy of one quantity of a case.
+
+    Attributes:
+        order: slope of the error over the spacing in logarithms, over all grids; None for a single one.
+        at_least, at_most: what the theory allows; None where there is no bound.
+        verdict: `met`, `missed`, or `not judged` where the theory gives no order or there is a single grid.
+    """
+
+    case: str
+    quantity: str
+    order: float | None
+    at_least: float | None
+    at_most: float | None
+    verdict: str
+
+
+def case_names() -> list[str]:
+    """The cases that can be asked for."""
+    return [case.name for case in CASES]
+
+
+def analytic(
+    cases: Sequence[str] | None = None, levels: int | None = None, repeats: int = 3, **settings: Any
+) -> Iterator[AnalyticRow]:
+    """Simulate cases on their ladders of grids, and time them on all grids of a case in turn.
+
+    Args:
+        cases: names out of `case_names`; all if None.
+        levels: how many grids of each ladder, the coarsest first; all if None.
+        repeats: samples of the time, of which the median is given.
+        settings: precision (64 bits if not given) and further choices of the fidelity, by their names there.
+
+    Raises:
+        UnknownNameError: a case that there is not.
+        UsageError: no level or no repeat.
+    """
+    known = {case.name: case for case in CASES}
+    for name in cases or ():
+        if name not in known:
+            raise UnknownNameError("analytic case", name, known)
+    if repeats < 1 or (levels is not None and levels < 1):
+        raise UsageError(f"{levels} levels and {repeats} repeats were asked for. Give at least 1 of each.")
+    chosen = [known[name] for name in (known if cases is None else cases)]
+    return (row for case in chosen for row in _climb(case, case.cells[:levels], repeats, settings))
+
+
+def _climb(case: AnalyticCase, ladder: Sequence[int], repeats: int, settings: dict[str, Any]) -> Iterator[AnalyticRow]:
+    """The rows of one case, the coarsest grid first."""
+    found = [case.solve(cells, **settings) for cells in ladder]
+    clocks = [_Clock(solved.stage) for solved in found]
+    samples = list(zip(*([clock.sample() for clock in clocks] for _ in range(repeats)), strict=True))
+    coarser: Solved | None = None
+    for cells, solved, times in zip(ladder, found, samples, strict=True):
+        for quantity in solved.errors:
+            order = None if coarser is None else _order([coarser, solved], quantity)
+            yield _row(case.name, quantity, cells, solved, order, times, settings)
+        coarser = solved
+
+
+def _order(found: Sequence[Solved], quantity: str) -> float:
+    spacings = np.array([solved.stage.grid_spacing for solved in found])
+    return order_of_accuracy(spacings, np.array([solved.errors[quantity] for solved in found]))
+
+
+class _Clock:
+    """Times the substeps of a stage from the state that it is in."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._solver, self._state = stage.solver, stage.solver.matter.copy_slot(0)
+        self._burst = min(stage.done, math.ceil(_WORK / stage.solver.particle_count))
+
+    def sample(self) -> tuple[float, float]:
+        """Wall and processor seconds per substep, over launches that take long enough together."""
+        wall, processor, count = 0.0, 0.0, 0
+        while wall < _SAMPLE_SECONDS:
+            self._solver.matter.load_slot(0, self._state)
+            begin = time.perf_counter(), time.process_time()
+            self._solver.substeps(self._burst)
+            wall += time.perf_counter() - begin[0]
+            processor += time.process_time() - begin[1]
+            count += self._burst
+        return wall / count, processor / count
+
+
+def _row(
+    case: str,
+    quantity: str,
+    cells: int,
+    solved: Solved,
+    order: float | None,
+    times: Sequence[tuple[float, float]],
+    settings: dict[str, Any],
+) -> AnalyticRow:
+    stage, (wall, processor) = solved.stage, zip(*times, strict=True)
+    return AnalyticRow(
+        case=case,
+        quantity=quantity,
+        cells=cells,
+        spacing=stage.grid_spacing,
+        precision=stage.solver.fidelity.precision,
+        settings=tuple(sorted((name, value) for name, value in settings.items() if name != "precision")),
+        error=solved.errors[quantity],
+        order=order,
+        seconds=statistics.median(wall) * stage.done,
+        seconds_min=min(wall) * stage.done,
+        seconds_max=max(wall) * stage.done,
+        simulated_seconds=stage.done * stage.dt,
+        substeps=stage.done,
+        particles=stage.solver.particle_count,
+        nanoseconds=1e9 * statistics.median(processor) / stage.solver.particle_count,
+    )
+
+
+def _curves(rows: Iterable[AnalyticRow]) -> dict[tuple[str, str], list[AnalyticRow]]:
+    """Rows by case and quantity, the coarsest grid first."""
+    found: dict[tuple[str, str], list[AnalyticRow]] = {}
+    for row in sorted(rows, key=lambda row: row.cells):
+        found.setdefault((row.case, row.quantity), []).append(row)
+    names = case_names()
+    return dict(sorted(found.items(), key=lambda item: names.index(item[0][0])))
+
+
+def summarise(rows: Iterable[AnalyticRow]) -> list[AnalyticSummary]:
+    """The observed order of every case and quantity, judged by what the theory gives."""
+    bounds = {(case.name, quantity): bound for case in CASES for quantity, bound in case.orders.items()}
+    found = []
+    for key, group in _curves(rows).items():
+        low, high = bounds.get(key, (None, None))
+        order = None
+        if len(group) > 1:
+            errors = np.array([row.error for row in group])
+            order = order_of_accuracy(np.array([row.spacing for row in group]), errors)
+        if order is None or low is None:
+            verdict = "not judged"
+        else:
+            verdict = "met" if low <= order <= (math.inf if high is None else high) else "missed"
+        found.append(AnalyticSummary(*key, order, low, high, verdict))
+    return found
+
+
+def figure(rows: Iterable[AnalyticRow]) -> Figure:
+    """Error over wall seconds per simulated second, the first quantity of every case; labels name the grids."""
+    curves: dict[str, Curve] = {}
+    for (case, _), group in _curves(rows).items():
+        label = f"{case}, {' '.join(str(row.cells) for row in group)} cells"
+        pace, error = [row.pace for row in group], [row.error for row in group]
+        curves.setdefault(case, curve(label, Role.COMPUTED, pace, error))
+    return Figure(
+        "Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]",
+        tuple(curves.values()), log_x=True, log_y=True,
+    )  # fmt: skip

@@ -1,0 +1,185 @@
+"""Where a simulation's energy goes: what muscles put in, what is stored and dissipated, and what nothing explains.
+
+The balance of an episode is
+
+    muscle work = growth of kinetic, elastic and potential energy + viscous + plastic + contact loss + unexplained
+
+Every term but the last is physics of the model, integrated over the substeps from the particles' own state. What is
+left has no cause but the numerics: the transfer between particles and grid, the time steps, the corrections of water.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.driving import random_actuation
+from zoobench.errors import DivergenceError
+from zoobench.registry import Kind
+from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
+from zoobench.sim.model.matter import MudMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.model.scene import Effect
+from zoobench.sim.settled import settled
+from zoobench.sim.solver import BodyState, Solver
+from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.verify.accuracy.records import Balance, label
+from zoobench.verify.energies import read_entry, to_array
+
+if TYPE_CHECKING:
+    from zoobench.sim.model.rollout import Rollout
+
+
+FRAMES = 25
+"""Length of an audited episode in control frames, 0.2 s."""
+
+
+@dataclass
+class Losses:
+    """What a world has dissipated so far [J], and the energy that contact has taken."""
+
+    viscous: float = 0.0
+    plastic: float = 0.0
+    contact: float = 0.0
+
+
+def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] | None = None) -> Iterator[Balance]:
+    """Follow the energy of one short episode in every environment and fidelity among the study's runs.
+
+    One that blows up is told and left out.
+    """
+    cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
+    for spec in cases.values():
+        name = f"{spec.env.name} {label(Kind.FIDELITY, spec.fidelity)}"
+        if on_case is not None:
+            on_case(name)
+        try:
+            yield balance(spec)
+        except DivergenceError as error:
+            if on_case is not None:
+                on_case(f"{name}, which fails: {error}")
+
+
+def balance(spec: RunSpec) -> Balance:
+    """Follow the energy of the spec's robot, with random parameters of its controller, over the first frames.
+
+    Raises:
+        DivergenceError: the episode blows up.
+    """
+    grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
+    scene = env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid)
+    start = settled(scene, grid, env.settling_frames, frame_seconds=FRAME_SECONDS)
+    solver = Solver(scene, grid, frame_seconds=FRAME_SECONDS, start=start)
+    controller, frames = registry.create(Kind.CONTROLLER, spec.controller), min(FRAMES, spec.frames)
+    rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, spec.seed))
+    losses, stored = follow(solver, rollout)
+    work = rollout.muscle_work
+    return Balance(
+        env=spec.env,
+        fidelity=spec.fidelity,
+        put_in=float(np.maximum(work, 0.0).sum()),
+        muscles=float(work.sum()),
+        stored=stored,
+        **asdict(losses),
+    )
+
+
+def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
+    """Simulate the only world of a rollout again, substep by substep, and follow its energy.
+
+    Returns:
+        the losses, and by how much the energy stored in all matter has grown [J].
+
+    Raises:
+        DivergenceError: the rollout blew up.
+    """
+    if rollout.divergences:
+        raise DivergenceError(next(iter(rollout.divergences.values())))
+    losses = Losses()
+    solver.reset(BodyState(**rollout.body))
+    before = read_entry(solver).total
+    for frame, count in enumerate(rollout.counts[:, 0].tolist()):
+        solver.set_tension(rollout, frame)
+        for _ in range(count):
+            _substep(solver, solver.frame_seconds / count, losses)
+    return losses, read_entry(solver).total - before
+
+
+def _substep(solver: Solver, dt: float, losses: Losses) -> None:
+    """Move on by a substep of `dt` [s] and add what it dissipates."""
+    matter = solver.matter
+    window = matter.window[0, 0].clone()
+    # copies: the substep is done in place
+    rate, strain, history = (to_array(tensor[0, 0]).copy() for tensor in (matter.C, matter.b, matter.history))
+    unforced, forced = (to_array(solver.launcher.momenta(matter, solver.parameters, step)) for step in (0.0, dt))
+    solver.substeps(1, dt)
+    new_rate = to_array(matter.C[0, 0])
+    push = dt * np.array(solver.scene.gravity)
+    losses.contact += _contact_loss(unforced, forced, to_array(solver.launcher.nodes(window)), push)
+    losses.viscous += dt * _viscous_power(solver, rate, 0.5 * (rate + new_rate))
+    losses.plastic += _plastic_loss(solver, strain, history, new_rate, dt)
+
+
+def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> float:
+    """Energy that ground and walls take from the nodes [J]: by friction, and by stopping what meets them.
+
+    The work of their impulse over the mean of the velocities before and after the substep: so what presses on a wall
+    without moving loses nothing. `unforced` and `forced` hold momenta, `after` velocities, `[nx, ny, nz, 4]` with mass;
+    `push` is that of gravity `[3]` [m/s].
+    """
+    mass = forced[..., 3]
+    there = mass > 0.0
+    m = mass[there][:, None]
+    old, new = unforced[there][:, :3] / m, after[there][:, :3]
+    impulse = m * (new - push) - forced[there][:, :3]
+    return -0.5 * float((impulse * (old + new)).sum())
+
+
+def _viscous_power(solver: Solver, rate: Array, mean_rate: Array) -> float:
+    """Power of the viscous stresses [W], which follow from the velocity gradients `rate`, in `mean_rate`."""
+    count, volume = solver.robot_count, to_array(solver.parameters.volume[0])
+    power = 0.0
+    if Effect.DAMPING in solver.effects:
+        stress = 2.0 * solver.scene.robot.material.viscosity * _symmetric(rate[:count])
+        power += float(volume[:count] @ (stress * mean_rate[:count]).sum((1, 2)))
+    medium = solver.scene.medium
+    if medium is not None and isinstance(medium.material, MudMaterial | WaterMaterial):
+        shear = _symmetric(rate[count:])
+        shear -= np.trace(shear, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+        power += float(volume[count:] @ (2.0 * medium.material.viscosity * shear * mean_rate[count:]).sum((1, 2)))
+    return power
+
+
+def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt: float) -> float:
+    """Energy that solid media lose in a substep as they yield [J]."""
+    medium = solver.scene.medium
+    if medium is None or isinstance(medium.material, WaterMaterial):
+        return 0.0
+    material, count = medium.material, solver.robot_count
+    step = np.eye(3) + dt * rate[count:]
+    trial = step @ strain[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]] @ np.swapaxes(step, 1, 2)
+    principal = 0.5 * np.log(np.maximum(np.linalg.eigvalsh(trial), np.finfo(float).tiny))
+    return float(to_array(solver.parameters.volume[0])[count:] @ yield_loss(material, principal, history))
+
+
+def yield_loss(material: Yielding | SnowMaterial, strain: Array, history: Array) -> Array:
+    """Energy density [J/m^3] `[n]` lost in the return from trial Hencky strains `[n, 3]` with a history `[n]`.
+
+    The work of the stress at the yield surface in the plastic strain, less what hardening stores: not the difference
+    of elastic energies, since a step may go far beyond the surface that matter would have moved along.
+    """
+    if isinstance(material, SnowMaterial):
+        elastic, after = snow_return(material, strain, history)
+    else:
+        elastic, after, _ = radial_return(material, strain, history)
+    work: Array = (principal_stress(material, elastic, after) * (strain - elastic)).sum(-1)
+    if isinstance(material, SnowMaterial):
+        work += medium_energy(material, elastic, history) - medium_energy(material, elastic, after)
+    return work
+
+
+def _symmetric(rate: Array) -> Array:
+    found: Array = 0.5 * (rate + np.swapaxes(rate, 1, 2))
+    return found

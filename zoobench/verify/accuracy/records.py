@@ -1,0 +1,301 @@
+"""What the accuracy study has measured, as plain values: read from a database's runs, or from an exported file."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.db.rows import RunState, StudyRow
+from zoobench.errors import UsageError
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Ref
+
+if TYPE_CHECKING:
+    from zoobench.db.query import Reader
+    from zoobench.db.rows import MetricRow, RunRow
+
+
+COST_STUDY = "accuracy-cost"
+ENERGY_STUDY = "accuracy-energy"
+FORMAT = 2
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One environment at one fidelity, as a probe saw it.
+
+    Attributes:
+        env, fidelity: references with version and every parameter.
+        task: whose gradient `slopes` are; the first of `scores`.
+        frames: of an episode.
+        scores: by task, those of the draws in order [the task's unit]; NaN for one that diverged.
+        slopes: `[close, parameters]` gradients of the loss; `close` is 0 where nothing was looked at closely.
+        paths: `[close, points, 3]` centres of mass [m].
+        spreads: `[close, points, 6]` gyration tensors [m^2].
+        seconds_between: two points of a path [s].
+        substeps: per simulated second of a forward episode, mean over the draws; NaN for a run with gradients.
+        peak_memory: of the run's process [bytes], 0 if it is not known.
+    """
+
+    env: Ref
+    fidelity: Ref
+    task: str
+    frames: int
+    scores: dict[str, list[float]]
+    slopes: Array
+    paths: Array
+    spreads: Array
+    seconds_between: float
+    substeps: float
+    peak_memory: int
+
+    @property
+    def is_close(self) -> bool:
+        """Whether paths and gradients were recorded, not many scores."""
+        return bool(len(self.paths))
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one environment at one fidelity costs on one machine.
+
+    Attributes:
+        env, fidelity: references with version and every parameter.
+        particles: of the scene.
+        forward, forward_least, forward_most: wall time per particle and substep, median, smallest and largest of the
+            interleaved repeats [ns].
+        gradient, gradient_least, gradient_most: likewise of an episode with its gradient, per forward substep [ns].
+        compile_seconds: of the first call beyond the second.
+    """
+
+    env: Ref
+    fidelity: Ref
+    particles: int
+    forward: float
+    forward_least: float
+    forward_most: float
+    gradient: float
+    gradient_least: float
+    gradient_most: float
+    compile_seconds: float
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Where the energy of one short episode went.
+
+    Attributes:
+        env, fidelity: references with version and every parameter.
+        put_in: work of the muscles, of each in each control frame where it is positive [J].
+        muscles: all their work [J].
+        stored: growth of kinetic, elastic and potential energy of all matter [J].
+        viscous, plastic, contact: what viscosity, yield, and ground and walls have taken [J].
+    """
+
+    env: Ref
+    fidelity: Ref
+    put_in: float
+    muscles: float
+    stored: float
+    viscous: float
+    plastic: float
+    contact: float
+
+    @property
+    def unexplained(self) -> float:
+        """Energy that is gone without a physical cause, or, if negative, came without one, by what was put in."""
+        gone = self.muscles - self.stored - self.viscous - self.plastic - self.contact
+        return gone / self.put_in if self.put_in else math.nan
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """All that the analysis needs; `origin` says where it comes from: commits, machines, dates."""
+
+    samples: tuple[Sample, ...]
+    costs: tuple[Cost, ...]
+    origin: tuple[str, ...] = ()
+    balances: tuple[Balance, ...] = ()
+
+    def merged(self, newer: "Measurements") -> "Measurements":
+        """Both together; where both measured the same, the newer counts."""
+        samples = {_sample_key(sample): sample for sample in (*self.samples, *newer.samples)}
+        costs = {(cost.env, cost.fidelity): cost for cost in (*self.costs, *newer.costs)}
+        balances = {(balance.env, balance.fidelity): balance for balance in (*self.balances, *newer.balances)}
+        origin = (*self.origin, *newer.origin)
+        return Measurements(tuple(samples.values()), tuple(costs.values()), origin, tuple(balances.values()))
+
+
+def label(kind: Kind, ref: Ref) -> str:
+    """A component's name with those parameters that are not the default ones."""
+    defaults = registry.get(kind, ref.name, ref.version).defaults
+    return str(Ref(ref.name, 0, tuple((key, value) for key, value in ref.params if defaults.get(key) != value)))
+
+
+def variant_of(sample: Sample) -> str:
+    """What tells the samples of one environment apart: the fidelity's label, and the environment's if it is changed."""
+    env, fidelity = label(Kind.ENV, sample.env), label(Kind.FIDELITY, sample.fidelity)
+    return fidelity if env == sample.env.name else f"{fidelity} {env}"
+
+
+def grid_spacing(fidelity: Ref) -> float:
+    """h [m] of a resolved fidelity."""
+    spacing: float = registry.create(Kind.FIDELITY, fidelity).grid_spacing
+    return spacing
+
+
+def from_reader(reader: "Reader") -> Measurements:
+    """What the probes and the studies of cost and energy in a database have measured."""
+    samples, origin = [], set()
+    for run in reader.runs(states=[RunState.DONE]):
+        if run.spec.method.name == "probe":
+            attempts = reader.attempts(run.id)
+            memory = max((attempt.peak_memory or 0 for attempt in attempts), default=0)
+            samples.append(_sample(run, reader.metrics(run.id), _finals(reader, run), memory))
+            origin |= {_origin(attempt.provenance) for attempt in attempts if attempt.outcome is RunState.DONE}
+    # where something was measured again, the newer counts
+    costs = {(cost.env, cost.fidelity): cost for cost in map(_cost, _documents(reader, COST_STUDY))}
+    balances = {(one.env, one.fidelity): one for one in map(_balance, _documents(reader, ENERGY_STUDY))}
+    return Measurements(tuple(samples), tuple(costs.values()), tuple(sorted(origin)), tuple(balances.values()))
+
+
+def _documents(reader: "Reader", study: str) -> list[Mapping[str, Any]]:
+    return [row.document for found in reader.studies(study) for row in found.rows]
+
+
+def stored(item: Cost | Balance) -> StudyRow:
+    """A cost or a balance as the database keeps it."""
+    return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", asdict(item) | _refs(item))
+
+
+def write(measurements: Measurements, path: Path) -> None:
+    """Export to a JSON file.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+    document = {
+        "format": FORMAT,
+        "origin": list(measurements.origin),
+        "samples": [_plain(asdict(sample) | _refs(sample)) for sample in measurements.samples],
+        "costs": [_plain(asdict(cost) | _refs(cost)) for cost in measurements.costs],
+        "balances": [_plain(asdict(balance) | _refs(balance)) for balance in measurements.balances],
+    }
+    lines = json.dumps(document, allow_nan=False).replace('{"env"', '\n{"env"')
+    try:
+        path.write_text(lines + "\n", encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
+
+
+def read(path: Path) -> Measurements:
+    """The inverse of `write`.
+
+    Raises:
+        UsageError: the file cannot be read, or is none of ours.
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if document["format"] != FORMAT:
+            raise ValueError(f"format {document['format']} where {FORMAT} was expected")
+        samples = tuple(_sample_from(item) for item in document["samples"])
+        costs, balances = tuple(map(_cost, document["costs"])), tuple(map(_balance, document["balances"]))
+        return Measurements(samples, costs, tuple(document["origin"]), balances)
+    except OSError as error:
+        raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
+    except (ValueError, LookupError, TypeError, AttributeError, UsageError) as error:
+        raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
+
+
+def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: Mapping[str, float], memory: int) -> Sample:
+    spec = run.spec
+    curves: dict[str, dict[int, float]] = {}
+    for metric in metrics:
+        curves.setdefault(metric.name, {})[metric.step] = metric.value
+    count = int(finals["episodes"])
+    also = [name for name in str(spec.method.kwargs["also"]).split("+") if name]
+    names = {spec.task.name: "score_current"} | {name: f"score_{name}" for name in also}
+    scores = {
+        task: [curves.get(name, {}).get(draw, math.nan) for draw in range(1, count + 1)] for task, name in names.items()
+    }
+    close = [draw for draw in range(int(spec.method.kwargs["gradients"])) if f"path_x_{draw}" in curves]
+    pairs = ("xx", "yy", "zz", "yz", "xz", "xy")
+    substeps = finals["forward_substeps"] / (count * spec.frames * FRAME_SECONDS)
+    return Sample(
+        env=spec.env,
+        fidelity=spec.fidelity,
+        task=spec.task.name,
+        frames=spec.frames,
+        scores=scores,
+        slopes=np.array([_values(curves.get(f"slope_{draw}", {})) for draw in close]),
+        paths=np.array([np.stack([_values(curves[f"path_{axis}_{draw}"]) for axis in "xyz"], 1) for draw in close]),
+        spreads=np.array([np.stack([_values(curves[f"spread_{pair}_{draw}"]) for pair in pairs], 1) for draw in close]),
+        seconds_between=_spacing(curves, close) * FRAME_SECONDS,
+        substeps=substeps,
+        peak_memory=memory,
+    )
+
+
+def _values(curve: Mapping[int, float]) -> Array:
+    return np.array([curve[step] for step in sorted(curve)])
+
+
+def _spacing(curves: Mapping[str, Mapping[int, float]], close: list[int]) -> int:
+    """Frames between two points of a path."""
+    steps = sorted(curves[f"path_x_{close[0]}"]) if close else [0, 1]
+    return steps[1] - steps[0]
+
+
+def _finals(reader: "Reader", run: "RunRow") -> dict[str, float]:
+    return {final.name: final.value for final in reader.finals(run.id)}
+
+
+def _origin(provenance: Mapping[str, Any]) -> str:
+    code, cpu = provenance.get("code", {}), provenance.get("cpu", {})
+    state = " with changes" if code.get("dirty") else ""
+    return f"commit {str(code.get('commit') or 'unknown')[:12]}{state}, {cpu.get('model') or 'unknown processor'}"
+
+
+def _refs(item: Sample | Cost | Balance) -> dict[str, str]:
+    return {"env": str(item.env), "fidelity": str(item.fidelity)}
+
+
+def _plain(value: Any) -> Any:
+    """Data that JSON can hold: arrays as lists of six significant digits, NaN as null."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(f"{value:.7g}") if math.isfinite(value) else None
+    return value
+
+
+def _sample_from(item: Mapping[str, Any]) -> Sample:
+    scores = {task: [math.nan if v is None else v for v in values] for task, values in item["scores"].items()}
+    arrays = {name: np.array(item[name], float) for name in ("slopes", "paths", "spreads")}
+    refs = {name: Ref.parse(item[name]) for name in ("env", "fidelity")}
+    return Sample(**{**item, **arrays, **refs, "scores": scores})
+
+
+def _cost(item: Mapping[str, Any]) -> Cost:
+    known = {name: math.nan if value is None else value for name, value in item.items()}
+    numbers = {name: float(value) for name, value in known.items() if name not in ("env", "fidelity", "particles")}
+    return Cost(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), int(item["particles"]), **numbers)
+
+
+def _balance(item: Mapping[str, Any]) -> Balance:
+    numbers = {name: float(value) for name, value in item.items() if name not in ("env", "fidelity")}
+    return Balance(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), **numbers)
+
+
+def _sample_key(sample: Sample) -> tuple[Any, ...]:
+    return sample.env, sample.fidelity, sample.task, sample.frames, sample.is_close

@@ -1,0 +1,185 @@
+"""What to make of what was measured: what one more level buys, which knobs buy nothing, where energy goes."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from operator import itemgetter
+
+from zoobench.registry import Kind
+from zoobench.verify.accuracy.analyse import Analysis, LevelRow
+from zoobench.verify.accuracy.records import Measurements, grid_spacing, label
+
+
+@dataclass(frozen=True)
+class StepRow:
+    """What going from one level to the next one buys.
+
+    Attributes:
+        error, next_error: of the score; None where it is not known.
+        gain: their ratio.
+        cost: wall time per simulated second, next by this.
+        tau, next_tau: rank correlations.
+    """
+
+    env: str
+    task: str
+    level: str
+    next_level: str
+    error: float | None
+    next_error: float | None
+    gain: float | None
+    cost: float | None
+    tau: float | None
+    next_tau: float | None
+
+
+@dataclass(frozen=True)
+class KnobRow:
+    """What turning one knob does at its level.
+
+    Attributes:
+        error, home_error: of the score, with the knob turned and at the level as it is.
+        change: how far the scores are from those at the level as it is.
+        cost: wall time per simulated second by that of the level as it is.
+        effect: `no difference` if the scores change by less than the noise floor, `better` or `worse` if the error
+            does by more, else `other`.
+        verdict: the effect, and what it costs.
+    """
+
+    env: str
+    task: str
+    home: str
+    knob: str
+    error: float | None
+    home_error: float | None
+    change: float | None
+    floor: float | None
+    angle: float | None
+    cost: float | None
+    effect: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class EnergyRow:
+    """Where the energy of a short episode went, as shares of what the muscles put in, `put_in` [J].
+
+    Attributes:
+        back: work that the muscles took back, being stretched.
+        stored: growth of kinetic, elastic and potential energy.
+        viscous, plastic, contact: lost to viscosity, to yield, to ground and walls.
+        unexplained: gone without a physical cause; negative if it came without one.
+    """
+
+    env: str
+    fidelity: str
+    put_in: float
+    back: float
+    stored: float
+    viscous: float
+    plastic: float
+    contact: float
+    unexplained: float
+
+
+def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[EnergyRow]:
+    """Every balance, by environment and from coarse to fine, each level before its knobs; `envs` narrows the choice."""
+    chosen = [
+        (one.env.name, -grid_spacing(one.fidelity), label(Kind.FIDELITY, one.fidelity), label(Kind.ENV, one.env), one)
+        for one in measurements.balances
+        if one.put_in and (not envs or one.env.name in envs)
+    ]
+    for *_, fidelity, env, one in sorted(chosen, key=itemgetter(0, 1, 2, 3)):
+        yield EnergyRow(
+            env=env,
+            fidelity=fidelity,
+            put_in=one.put_in,
+            back=1.0 - one.muscles / one.put_in,
+            stored=one.stored / one.put_in,
+            viscous=one.viscous / one.put_in,
+            plastic=one.plastic / one.put_in,
+            contact=one.contact / one.put_in,
+            unexplained=one.unexplained,
+        )
+
+
+def steps(analysis: Analysis) -> Iterator[StepRow]:
+    """Every pair of neighbouring levels."""
+    for one, two in pairwise(analysis.levels):
+        if (one.env, one.task) != (two.env, two.task):
+            continue
+        yield StepRow(
+            env=one.env,
+            task=one.task,
+            level=one.fidelity,
+            next_level=two.fidelity,
+            error=one.error,
+            next_error=two.error,
+            gain=_ratio(one.error, two.error),
+            cost=_ratio(two.seconds, one.seconds),
+            tau=one.tau,
+            next_tau=two.tau,
+        )
+
+
+def knobs(analysis: Analysis) -> Iterator[KnobRow]:
+    """Every sweep, compared with the level around which it was made."""
+    homes = {(row.env, row.task, row.fidelity): row for row in analysis.levels}
+    for row in analysis.knobs:
+        env, fidelity = row.env.partition("[")[0], row.fidelity.partition("[")[0]
+        home = homes.get((env, row.task, fidelity))
+        if home is None:
+            continue
+        changed = row.fidelity if row.fidelity != fidelity else row.env
+        cost = _ratio(row.seconds, home.seconds)
+        effect = _effect(row, home)
+        yield KnobRow(
+            env=env,
+            task=row.task,
+            home=fidelity,
+            knob=changed.partition("[")[2].rstrip("]"),
+            error=row.error,
+            home_error=home.error,
+            change=row.change,
+            floor=row.floor,
+            angle=row.angle,
+            cost=cost,
+            effect=effect,
+            verdict=f"{effect} {_price(cost)}".strip(),
+        )
+
+
+def pareto(rows: Iterable[LevelRow]) -> list[LevelRow]:
+    """Those that nothing else beats in both error and time, by growing time."""
+    measured = [row for row in rows if row.error is not None and row.seconds is not None]
+    front: list[LevelRow] = []
+    for row in sorted(measured, key=lambda row: (row.seconds or 0.0, row.error or 0.0)):
+        if not front or (row.error or 0.0) < (front[-1].error or 0.0):
+            front.append(row)
+    return front
+
+
+_NOTICEABLE = 0.1
+"""A change of the cost by less is none."""
+
+
+def _effect(row: LevelRow, home: LevelRow) -> str:
+    if row.error is None or home.error is None or row.change is None:
+        return "not known"
+    least = row.floor or 0.0
+    gain = home.error - row.error
+    if row.change <= least:
+        return "no difference"
+    if abs(gain) <= least:
+        return "other"
+    return "better" if gain > 0 else "worse"
+
+
+def _price(cost: float | None) -> str:
+    if cost is None:
+        return ""
+    return "at no cost" if abs(cost - 1.0) <= _NOTICEABLE else "for more" if cost > 1.0 else "for less"
+
+
+def _ratio(upper: float | None, lower: float | None) -> float | None:
+    return None if upper is None or not lower else upper / lower

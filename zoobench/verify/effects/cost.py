@@ -1,0 +1,259 @@
+"""What effects cost: processor time and bytes per particle, with the effect and without it in turn.
+
+Times are those of the process, not of the clock, so that other work on the machine disturbs them less; of a number of
+repeats in turn the median is taken.
+"""
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.cell.driving import travelling_wave
+from zoobench.errors import DivergenceError
+from zoobench.verify.effects.coverage import Place
+from zoobench.verify.effects.scenes import pairs
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from zoobench.sim.model.rollout import Rollout
+    from zoobench.sim.model.state import Matter
+    from zoobench.sim.solver import Solver
+
+WARM_FRAMES = 5
+"""Control frames under full actuation before the clock starts: a law's time depends on the strain that it meets."""
+
+_LAUNCH_SECONDS = 0.05  # that a measured launch should take: far above what starting it costs
+
+
+@dataclass(frozen=True)
+class Cost:
+    """One effect in one environment.
+
+    Attributes:
+        without_it: how it was switched off.
+        particles: of the scene.
+        launches: kernel launches of the measured repeats, all of which contain the effect.
+        launch_ms: processor time of one of them [ms].
+        substeps: in which the effect took part, by the launcher's own record.
+        ns, ns_without: processor time per particle and substep, with the effect and without [ns].
+        ratio: of the two.
+        bytes, bytes_without: of state per particle, in the tensors that exist.
+    """
+
+    env: str
+    effect: str
+    without_it: str
+    particles: int
+    launches: int
+    launch_ms: float
+    substeps: int
+    ns: float
+    ns_without: float
+    ratio: float
+    bytes: float
+    bytes_without: float
+
+
+@dataclass(frozen=True)
+class Share:
+    """What a part of a substep takes of it.
+
+    Attributes:
+        part: as in `ablation.Part`; `substep` is the whole as it is launched, `sum` that of the parts.
+        ns: processor time per particle and substep [ns].
+        share: of the whole substep.
+    """
+
+    env: str
+    particles: int
+    part: str
+    ns: float
+    share: float
+
+
+def costs(place: Place, repeats: int = 7) -> Iterator[Cost]:
+    """Every effect that the place's scene calls for and that can be switched off, and gradients.
+
+    Raises:
+        DivergenceError: the simulation blew up before it could be measured.
+    """
+    from zoobench.sim.solver import Solver
+
+    for pair in pairs(place.scene):
+        solvers = [Solver(scene, place.fidelity) for scene in (pair.on, pair.off)]
+        dt = min(solver.dt for solver in solvers)
+        first = Trial(solvers[0], dt)
+        trials = [first, Trial(solvers[1], dt, like=first)]
+        record = solvers[0].launcher.launches
+        before = record["forward launches"], record[f"forward {pair.effect}"]
+        with_it, without = in_turn([trial.seconds for trial in trials], repeats)
+        launches = record["forward launches"] - before[0]
+        yield Cost(
+            env=place.env,
+            effect=str(pair.effect),
+            without_it=pair.without_it,
+            particles=solvers[0].particle_count,
+            launches=launches,
+            launch_ms=1e3 * with_it,
+            substeps=record[f"forward {pair.effect}"] - before[1],
+            ns=trials[0].per_particle(with_it),
+            ns_without=trials[1].per_particle(without),
+            ratio=trials[0].per_particle(with_it) / trials[1].per_particle(without),
+            bytes=state_bytes(solvers[0]) / solvers[0].particle_count,
+            bytes_without=state_bytes(solvers[1]) / solvers[1].particle_count,
+        )
+    yield from _gradient_costs(place, repeats)
+
+
+def _gradient_costs(place: Place, repeats: int) -> Iterator[Cost]:
+    """Checkpoints alone, then the whole gradient, against a forward run of the same frames."""
+    from zoobench.sim.solver import Solver
+
+    keeper, plain = (Solver(place.scene, place.fidelity, gradients=gradients) for gradients in (True, False))
+    rollout = run(keeper, WARM_FRAMES)
+    pull = np.ones_like(rollout.positions)
+    record = keeper.launcher.launches
+    stored = state_bytes(keeper) + sum(tensor_bytes(matter.tensors()) for matter in rollout.checkpoints)
+    work = rollout.substeps * keeper.particle_count * 1e-9
+
+    def keep() -> float:
+        return cpu_seconds(lambda: run(keeper, WARM_FRAMES))
+
+    def differentiate() -> float:
+        return cpu_seconds(lambda: keeper.backward(run(keeper, WARM_FRAMES), pull, pull))
+
+    def forward() -> float:
+        return cpu_seconds(lambda: run(plain, WARM_FRAMES))
+
+    for effect, without_it, measured, direction, held in (
+        ("checkpoints", "gradients off", keep, "forward", stored),
+        ("gradient", "forward only", differentiate, "reverse", stored + adjoint_bytes(keeper, rollout)),
+    ):
+        measured()
+        forward()
+        before = dict(record)
+        with_it, without = in_turn([measured, forward], repeats)
+        done = {name: count - before[name] for name, count in record.items()}
+        launches = done["forward launches"] + done.get("reverse launches", 0)
+        yield Cost(
+            env=place.env,
+            effect=effect,
+            without_it=without_it,
+            particles=keeper.particle_count,
+            launches=launches,
+            launch_ms=1e3 * with_it * repeats / launches,
+            substeps=done[f"{direction} elasticity"],
+            ns=with_it / work,
+            ns_without=without / work,
+            ratio=with_it / without,
+            bytes=held / keeper.particle_count,
+            bytes_without=state_bytes(plain) / plain.particle_count,
+        )
+
+
+def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
+    """The parts of a substep of the place's scene, the whole substep first.
+
+    Raises:
+        DivergenceError: the simulation blew up before it could be measured.
+    """
+    from zoobench.sim.ablation import Ablation, Part
+    from zoobench.sim.solver import Solver
+
+    solver = Solver(place.scene, place.fidelity)
+    whole = Trial(solver, solver.dt)
+    ablation = Ablation(solver)
+
+    def timer(part: Part) -> Callable[[], float]:
+        return lambda: cpu_seconds(lambda: ablation.repeat(part, whole.count, solver.dt))
+
+    timers = [whole.seconds, *map(timer, ablation.parts)]
+    for first in timers:
+        first()  # compiles
+    total, *found = (whole.per_particle(seconds) for seconds in in_turn(timers, repeats))
+    contained = Part.DECOMPOSITION  # in the deformation
+    everything = sum(ns for part, ns in zip(ablation.parts, found, strict=True) if part is not contained)
+    names = ["substep", "sum", *(part.name.lower() for part in ablation.parts)]
+    for name, ns in zip(names, [total, everything, *found], strict=True):
+        yield Share(place.env, solver.particle_count, name, ns, ns / total)
+
+
+class Trial:
+    """A warmed-up state from which the same substeps are launched again and again.
+
+    Args:
+        like: begin in the state of this trial if it has the same tensors, so that nothing but the effect differs.
+    """
+
+    def __init__(self, solver: "Solver", dt: float, like: "Trial | None" = None) -> None:
+        run(solver, WARM_FRAMES)
+        self._solver, self._dt = solver, dt
+        self._state = solver.matter.copy_slot(0)
+        if like is not None and _shapes(like._state) == _shapes(self._state):
+            self._state = like._state
+        self.count = 1
+        self.seconds()
+        self.count = 10
+        self.count = max(10, round(10 * _LAUNCH_SECONDS / self.seconds()))
+
+    def seconds(self) -> float:
+        """Processor time of `count` substeps [s]."""
+        self._solver.matter.load_slot(0, self._state)
+        return cpu_seconds(lambda: self._solver.substeps(self.count, self._dt))
+
+    def per_particle(self, seconds: float) -> float:
+        """Of one particle and substep [ns]."""
+        return 1e9 * seconds / (self.count * self._solver.particle_count)
+
+
+def _shapes(matter: "Matter") -> list[tuple[int, ...]]:
+    return [tuple(tensor.shape) for tensor in matter.tensors()]
+
+
+def run(solver: "Solver", frames: int) -> "Rollout":
+    """An episode under full actuation in a travelling wave.
+
+    Raises:
+        DivergenceError: it blew up.
+    """
+    rollout = solver.run(travelling_wave(frames, solver.muscle_count))
+    if rollout.divergences:
+        raise DivergenceError(rollout.divergences[0])
+    return rollout
+
+
+def in_turn(timers: Sequence[Callable[[], float]], repeats: int) -> list[float]:
+    """Medians of the readings [s] of several timers, each asked once per round."""
+    readings = [[timer() for timer in timers] for _ in range(repeats)]
+    return [statistics.median(column) for column in zip(*readings, strict=True)]
+
+
+def cpu_seconds(work: Callable[[], object]) -> float:
+    """Processor time that something takes [s]."""
+    begin = time.process_time()
+    work()
+    return time.process_time() - begin
+
+
+def state_bytes(solver: "Solver") -> int:
+    """Bytes of one world's state and parameters."""
+    return tensor_bytes([*solver.matter.tensors(), *solver.parameters.tensors()]) // solver.worlds
+
+
+def adjoint_bytes(solver: "Solver", rollout: "Rollout") -> int:
+    """Bytes that one world's backward pass holds besides the checkpoints: a segment of states, and the adjoints."""
+    from zoobench.sim.adjoint import Adjoint
+    from zoobench.sim.model.state import Matter, Parameters
+
+    held = vars(Adjoint(solver, rollout)).values()
+    return sum(tensor_bytes(item.tensors()) for item in held if isinstance(item, Matter | Parameters)) // solver.worlds
+
+
+def tensor_bytes(tensors: "Sequence[Tensor]") -> int:
+    """Memory of some tensors [bytes]."""
+    return sum(tensor.numel() * tensor.element_size() for tensor in tensors)

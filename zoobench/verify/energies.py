@@ -1,0 +1,106 @@
+"""Energy and momentum of all matter as the solver carries it."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.matter import Law, lame_parameters
+
+if TYPE_CHECKING:
+    from zoobench.sim.solver import Solver
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The account of one world at one moment.
+
+    Attributes:
+        kinetic: of the particles and of their affine motion, m (v^2 + M |C|^2) / 2 with the spline's moment M [J].
+        elastic: of all matter, without that of muscles [J].
+        potential: in gravity, from the arena's lower corner [J].
+        momentum: [kg m/s], `[3]`.
+        smallest_j: of the robot's det F and, in a medium, of its elastic volume ratio.
+        lowest, highest: corners of the box around all matter [m], `[3]`.
+        speed: largest [m/s].
+    """
+
+    kinetic: float
+    elastic: float
+    potential: float
+    momentum: Array
+    smallest_j: float
+    lowest: Array
+    highest: Array
+    speed: float
+
+    @property
+    def total(self) -> float:
+        """All energy [J]."""
+        return self.kinetic + self.elastic + self.potential
+
+
+def to_array(tensor: object) -> Array:
+    """A tensor as an array in double precision."""
+    found: Array = tensor.detach().cpu().double().numpy()  # type: ignore[attr-defined]
+    return found
+
+
+def read_entry(solver: "Solver", world: int = 0) -> Entry:
+    """The account of a world as it is now (slot 0)."""
+    matter, parameters = solver.matter, solver.parameters
+    mass = to_array(parameters.mass[world])
+    x, v, C = (to_array(tensor[0, world]) for tensor in (matter.x, matter.v, matter.C))
+    place = x + solver.origin
+    elastic, smallest_j = _elastic(solver, world)
+    affine = solver.fidelity.moment * np.square(C).sum((1, 2))
+    gravity = np.array(solver.scene.gravity)
+    return Entry(
+        kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine)),
+        elastic=elastic,
+        potential=-float(mass @ ((place - np.array(solver.scene.lower)) @ gravity)),
+        momentum=mass @ v,
+        smallest_j=smallest_j,
+        lowest=place.min(0),
+        highest=place.max(0),
+        speed=float(np.linalg.norm(v, axis=1).max()),
+    )
+
+
+def _elastic(solver: "Solver", world: int) -> tuple[float, float]:
+    """Elastic energy [J] of robot and medium, and the smallest volume ratio."""
+    from zoobench.sim.kernels.elastic import SMALLEST_J
+    from zoobench.sim.model.laws_numpy import medium_energy
+
+    material, count = solver.scene.robot.material, solver.robot_count
+    volume = to_array(solver.parameters.volume[world])
+    F = to_array(solver.matter.F[0, world])
+    J = np.linalg.det(F)
+    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    # where the stress takes log J as held, its energy goes on as a straight line in log J
+    log_j = np.log(np.maximum(J, np.finfo(float).tiny))
+    held = np.maximum(log_j, np.log(SMALLEST_J))
+    density = 0.5 * mu * (np.square(F).sum((1, 2)) - 3.0) - mu * log_j + lam * held * (log_j - 0.5 * held)
+    energy = float((volume[:count] * to_array(solver.parameters.stiffness[world])) @ density)
+    smallest = float(J.min())
+    medium = solver.scene.medium
+    if medium is not None:
+        strain, history = medium_strain(solver, world)
+        energy += float(volume[count:] @ medium_energy(medium.material, strain, history))
+        smallest = min(smallest, float(np.exp(strain.sum(1)).min()))
+    return energy, smallest
+
+
+def medium_strain(solver: "Solver", world: int = 0) -> tuple[Array, Array]:
+    """Principal elastic Hencky strains `[medium, 3]` (of water log J in the first place) and the law's history."""
+    medium = solver.scene.medium
+    assert medium is not None
+    history = to_array(solver.matter.history[0, world])
+    if medium.material.law is Law.WATER:
+        strain = np.zeros((len(history), 3))
+        strain[:, 0] = np.log(np.maximum(history, np.finfo(float).tiny))
+        return strain, history
+    packed = to_array(solver.matter.b[0, world])
+    squares = np.linalg.eigvalsh(packed[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])
+    return 0.5 * np.log(np.maximum(squares, np.finfo(float).tiny)), history

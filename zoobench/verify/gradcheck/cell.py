@@ -1,0 +1,213 @@
+"""One environment and task as a function of all its parameters, in double precision, for `gradcheck`."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.closed_loop import Reflexes
+from zoobench.cell.motion import BODY_ARRAYS, MotionPull, motion_of
+from zoobench.cell.robot import Built, Robot
+from zoobench.controllers.base import ClosedLoop
+from zoobench.errors import SceneError, Unbuildable
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Ref
+from zoobench.tasks.base import Motion
+
+if TYPE_CHECKING:
+    from zoobench.envs.base import Environment
+    from zoobench.sim.model.rollout import Rollout
+    from zoobench.sim.solver import BodyState
+
+Arrays = dict[str, Array]
+Counts = NDArray[np.int64]
+
+GROUPS = ("actuation", "controller", *BODY_ARRAYS, "design")
+"""Groups of parameters: `controller` stands for those of a closed loop, which the actuation follows from, and `design`
+for those of a design space, which the arrays follow from."""
+
+NUDGE = 1e-6
+"""Displacement of the initial state whose growth is followed, as a share of the grid spacing."""
+
+
+def cells(
+    envs: Sequence[Ref],
+    tasks: Sequence[Ref],
+    *,
+    design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
+    controller: Ref = Ref("sine-basis"),  # noqa: B008
+    fidelity: Ref = Ref("smoke"),  # noqa: B008
+    seed: int = 0,
+) -> Iterator["Cell"]:
+    """Every environment with every task.
+
+    Raises:
+        UnknownNameError, UsageError: a name or a parameter that cannot be used.
+    """
+    for env in envs:
+        for task in tasks:
+            yield Cell(env, task, design, controller, fidelity, seed)
+
+
+class Cell:
+    """One environment and task with the design's arrays as free parameters."""
+
+    def __init__(self, env: Ref, task: Ref, design: Ref, controller: Ref, fidelity: Ref, seed: int) -> None:
+        from zoobench.sim.settled import settled
+        from zoobench.sim.solver import Solver
+
+        environment: Environment = registry.create(Kind.ENV, env)
+        grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
+        self.env, self.task = str(env), str(task)
+        self._task = registry.create(Kind.TASK, task)
+        self._robot = Robot.of(design, controller, grid)
+        scene = environment.scene(self._robot.body, grid)
+        start = settled(scene, grid, environment.settling_frames, frame_seconds=FRAME_SECONDS)
+        # bounds a little beyond the design's own values, so that there is a slope on both sides
+        self._solver = Solver(
+            scene,
+            grid,
+            frame_seconds=FRAME_SECONDS,
+            gradients=True,
+            start=start,
+            stiffness_max=1.1,
+            density_ratio_min=0.9,
+        )
+        self._density = environment.robot.density
+        self._parameters = self._robot.initial(np.random.default_rng(seed))
+        self._arrays = {
+            "stiffness": scene.robot.stiffness[None],
+            "density_ratio": scene.robot.density_ratio[None],
+            "occupancy": 0.9 * scene.robot.occupancy[None],
+            "muscle_membership": scene.robot.muscle_membership[None],
+            "fibres": scene.robot.fibres[None],
+        }
+
+    def frames(self, horizons: Sequence[int]) -> list[int]:
+        """The numbers of control frames that just reach the horizons [substeps], each once."""
+        longest = max(horizons)
+        frames = -(-longest // self._solver.substeps_per_frame)
+        taken = np.cumsum(self.run(self.base(frames)).counts[:, 0])
+        while taken[-1] < longest:  # worlds take longer steps than declared where their state allows it
+            frames = -(-frames * longest // int(taken[-1]))
+            taken = np.cumsum(self.run(self.base(frames)).counts[:, 0])
+        return sorted({int(np.searchsorted(taken, horizon)) + 1 for horizon in horizons})
+
+    def base(self, frames: int) -> Arrays:
+        """The parameters about which derivatives are taken, of what moves the body and of the body.
+
+        The former are the actuation, or the parameters of a controller in a closed loop (the actuation is then an empty
+        frame for what it does); the latter are the design's arrays, or the parameters of a design space.
+        """
+        control, design = np.split(self._parameters, [self._robot.control_count])
+        groups = self._arrays if self._robot.space is None else {"design": design}
+        if self._closes_loop:
+            return {"actuation": np.zeros((frames, 1, self._solver.muscle_count)), "controller": control, **groups}
+        return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
+
+    def run(self, arrays: Arrays, schedule: Counts | None = None) -> "Rollout":
+        """An episode with these parameters, in steps of its own choice or as another took them.
+
+        Raises:
+            DivergenceError: it blew up.
+        """
+        from zoobench.errors import DivergenceError
+        from zoobench.sim.solver import BodyState
+
+        built = self._build(arrays)
+        body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
+        body |= {name: value.detach().numpy() for name, value in built.matter.items()}
+        reflexes = Reflexes.of(self._robot, [built])
+        reflex = reflexes.act if reflexes else None
+        rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, reflex=reflex)
+        if rollout.divergences:
+            raise DivergenceError(rollout.divergences[0])
+        return rollout
+
+    def objective(self, rollout: "Rollout") -> float:
+        """The task's objective."""
+        return float(self._task.objective(self._motion(rollout, leaf=False)).sum())
+
+    def objective_near(self, base: Arrays, counts: Counts, group: str, shift: Array) -> float:
+        """The objective with one group of parameters shifted, in the steps of the base; NaN if that blew up."""
+        from zoobench.errors import DivergenceError
+
+        try:
+            return self.objective(self.run({**base, group: base[group] + shift}, counts))
+        except DivergenceError:
+            return np.nan
+
+    def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
+        """Of the objective by every group of parameters that the rollout was made with, and where it has a fault."""
+        built, count = self._build(arrays), self._robot.control_count
+        reflexes = Reflexes.of(self._robot, [built])
+        motion = self._motion(rollout, leaf=True)
+        direct = MotionPull.of(self._task.objective(motion).sum(), motion)
+        reflex = reflexes.adjoint(rollout) if reflexes else None
+        found = self._solver.backward(rollout, direct.positions, direct.velocities, reflex)
+        by_body = direct.by_arrays(found, rollout, self._robot.body, self._density)
+        pulls = {"actuation": found.actuation, **by_body}
+        parameters = built.slope({name: pulls[name][0] for name in built.matter})
+        if reflexes:
+            parameters += reflexes.slopes[0]
+            del pulls["actuation"]
+        pulls["controller"], pulls["design"] = np.split(parameters, [count])
+        return {name: pull for name, pull in pulls.items() if name in arrays}, found.fault
+
+    def separation(self, frames: int, rng: np.random.Generator, nudge: float = NUDGE) -> tuple[Counts, Array]:
+        """How two episodes part whose initial states differ by `nudge` grid spacings, in the steps of the one.
+
+        Returns:
+            substeps done `[frames + 1]`, and the root mean square distance of the robot's particles `[frames + 1]` [m].
+        """
+        solver = self._solver
+        rollout = self.run(self.base(frames))
+        shift = rng.normal(size=(solver.particle_count, 3))
+        shift *= nudge * solver.fidelity.grid_spacing / np.sqrt((shift[: solver.robot_count] ** 2).sum(1).mean())
+        solver.reset(_body_state(rollout))
+        solver.matter.x[0, 0] += solver.tensor(shift)
+        solver.refresh_window()
+        apart = [self._distance(rollout, 0)]
+        for frame, count in enumerate(rollout.counts[:, 0].tolist()):
+            solver.set_tension(rollout, frame)
+            solver.substeps(count, FRAME_SECONDS / count)
+            apart.append(self._distance(rollout, frame + 1))
+        return np.concatenate([[0], np.cumsum(rollout.counts[:, 0])]), np.array(apart)
+
+    def _distance(self, rollout: "Rollout", frame: int) -> float:
+        solver = self._solver
+        here = solver.matter.x[0, 0, : solver.robot_count].numpy() + solver.origin
+        return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
+
+    def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
+        return motion_of(rollout, self._robot.body, self._density, gradient=leaf)
+
+    @property
+    def _closes_loop(self) -> bool:
+        return isinstance(self._robot.controller, ClosedLoop)
+
+    def _build(self, arrays: Arrays, frames: int = 0) -> Built:
+        """The robot for groups of parameters; those of controller and design space are drawn where not given.
+
+        Raises:
+            SceneError: it cannot be built.
+        """
+        import torch
+
+        control, design = np.split(self._parameters, [self._robot.control_count])
+        row = np.concatenate([arrays.get("controller", control), arrays.get("design", design)])
+        times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
+        built = self._robot.build(torch.tensor(row[None], requires_grad=True), times)
+        if built.fault:
+            raise SceneError(str(Unbuildable(built.fault)))
+        return built
+
+
+def _body_state(rollout: "Rollout") -> "BodyState":
+    from zoobench.sim.solver import BodyState
+
+    return BodyState(**rollout.body)

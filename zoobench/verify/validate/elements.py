@@ -1,0 +1,152 @@
+"""Element tests: one particle of a medium driven through a known deformation by the solver's own substep.
+
+The particle is so heavy that its stress does not move it: the velocity gradient that it is given before each substep is
+the one that it deforms with, to 1e-12.
+"""
+
+import math
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.matter import ClayMaterial, Medium, SandMaterial, SnowMaterial
+from zoobench.sim.model.scene import Scene
+from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve
+from zoobench.verify.validate.stage import WEIGHTLESS, Stage, bed, dust
+
+_SPACING = 0.1
+_STEP = 1e-4  # [s]
+_HEAVY = 1e15  # [kg/m^3]
+
+_MU = 1e4 / 2.6  # of E = 1e4 Pa, nu = 0.3
+
+
+class _Element:
+    """One particle of a medium at principal Hencky strains, deformed by increments."""
+
+    def __init__(self, material: Medium, strains: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        place = np.array([[0.5, 0.5, 0.5]])
+        medium = bed(material, place, _SPACING**3, np.array([strains]))
+        scene = Scene(dust((0.5, 0.5, 0.5), _SPACING), (0, 0, 0), (1, 1, 1), medium=medium, gravity=WEIGHTLESS)
+        self._stage = Stage(scene, _SPACING, _STEP)
+
+    def deform(self, increment: Array) -> Array:
+        """Carry it through F = I + `increment` `[3, 3]`; its Kirchhoff stress [Pa] (xx yy zz xy xz yz)."""
+        stage = self._stage
+        stage.v[:] = 0.0
+        stage.C[:] = increment / stage.dt
+        stage.F[:] = np.eye(3)
+        stage.advance(1)
+        stress: Array = stage.medium_stress[0].astype(float)
+        return stress
+
+    @property
+    def history(self) -> float:
+        """What its law remembers."""
+        return float(self._stage.history[0])
+
+
+def _clay_shear() -> Outcome:
+    """Simple shear of von Mises clay: elastic up to gamma = y / (sqrt2 mu), then tau_xy = y / sqrt2 (1 - (y / 2 mu)^2).
+
+    The elastic branch of the Hencky law in simple shear is 2 mu asinh(gamma / 2) / sqrt(1 + gamma^2 / 4).
+    """
+    ratio = 5e-2
+    bound = 2 * _MU * ratio
+    element = _Element(ClayMaterial(1e4, 0.3, _HEAVY, yield_stress=bound))
+    count, begin = 300, math.sqrt(2) * ratio
+    step = 12 * begin / count
+    increment = np.zeros((3, 3))
+    increment[0, 1] = step
+    stress = np.array([element.deform(increment) for _ in range(count)])
+    gamma = step * np.arange(1, count + 1)
+    elastic = 2 * _MU * np.arcsinh(gamma / 2) / np.sqrt(1 + gamma**2 / 4)
+    cap = bound / math.sqrt(2) * (1 - ratio**2)
+    below = gamma < 0.999 * begin
+    size = np.sqrt((stress[:, :3] ** 2).sum(1) + 2 * (stress[:, 3:] ** 2).sum(1))
+    over = np.maximum(size / bound - 1, 0.0).max()
+    return Outcome(
+        (
+            Check("cap of the shear stress, relative error", abs(stress[-1, 3] / cap - 1), at_most=1e-3),
+            Check("elastic branch, relative error", float(np.abs(stress[below, 3] / elastic[below] - 1).max()),
+                  at_most=1e-8),
+            Check("stress beyond the yield surface, relative", float(over), at_most=1e-8),
+            Check("pressure from shearing, per yield stress", float(np.abs(stress[:, :3].sum(1)).max() / bound),
+                  at_most=1e-8),
+        ),
+        Figure(
+            "Clay in simple shear", "shear strain [-]", "shear stress [Pa]",
+            (curve("solver", Role.COMPUTED, gamma[::6], stress[::6, 3], points=True),
+             curve("elastic branch and cap", Role.REFERENCE, gamma, np.minimum(elastic, cap))),
+        ),
+    )  # fmt: skip
+
+
+def _snow_press() -> Outcome:
+    """Confined compression of snow with the paper's constants: elastic to J = 0.975, then hardening.
+
+    From there on J_P = J / 0.975 and tau = exp(xi (1 - J_P)) (2 mu + lambda) (s^2 - s) at s = 0.975.
+    """
+    material = SnowMaterial(1.4e5, 0.2, _HEAVY, critical_compression=2.5e-2, critical_stretch=7.5e-3, hardening=10.0)
+    element = _Element(material)
+    mu, lam = material.constants[:2]
+    critical, J = 1 - material.critical_compression, np.linspace(0.9975, 0.79, 84)
+    found, plastic, before = [], [], 1.0
+    for value in J:
+        found.append(element.deform(np.diag([value / before - 1, 0.0, 0.0]))[0])
+        plastic.append(element.history)
+        before = value
+    stretch = np.maximum(J, critical)
+    ratio = np.minimum(J / critical, 1.0)
+    exact = np.exp(material.hardening * (1 - ratio)) * (2 * mu + lam) * (stretch**2 - stretch)
+    return Outcome(
+        (
+            Check("axial stress, relative error", float(np.abs(np.array(found) / exact - 1).max()), at_most=1e-6),
+            Check("plastic volume ratio, relative error", float(np.abs(np.array(plastic) / ratio - 1).max()),
+                  at_most=1e-6),
+        ),
+        Figure(
+            "Snow in confined compression", "volume ratio J [-]", "axial Kirchhoff stress [kPa]",
+            (curve("solver", Role.COMPUTED, J[::3], np.array(found)[::3] / 1e3, points=True),
+             curve("closed form", Role.REFERENCE, J, exact / 1e3)),
+        ),
+    )  # fmt: skip
+
+
+def _sand_shear() -> Outcome:
+    """Simple shear of sand at constant volume: tau_xy / -tau_yy tends to 3 alpha / sqrt2 of the cone's slope alpha.
+
+    That is the tangent of the plane-strain friction angle. The elastic strain, of the order of the pressure's, turns
+    the stress out of the direction of shear and bounds the accuracy.
+    """
+    pressed, count = 1e-4, 200
+    angles, found, paths = (20.0, 30.0, 45.0), [], []
+    for angle in angles:
+        element = _Element(SandMaterial(1e4, 0.3, _HEAVY, friction_angle=angle), (-pressed,) * 3)
+        increment = np.zeros((3, 3))
+        increment[0, 1] = 50 * pressed / count
+        stress = np.array([element.deform(increment) for _ in range(count)])
+        paths.append(-stress[:, 3] / stress[:, 1])
+        found.append(paths[-1][-1])
+    exact = [3 / math.sqrt(2) * SandMaterial(1e4, 0.3, 1.0, angle).cone_slope for angle in angles]
+    gamma = 50 * pressed * np.arange(1, count + 1) / count
+    lines = [
+        (curve(f"solver, {angle:.0f}°", Role.COMPUTED, gamma[::8], path[::8], points=True),
+         curve(f"3 α / √2, {angle:.0f}°", Role.REFERENCE, gamma[[0, -1]], np.full(2, value)))
+        for angle, path, value in zip(angles, paths, exact, strict=True)
+    ]  # fmt: skip
+    error = np.abs(np.array(found) / exact - 1).max()
+    return Outcome(
+        (Check("ratio of shear to normal stress, relative error", float(error), at_most=1e-3),),
+        Figure("Sand in simple shear, by friction angle", "shear strain [-]", "shear over normal stress [-]",
+               tuple(line for pair in lines for line in pair)),
+    )  # fmt: skip
+
+
+_KLAR = "Klar et al. 2016, Drucker-Prager elastoplasticity for sand animation; closed form of its cone in plane strain"
+CASES = [
+    Case("clay-shear", "closed form of von Mises with Hencky strain (Simo 1992)", "one particle", _clay_shear),
+    Case("snow-press", "Stomakhin et al. 2013, A material point method for snow simulation", "one particle",
+         _snow_press),
+    Case("sand-shear", _KLAR, "one particle", _sand_shear),
+]  # fmt: skip

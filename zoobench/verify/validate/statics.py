@@ -1,0 +1,274 @@
+"""Elastic bodies at rest under load: a column under its own weight, a cantilever, and an active muscle."""
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
+from zoobench.sim.model.scene import Ground, Scene
+from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve, order_of_accuracy
+from zoobench.verify.validate.stage import GRAVITY, WEIGHTLESS, Stage, lattice, passive_body
+
+_LOAD = 0.05
+"""Weight of the column over its modulus, rho g H / (lambda + 2 mu) [-]."""
+
+
+def _column_material() -> ElasticMaterial:
+    ratio, density = 0.3, 1000.0
+    mu, lam = lame_parameters(1.0, ratio)
+    return ElasticMaterial(density * GRAVITY / _LOAD / (lam + 2 * mu), ratio, density)
+
+
+def column_settlement(material: ElasticMaterial, heights: Array) -> Array:
+    """Settlement [m] of the points at rest heights `[point_count]` of a confined column 1 m high under gravity.
+
+    Solves P(F) = -rho g (1 - Y) for the stretch, P = (mu (F^2 - 1) + lambda log F) / F, and integrates 1 - F over Y.
+    """
+    from scipy.integrate import cumulative_trapezoid
+    from scipy.optimize import brentq
+
+    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+
+    def excess(stretch: float, load: float) -> float:
+        return (mu * (stretch**2 - 1) + lam * math.log(stretch)) / stretch + load
+
+    Y = np.linspace(0.0, 1.0, 2001)
+    loads = material.density * GRAVITY * (1 - Y)
+    stretch = np.array([brentq(excess, 0.5, 1.0, args=(load,), xtol=1e-14) for load in loads])
+    sunk = cumulative_trapezoid(1 - stretch, Y, initial=0.0)
+    result: Array = np.interp(heights, Y, sunk)
+    return result
+
+
+class Column(NamedTuple):
+    """A column at rest under its weight.
+
+    Attributes:
+        stage: what brought it there.
+        error: of the top's settlement, relative.
+        height: rest heights `[particle_count]` [m].
+        sunk: settlements `[particle_count]` [m].
+    """
+
+    stage: Stage
+    error: float
+    height: Array
+    sunk: Array
+
+
+def column(cells: int, **settings: Any) -> Column:
+    """The column of `column_settlement`, damped to rest.
+
+    One cell wide between walls, all of whose nodes are walls': the column cannot widen at all.
+
+    Args:
+        cells: of the grid over its height.
+        settings: precision and further choices of the fidelity.
+    """
+    h, material = 1 / cells, _column_material()
+    points = lattice((0, 0, 0), (h, 1.0, h), h / 2)
+    scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h), ground=Ground(0.0))
+    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
+    stage = Stage(scene, h, 12 / omega, **settings)
+    stage.settle(2 * omega, stage.steps)
+    sunk = (points - stage.positions)[:, 1]
+    top = points[:, 1] > 1 - h / 2
+    exact = float(column_settlement(material, points[top, 1]).mean())
+    return Column(stage, float(sunk[top].mean()) / exact - 1, points[:, 1], sunk)
+
+
+def _gravity_column() -> Outcome:
+    cells = (8, 16, 32)
+    found = [column(n) for n in cells]
+    errors = np.abs([each.error for each in found])
+    height, sunk = found[-1].height, found[-1].sunk
+    fine = np.linspace(0, 1, 101)
+    return Outcome(
+        (
+            Check("largest error of the top's settlement, over h / H", float((errors * cells).max()), at_most=0.4),
+            Check("order of the error over 8, 16, 32 cells", order_of_accuracy(1 / np.array(cells), errors),
+                  at_least=0.8),
+        ),
+        Figure(
+            "Confined elastic column under gravity, 32 cells", "rest height over H [-]", "settlement over H [-]",
+            (curve("MPM", Role.COMPUTED, height[::16], sunk[::16], points=True),
+             curve("nonlinear closed form", Role.REFERENCE, fine, column_settlement(_column_material(), fine))),
+        ),
+    )  # fmt: skip
+
+
+_BEAM = ElasticMaterial(youngs_modulus=1e8, poissons_ratio=0.0, density=1000.0)
+_LENGTH, _DEPTH = 10.0, 2.0
+_HEAVY = 1e9
+
+
+def _bend(cells: int) -> tuple[float, Array, Array]:
+    """Tip deflection over Timoshenko's, and rest abscissae [m] and deflections [m] of the axis.
+
+    The beam goes on behind its root, and from one cell behind it is so heavy that no node that it reaches moves: the
+    last of them are those at the root. The weight is that of the light part alone.
+    """
+    h = _DEPTH / cells
+    root = 6 * h
+    points = lattice((root - 4 * h, 2 * h, h), (root + _LENGTH, 2 * h + _DEPTH, 2 * h), (h / 2, h / 2, h))
+    light = points[:, 0] > root - h
+    body = replace(passive_body(_BEAM, points, h**3 / 4), density_ratio=np.where(light, 1.0, _HEAVY))
+    scene = Scene(body, (0, 0, 0), (root + _LENGTH + 2 * h, 4 * h + _DEPTH, 3 * h), gravity=WEIGHTLESS)
+    omega = 1.8751**2 * math.sqrt(_BEAM.youngs_modulus * _DEPTH**2 / 12 / _BEAM.density) / _LENGTH**2
+    stage = Stage(scene, h, 9 / omega, courant=0.9)
+    keep, kick = math.exp(-2 * omega * stage.dt), stage.dt * _gentle_gravity()
+    for _ in range(stage.steps):
+        stage.v[light, 1] -= kick
+        stage.advance(1)
+        stage.v[:] *= keep
+        stage.C[:] *= keep
+    sunk = (points - stage.positions)[:, 1]
+    middle = np.abs(points[:, 1] - 2 * h - _DEPTH / 2) < h / 2
+    x, along = np.unique(points[middle, 0] - root, return_inverse=True)
+    axis = np.bincount(along, sunk[middle]) / np.bincount(along)
+    return float(axis[-1] / timoshenko_deflection(x[-1:])[0]), x, axis
+
+
+def _gentle_gravity() -> float:
+    """Gravity [m/s^2] under which Euler and Bernoulli's tip sinks by a hundredth of the length."""
+    stiffness = 2 * _BEAM.youngs_modulus * _DEPTH**2 / (3 * _BEAM.density * _LENGTH**4)
+    return 0.01 * _LENGTH * stiffness
+
+
+def timoshenko_deflection(x: Array) -> Array:
+    """Deflection [m] of the beam under its weight at `x` [m] from its root: bending, and shear with the factor 5/6."""
+    load = _BEAM.density * _gentle_gravity() * _DEPTH
+    bending = load * x**2 * (6 * _LENGTH**2 - 4 * _LENGTH * x + x**2) / (2 * _BEAM.youngs_modulus * _DEPTH**3)
+    shear = load * (_LENGTH * x - x**2 / 2) / (5 / 6 * _BEAM.youngs_modulus / 2 * _DEPTH)
+    result: Array = np.where(x > 0, bending + shear, 0.0)
+    return result
+
+
+def _cantilever() -> Outcome:
+    cells = (4, 8)
+    found = [_bend(n) for n in cells]
+    coarse, fine = (abs(row[0] - 1) for row in found)
+    _, x, axis = found[-1]
+    line = np.linspace(0, _LENGTH, 101)
+    return Outcome(
+        (
+            Check("tip deflection at 8 cells through the depth, relative error", fine, at_most=0.05),
+            Check("the same over that at 4 cells", fine / coarse, at_most=0.8),
+        ),
+        Figure(
+            "Cantilever under its weight, 8 cells deep", "distance from the clamp [m]", "deflection [m]",
+            (curve("MPM", Role.COMPUTED, x[::4], axis[::4], points=True),
+             curve("Timoshenko", Role.REFERENCE, line, timoshenko_deflection(line))),
+        ),
+    )  # fmt: skip
+
+
+MUSCLE = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
+_SIDE = 1 / 8  # of the block [m]
+
+
+def muscle_stretch(activation: float) -> tuple[float, float]:
+    """Stretches along and across the fibre of a free block of `MUSCLE` at an activation [-].
+
+    Passive and active stress cancel: mu (l2^2 - 1) + lambda log J = 0 and (mu + s a) l1^2 - mu + lambda log J = 0 with
+    J = l1 l2^2.
+    """
+    from scipy.optimize import brentq
+
+    mu, lam = lame_parameters(MUSCLE.youngs_modulus, MUSCLE.poissons_ratio)
+    active = mu + MUSCLE.muscle_strength * activation
+
+    def along(across: float) -> float:
+        return math.sqrt(mu * across**2 / active)
+
+    def excess(across: float) -> float:
+        return mu * (across**2 - 1) + lam * math.log(along(across) * across**2)
+
+    across = float(brentq(excess, 0.3, 2.0, xtol=1e-14))
+    return along(across), across
+
+
+def muscle_scene(grid_spacing: float, cells: int) -> Scene:
+    """A free cube of muscle, its fibres along x."""
+    h = grid_spacing
+    low = (4 * h,) * 3
+    points = lattice(low, (low[0] + cells * h,) * 3, h / 2)
+    body = replace(
+        passive_body(MUSCLE, points, h**3 / 8),
+        muscle_membership=np.ones((len(points), 1)),
+    )
+    return Scene(body, (0, 0, 0), ((cells + 8) * h,) * 3, gravity=WEIGHTLESS)
+
+
+class Contraction(NamedTuple):
+    """A free block of muscle at rest under activation.
+
+    Attributes:
+        stage: what brought it there.
+        along, across: mean stretches along and across the fibre.
+    """
+
+    stage: Stage
+    along: float
+    across: float
+
+
+def contract(activation: float, cells: int = 4, **settings: Any) -> Contraction:
+    """The block of 1/8 m under an activation that rises slowly.
+
+    Args:
+        activation: in the end [-].
+        cells: of the grid along a side of the block.
+        settings: precision and further choices of the fidelity.
+    """
+    h = _SIDE / cells
+    stage = Stage(muscle_scene(h, cells), h, 1.2, **settings)
+    speed = math.sqrt(MUSCLE.youngs_modulus / MUSCLE.density)
+    rate = 2 * math.pi * speed / (2 * _SIDE)
+    keep = math.exp(-rate * stage.dt)
+    tension = stage.solver.parameters.tension
+    for n in range(stage.steps):
+        level = min(1.0, 1.5 * n / stage.steps)
+        tension[:] = MUSCLE.muscle_strength * activation * level
+        stage.advance(1)
+        stage.v[:] *= keep
+        stage.C[:] *= keep
+    F = stage.F.astype(float)
+    across = np.hypot(F[:, :, 1], F[:, :, 2])
+    along = float(np.linalg.norm(F[:, :, 0], axis=1).mean())
+    return Contraction(stage, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2)))
+
+
+def _muscle(precision: int) -> Outcome:
+    levels = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    found = np.array([contract(level)[1:] for level in levels])
+    exact = np.array([muscle_stretch(level) for level in levels])
+    fine = np.linspace(-1, 1, 81)
+    smooth = np.array([muscle_stretch(level) for level in fine])
+    error = np.abs(found / exact - 1).max(0)
+    return Outcome(
+        (
+            Check("stretch along the fibre, relative error", float(error[0]), at_most=1e-3),
+            Check("stretch across the fibre, relative error", float(error[1]), at_most=1e-3),
+        ),
+        Figure(
+            "Free muscle of strength 0.3 E", "activation [-]", "stretch [-]",
+            (curve("MPM, along", Role.COMPUTED, levels, found[:, 0], points=True),
+             curve("MPM, across", Role.COMPUTED, levels, found[:, 1], points=True),
+             curve("closed form, along", Role.REFERENCE, fine, smooth[:, 0]),
+             curve("closed form, across", Role.REFERENCE, fine, smooth[:, 1])),
+        ),
+    )  # fmt: skip
+
+
+CASES = [
+    Case("gravity-column", "closed form of the confined neo-Hookean column", "8, 16, 32 cells high", _gravity_column),
+    Case("cantilever", "Timoshenko 1921, beam with shear", "4 and 8 cells through the depth, length 5 depths",
+         _cantilever),
+    Case("muscle-stretch", "closed form of the free active block", "block of 4³ cells", partial(_muscle, 64)),
+]  # fmt: skip
