@@ -130,7 +130,7 @@ def test_libraries_stay_where_they_belong() -> None:
 
 
 def test_one_name_means_one_thing() -> None:
-    """Public classes have names of their own, and so have modules, but for commands, which are named as their subject."""
+    """Public classes have names of their own, and so have modules, but for commands: they are named by subject."""
     classes = Counter(
         node.name
         for path in FILES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from zoobench.cell.observation import Senses
+from zoobench.cell.observation import ObservationModel
 from zoobench.controllers.base import observation_count
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.sim.model.fidelity import Fidelity
@@ -24,7 +24,7 @@ def _turn(angle: float) -> torch.Tensor:
 
 def test_a_body_as_it_was_made_feels_nothing_but_its_heading() -> None:
     """Zeros, and a heading of 1 and 0."""
-    seen = Senses(BODY).observe(REST, torch.zeros_like(REST), REST, WHOLE).numpy()
+    seen = ObservationModel(BODY).observe(REST, torch.zeros_like(REST), REST, WHOLE).numpy()
     assert len(seen) == observation_count(BODY.muscle_count)
     assert seen[6:8] == pytest.approx([1.0, 0.0], abs=1e-9)
     assert np.delete(seen, [6, 7]) == pytest.approx(0.0, abs=1e-9)
@@ -35,7 +35,7 @@ def test_a_rigid_turn_changes_what_tells_the_heading_only() -> None:
     rng = np.random.default_rng(0)
     positions = REST + torch.as_tensor(0.002 * rng.normal(size=REST.shape))
     velocities = torch.as_tensor(0.1 * rng.normal(size=REST.shape))
-    turn, senses = _turn(0.7), Senses(BODY)
+    turn, senses = _turn(0.7), ObservationModel(BODY)
     before = senses.observe(positions, velocities, positions, WHOLE)
     after = senses.observe(positions @ turn.T, velocities @ turn.T, positions @ turn.T, WHOLE)
     np.testing.assert_allclose(after[[0, 1, 2]], before[[0, 1, 2]], atol=1e-9)
@@ -47,7 +47,7 @@ def test_a_rigid_turn_changes_what_tells_the_heading_only() -> None:
 def test_velocity_and_displacement_are_those_of_the_centre_of_mass() -> None:
     """In body lengths and in 20 of them a second; muscles feel nothing of a common motion."""
     shift = torch.tensor([0.03, 0.01, -0.02], dtype=torch.float64)
-    seen = Senses(BODY).observe(REST + shift, torch.zeros_like(REST) + shift, REST, WHOLE).numpy()
+    seen = ObservationModel(BODY).observe(REST + shift, torch.zeros_like(REST) + shift, REST, WHOLE).numpy()
     length = float(np.ptp(BODY.positions[:, 0]))
     assert seen[:3] == pytest.approx(shift.numpy() / (20.0 * length))
     assert seen[3:6] == pytest.approx(shift.numpy() / length)
@@ -58,7 +58,7 @@ def test_what_is_not_there_is_not_felt() -> None:
     """A particle without presence may be anywhere; its muscle goes by the others, and an absent muscle is still."""
     gone = torch.as_tensor((BODY.muscle_membership[:, 0] == 0.0).astype(np.float64))
     wild = torch.where(gone[:, None] > 0, REST, 1e3 * torch.ones_like(REST))
-    senses = Senses(BODY)
+    senses = ObservationModel(BODY)
     seen = senses.observe(wild, torch.zeros_like(REST), REST, gone)
     assert torch.isfinite(seen).all()
     np.testing.assert_allclose(seen, senses.observe(REST, torch.zeros_like(REST), REST, gone), atol=1e-9)
@@ -68,7 +68,7 @@ def test_the_derivative_is_right_on_a_robot_that_stands_on_its_head() -> None:
     """By automatic differentiation against differences, where the level heading has no direction."""
     stand = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], dtype=torch.float64)
     positions = (REST @ stand.T).requires_grad_()
-    senses = Senses(BODY)
+    senses = ObservationModel(BODY)
     seen = senses.observe(positions, torch.zeros_like(REST), REST, WHOLE)
     (slope,) = torch.autograd.grad(seen.sum(), positions)
     assert torch.isfinite(slope).all()

@@ -1,4 +1,4 @@
-"""Soundness: pieces and thickness against scipy.ndimage, the constraint, and what a fault says."""
+"""Feasibility: pieces and thickness against scipy.ndimage, the constraint, and what a fault says."""
 
 from dataclasses import replace
 from functools import cache
@@ -12,7 +12,7 @@ from scipy import ndimage
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.block import Block
-from zoobench.designs.feasibility import sound
+from zoobench.designs.feasibility import feasible
 from zoobench.designs.space import Form
 from zoobench.sim.model.fidelity import Fidelity
 
@@ -54,7 +54,7 @@ def test_pieces_and_thickness_are_those_of_scipy(share: float) -> None:
     body, cells = box()
     solid = np.random.default_rng(0).random((5, *SHAPE)) < share
     occupancy = solid[:, cells[:, 0], cells[:, 1], cells[:, 2]] * 0.9
-    built, reports = sound(form_of(occupancy), body, connected=True)
+    built, reports = feasible(form_of(occupancy), body, connected=True)
     for world, report in enumerate(reports):
         labels, count = ndimage.label(solid[world], ndimage.generate_binary_structure(3, 2))
         sizes = np.bincount(labels.ravel())[1:]
@@ -73,7 +73,7 @@ def test_pieces_and_thickness_are_those_of_scipy(share: float) -> None:
 def test_thickness_counts_particles(particles_per_cell: int, thickness: int) -> None:
     """A plate of three cells, on every cubic lattice."""
     occupancy = filled((EVERY, slice(2, 5), EVERY), particles_per_cell=particles_per_cell)
-    _, (report,) = sound(form_of(occupancy), box(particles_per_cell)[0], connected=True)
+    _, (report,) = feasible(form_of(occupancy), box(particles_per_cell)[0], connected=True)
     assert (report.components, report.mass_kept, report.thickness, report.fault) == (1, 1.0, thickness, "")
 
 
@@ -81,7 +81,7 @@ def test_a_face_centred_lattice_has_pieces_and_thickness_too() -> None:
     """Two bodies of two cells each, apart by one cell; nothing of them is thin."""
     body, _ = box(4)
     occupancy = filled((slice(0, 4), EVERY, EVERY), (slice(5, 13), EVERY, EVERY), particles_per_cell=4)
-    _, (report,) = sound(form_of(occupancy), body, connected=True)
+    _, (report,) = feasible(form_of(occupancy), body, connected=True)
     assert (report.components, report.fault) == (2, "")
     assert report.mass_kept == pytest.approx(8 / 12)
     assert report.thickness >= 4
@@ -94,7 +94,7 @@ def test_only_the_largest_piece_is_built() -> None:
     occupancy[0, cells[:, 0] < 3] = 0.8
     occupancy[0, cells[:, 0] > 8] = 0.9
     form = form_of(occupancy)
-    built, (report,) = sound(form, body, connected=True)
+    built, (report,) = feasible(form, body, connected=True)
     small = cells[:, 0] < 3
     np.testing.assert_array_equal(built.occupancy.detach().numpy(), np.where(small, 0.0, occupancy))
     (slope,) = torch.autograd.grad(built.occupancy.sum(), form.occupancy)
@@ -107,7 +107,7 @@ def test_only_the_largest_piece_is_built() -> None:
 def test_without_the_constraint_all_pieces_stay() -> None:
     """They are reported, and the form is left as it is."""
     form = form_of(filled((slice(0, 3), EVERY, EVERY), (slice(6, 13), EVERY, EVERY)))
-    built, (report,) = sound(form, box()[0], connected=False)
+    built, (report,) = feasible(form, box()[0], connected=False)
     assert built is form
     assert (report.components, report.fault) == (2, "")
 
@@ -117,7 +117,7 @@ def test_mass_decides_which_piece_is_the_largest() -> None:
     body, cells = box()
     dense = replace(body, density_ratio=np.where(cells[:, 0] < 3, 5.0, 1.0))
     form = form_of(filled((slice(0, 3), EVERY, EVERY), (slice(6, 13), EVERY, EVERY)))
-    built, (report,) = sound(form, dense, connected=True)
+    built, (report,) = feasible(form, dense, connected=True)
     assert built.occupancy.detach().numpy()[0, cells[:, 0] > 5].sum() == 0.0
     assert report.mass_kept == pytest.approx(15 / 22)
 
@@ -128,7 +128,7 @@ def test_of_equal_pieces_the_first_is_kept() -> None:
     occupancy = filled((slice(0, 4), EVERY, EVERY), (slice(9, 13), EVERY, EVERY))
     occupancy[0, cells[:, 0] > 8] *= 1.0 - 1e-13
     for twin in (occupancy, occupancy[:, ::-1].copy()):
-        built, _ = sound(form_of(twin), body, connected=True)
+        built, _ = feasible(form_of(twin), body, connected=True)
         kept = np.flatnonzero(built.occupancy.detach().numpy()[0])
         assert kept[0] == np.flatnonzero(twin[0])[0]
         assert len(kept) == 4 * 7 * 9
@@ -137,7 +137,7 @@ def test_of_equal_pieces_the_first_is_kept() -> None:
 def test_nothing_is_a_fault_that_explains_itself() -> None:
     """No particle is more than half occupied; the other world is not touched by it."""
     occupancy = np.vstack([np.full(box()[0].particle_count, 0.5), filled((EVERY, EVERY, EVERY))])
-    built, (empty, whole) = sound(form_of(occupancy), box()[0], connected=True)
+    built, (empty, whole) = feasible(form_of(occupancy), box()[0], connected=True)
     assert (empty.components, empty.mass_kept, empty.thickness) == (0, 0.0, 0)
     assert "no particle is more than half occupied, the fullest is 0.5" in empty.fault
     assert not whole.fault
@@ -147,7 +147,7 @@ def test_nothing_is_a_fault_that_explains_itself() -> None:
 @pytest.mark.parametrize("place", [(EVERY, 3, EVERY), (EVERY, 3, 3), (6, 3, 3)], ids=["sheet", "thread", "speck"])
 def test_what_is_one_particle_thin_is_a_fault(place: tuple[slice | int, slice | int, slice | int]) -> None:
     """The message says what was found and what is needed."""
-    _, (report,) = sound(form_of(filled(place)), box()[0], connected=True)
+    _, (report,) = feasible(form_of(filled(place)), box()[0], connected=True)
     assert report.thickness == 1
     assert "nowhere more than 1 particle of 10 mm across, and 2 are needed" in report.fault
 
@@ -158,6 +158,6 @@ def test_a_body_of_few_particles_has_a_report() -> None:
         block = Block(length=0.01 * count, width=0.01, height=0.01)
         body = block.body(Fidelity(0.01, particles_per_cell=1))
         assert body.particle_count == count
-        _, (report,) = sound(form_of(np.ones((1, count))), body, connected=True)
+        _, (report,) = feasible(form_of(np.ones((1, count))), body, connected=True)
         assert (report.components, report.thickness) == (1, 1)
         assert "too thin" in report.fault

@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 
 from zoobench import registry
 from zoobench.designs.base import Body
-from zoobench.designs.feasibility import sound
+from zoobench.designs.feasibility import feasible
 from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form, SiteSpace
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -80,7 +80,7 @@ def test_a_draw_from_the_prior_is_a_sound_body(name: str, params: dict[str, str]
     space = made(name, **params)
     for fidelity in (SMOKE, DRAFT):
         body = space.body(fidelity)
-        form, reports = sound(space.form(draws(space, body, 8), body), body, connected=False)
+        form, reports = feasible(space.form(draws(space, body, 8), body), body, connected=False)
         assert all(report.components == 1 and report.mass_kept == 1.0 and not report.fault for report in reports)
         assert form.muscle_membership.std(dim=1).mean() > 0.1
 
@@ -115,7 +115,7 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
         missing = space.form(parameters, body).occupancy[0] - wanted
         (parameters.grad,) = torch.autograd.grad((missing**2).sum(), parameters)
         descent.step()
-    form, _ = sound(space.form(parameters, body), body, connected=True)
+    form, _ = feasible(space.form(parameters, body), body, connected=True)
     solid = form.occupancy[0].detach().numpy() > 0.5
     near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 / 64
     surface = np.flatnonzero(near & ~solid)

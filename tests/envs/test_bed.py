@@ -60,10 +60,10 @@ def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMa
 
 @pytest.mark.parametrize("name", MEDIA)
 def test_the_medium_stays_at_rest(name: str) -> None:
-    """With the robot at rest in its place, the kinetic energy after settling stays far below the bed's own energy."""
+    """With the robot at rest in place, the kinetic energy after equilibration stays far below the bed's energy."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
-    solver = Solver(scene, FIDELITY, start=Solver(scene, FIDELITY).settle(env.settling_frames))
+    solver = Solver(scene, FIDELITY, start=Solver(scene, FIDELITY).equilibrate(env.equilibration_frames))
     rollout = solver.run(np.zeros((25, 1, solver.muscle_count)))
     assert not rollout.divergences
     speed = solver.matter.v[0, 0, solver.robot_count :].double().norm(dim=1).numpy()

@@ -1,4 +1,4 @@
-"""Settled scenes stay settled: a second without actuation moves nothing."""
+"""Equilibrated scenes stay at rest: a second without actuation moves nothing."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,8 @@ from zoobench.arrays import Array
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.settled import settled
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 
@@ -38,10 +38,10 @@ class Rest:
 
 
 def rest(name: str, fidelity: Fidelity) -> Rest:
-    """Simulate the settled environment without actuation."""
+    """Simulate the equilibrated environment without actuation."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(fidelity), fidelity)
-    solver = Solver(scene, fidelity, start=settled(scene, fidelity, env.settling_frames))
+    solver = Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))
     solver.reset()
     places = []
     mass = solver.parameters.mass[0].double().numpy()

@@ -8,8 +8,8 @@ from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.settled import settled
 from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 
@@ -29,7 +29,7 @@ def square_waves(muscles: int, in_unison: bool = False) -> NDArray[np.float64]:
 def _check(name: str, fidelity: Fidelity, in_unison: bool = False) -> None:
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(fidelity), fidelity)
-    solver = Solver(scene, fidelity, start=settled(scene, fidelity, env.settling_frames))
+    solver = Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))
     rollout = solver.run(square_waves(solver.muscle_count, in_unison))
     assert not rollout.divergences
     assert not rollout.tears

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.cell.observation import Senses
+from zoobench.cell.observation import ObservationModel
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
 from zoobench.spec import FRAME_SECONDS
@@ -14,24 +14,24 @@ from zoobench.spec import FRAME_SECONDS
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from zoobench.sim.model.rollout import FloatArray, ReflexAdjoint, Rollout
+    from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Rollout
 
 
-class Reflexes:
+class FeedbackLoops:
     """The controllers of one episode, each with the body that it moves.
 
     Attributes:
-        slopes: `[worlds, parameter_count]`, what the pulls on the activity so far come to.
+        gradients: `[worlds, parameter_count]`, what the pulls on the activity so far come to.
     """
 
     def __init__(self, robot: Robot, controller: ClosedLoop, built: Sequence[Built]) -> None:
         self._robot, self._controller, self._built = robot, controller, built
-        self._senses = Senses(robot.body)
+        self._observation_model = ObservationModel(robot.body)
         self._start: FloatArray = np.zeros(0)
-        self.slopes = np.zeros((len(built), robot.parameter_count))
+        self.gradients = np.zeros((len(built), robot.parameter_count))
 
     @classmethod
-    def of(cls, robot: Robot, built: Sequence[Built]) -> "Reflexes | None":
+    def of(cls, robot: Robot, built: Sequence[Built]) -> "FeedbackLoops | None":
         """What closes the robot's loop; None where it is open."""
         controller = robot.controller
         return cls(robot, controller, built) if isinstance(controller, ClosedLoop) else None
@@ -47,8 +47,8 @@ class Reflexes:
                 [self._respond(frame, world, *self._state(world, positions, velocities)) for world in self._worlds()]
             )
 
-    def adjoint(self, rollout: "Rollout") -> "ReflexAdjoint":
-        """Of `act` along an episode: a function that adds to `slopes` and returns pulls on the state."""
+    def adjoint(self, rollout: "Rollout") -> "FeedbackAdjoint":
+        """Of `act` along an episode: a function that adds to `gradients` and returns pulls on the state."""
         import torch
 
         def pull_back(frame: int, pull: Array) -> tuple[Array, Array]:
@@ -58,8 +58,10 @@ class Reflexes:
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
                 # the body's form is shared by all frames
-                slope, *pulls = torch.autograd.grad(activity, leaves, torch.as_tensor(pull[world]), retain_graph=True)
-                self.slopes[world] += slope[0].numpy()
+                gradient, *pulls = torch.autograd.grad(
+                    activity, leaves, torch.as_tensor(pull[world]), retain_graph=True
+                )
+                self.gradients[world] += gradient[0].numpy()
                 found.append([part.numpy() for part in pulls])
             positions, velocities = zip(*found, strict=True)
             return np.stack(positions), np.stack(velocities)
@@ -83,6 +85,6 @@ class Reflexes:
         (start,) = self._state(world, self._start)
         whole = torch.as_tensor(self._robot.body.occupancy)
         presence = built.matter["occupancy"][0] if built.matter else whole
-        observation = self._senses.observe(positions, velocities, start, presence)
+        observation = self._observation_model.observe(positions, velocities, start, presence)
         control = built.row[0, : self._robot.control_count]
         return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)

@@ -44,14 +44,14 @@ class Episode:
     """One episode in full, for a study that looks at more than the score.
 
     Attributes:
-        slope: gradient `[parameter_count]` of the loss; all NaN without one.
+        gradient: gradient `[parameter_count]` of the loss; all NaN without one.
         record: how the robot moved, one world; None of a design that cannot be built.
         actuation: activity of every muscle as it was applied `[frames, muscle_count]` [-]; empty then.
         body: the robot's arrays as they were simulated, by the simulator's names, one world; none then.
     """
 
     evaluation: Evaluation
-    slope: Array
+    gradient: Array
     record: Motion | None
     actuation: Array = field(default_factory=lambda: np.zeros((0, 0)))
     body: Mapping[str, Array] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""From the simulator to the tasks and back: how the robot moved, as tensors, and what an objective's slope is by it."""
+"""From the simulator to the tasks and back: how the robot moved, as tensors, and the adjoint of an objective."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -56,7 +56,7 @@ def motion_of(
 
 
 @dataclass(frozen=True)
-class MotionPull:
+class MotionAdjoint:
     """Derivatives of a scalar by a motion whose parts are leaves.
 
     Attributes:
@@ -70,7 +70,7 @@ class MotionPull:
     masses: Array
 
     @classmethod
-    def of(cls, value: "Tensor", motion: Motion) -> "MotionPull":
+    def of(cls, value: "Tensor", motion: Motion) -> "MotionAdjoint":
         """Of one number."""
         import torch
 
@@ -79,7 +79,7 @@ class MotionPull:
         return cls(*(pull.numpy() for pull in pulls))
 
     @classmethod
-    def joined(cls, pulls: "list[MotionPull]") -> "MotionPull":
+    def joined(cls, pulls: "list[MotionAdjoint]") -> "MotionAdjoint":
         """Those of several worlds as one."""
         return cls(
             positions=np.concatenate([pull.positions for pull in pulls], axis=1),

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Senses:
+class ObservationModel:
     """The senses of one body.
 
     An observation is, in units of the body's length L and of 20 L/s, and along its present heading, up and right:

@@ -8,10 +8,10 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.cell.closed_loop import Reflexes
+from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.meter import BudgetMeter
-from zoobench.cell.motion import MotionPull, motion_of
+from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.warm_start import overlay
 from zoobench.designs.base import Body
@@ -77,7 +77,7 @@ class Problem:
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density
         self._substeps_per_frame = self._choose_substeps()
-        self._settling_frames = env.settling_frames
+        self._equilibration_frames = env.equilibration_frames
         self._start: Matter | None = None
         self._solvers: dict[tuple[int, bool], Solver] = {}
 
@@ -158,7 +158,7 @@ class Problem:
 
         The gradient of an episode that diverged is all NaN. Raises as `evaluate_batch`.
         """
-        return [(episode.evaluation, episode.slope) for episode in self._evaluate(batch, gradient=True)]
+        return [(episode.evaluation, episode.gradient) for episode in self._evaluate(batch, gradient=True)]
 
     def prepare(self, *, gradient: bool = False) -> None:
         """Settle the scene and build the solver of one world: an `observe` after it does nothing but simulate."""
@@ -212,20 +212,20 @@ class Problem:
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        reflexes = Reflexes.of(self.robot, built)
+        loops = FeedbackLoops.of(self.robot, built)
         body = BodyState(**matter)
         show = _on_frame(solver, body, watch)
-        rollout = solver.run(activity, body, progress=show, reflex=reflexes.act if reflexes else None)
+        rollout = solver.run(activity, body, progress=show, feedback=loops.act if loops else None)
         # a robot in pieces has no score: throwing one off would be a way to win
         broken = {**rollout.tears, **rollout.divergences}
         motions = [self._motion(rollout, world, gradient) for world in range(len(built))]
-        slopes = np.full((len(built), self.parameter_count), math.nan)
+        gradients = np.full((len(built), self.parameter_count), math.nan)
         if gradient:
-            pulls = self._pulls(solver, rollout, motions, reflexes)
+            pulls = self._pulls(solver, rollout, motions, loops)
             for world, one in enumerate(built):
                 if world not in broken:
-                    slopes[world] = one.slope({name: pull[world] for name, pull in pulls.items()})
-                    slopes[world] += reflexes.slopes[world] if reflexes else 0.0
+                    gradients[world] = one.gradient({name: pull[world] for name, pull in pulls.items()})
+                    gradients[world] += loops.gradients[world] if loops else 0.0
         self.meter.episodes += len(built)
         self.meter.forward += solver.meter.forward - before[0]
         self.meter.recomputed += solver.meter.recomputed - before[1]
@@ -237,7 +237,7 @@ class Problem:
         for world, motion in enumerate(motions):
             yield Episode(
                 self._read(motion, built[world], broken.get(world)),
-                slopes[world],
+                gradients[world],
                 motion,
                 rollout.actuation[:, world].astype(np.float64),
                 {name: array[world] for name, array in rollout.body.items()},
@@ -248,12 +248,14 @@ class Problem:
         return motion_of(rollout, self.body, self.density, worlds, gradient=gradient)
 
     def _pulls(
-        self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], reflexes: Reflexes | None
+        self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None
     ) -> dict[str, Array]:
         """Derivatives of the loss by the activity and by the arrays of the body, `[worlds, ...]` each."""
-        direct = MotionPull.joined([MotionPull.of(-self.task.objective(motion).sum(), motion) for motion in motions])
-        reflex = reflexes.adjoint(rollout) if reflexes else None
-        gradient = solver.backward(rollout, direct.positions, direct.velocities, reflex)
+        direct = MotionAdjoint.joined(
+            [MotionAdjoint.of(-self.task.objective(motion).sum(), motion) for motion in motions]
+        )
+        feedback = loops.adjoint(rollout) if loops else None
+        gradient = solver.backward(rollout, direct.positions, direct.velocities, feedback)
         by_body = direct.by_arrays(gradient, rollout, self.body, self.density)
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
@@ -290,15 +292,17 @@ class Problem:
             worlds=worlds,
             frame_seconds=FRAME_SECONDS,
             gradients=gradient,
-            start=self._settled(),
+            start=self._equilibrated(),
         )
 
-    def _settled(self) -> "Matter | None":
+    def _equilibrated(self) -> "Matter | None":
         """The scene come to rest, computed or read once; None where it starts as it stands."""
-        from zoobench.sim.settled import settled
+        from zoobench.sim.equilibrium import equilibrated
 
         if self._start is None:
-            self._start = settled(self.scene, self.fidelity, self._settling_frames, frame_seconds=FRAME_SECONDS)
+            self._start = equilibrated(
+                self.scene, self.fidelity, self._equilibration_frames, frame_seconds=FRAME_SECONDS
+            )
         return self._start
 
     def _choose_substeps(self) -> int:

@@ -9,7 +9,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.designs.base import Body, Design
-from zoobench.designs.feasibility import SOLID, Soundness, sound
+from zoobench.designs.feasibility import SOLID, Feasibility, feasible
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
 from zoobench.registry import Kind
@@ -33,20 +33,20 @@ class Built:
         row: `[1, parameter_count]`, the leaf of a gradient.
         activity: `[frames, 1, muscles]`; in a closed loop all zero, since it follows from the motion.
         matter: the body's arrays by the simulator's names; none for a body that is what it is.
-        soundness: what a body from a design space is worth as one; None for another.
+        feasibility: what a body from a design space is worth as one; None for another.
         body: what it was built from.
     """
 
     row: "Tensor"
     activity: "Tensor"
     matter: "dict[str, Tensor]"
-    soundness: Soundness | None
+    feasibility: Feasibility | None
     body: Body
 
     @property
     def fault(self) -> str:
         """Why it cannot be built; empty if it can."""
-        return "" if self.soundness is None else self.soundness.fault
+        return "" if self.feasibility is None else self.feasibility.fault
 
     def metrics(self) -> dict[str, Metric]:
         """What there is to say about a body from a design space.
@@ -55,17 +55,17 @@ class Built:
           taken away; `mass_kept`: the largest piece's share of their mass.
         * `elongation`: of all that is there, see `elongation`.
         """
-        if self.soundness is None:
+        if self.feasibility is None:
             return {}
         volumes = self.matter["occupancy"].detach()[0].numpy() * self.body.volumes
         return {
             "body_volume": Metric(float(volumes.sum()), "m^3"),
             "elongation": Metric(elongation(self.body.positions, volumes), "1"),
-            "components": Metric(float(self.soundness.components), "1"),
-            "mass_kept": Metric(self.soundness.mass_kept, "1"),
+            "components": Metric(float(self.feasibility.components), "1"),
+            "mass_kept": Metric(self.feasibility.mass_kept, "1"),
         }
 
-    def slope(self, pulls: dict[str, Array]) -> Array:
+    def gradient(self, pulls: dict[str, Array]) -> Array:
         """The gradient `[parameter_count]` for pulls on the activity and on the arrays of the body, by their names.
 
         What is not pulled at may be left out.
@@ -77,8 +77,8 @@ class Built:
         if not graded:
             return np.zeros(self.row.shape[1])
         weights = [torch.as_tensor(pulls[name]) for name in graded]
-        (slope,) = torch.autograd.grad(list(graded.values()), self.row, weights)
-        found: Array = slope[0].numpy()
+        (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights)
+        found: Array = gradient[0].numpy()
         return found
 
 
@@ -147,8 +147,8 @@ class Robot:
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
         if self.space is None:
             return Built(row, activity, {}, None, self.body)
-        form, soundness = self._form(self.space, row)
-        return Built(row, activity, form.matter(self.body), soundness, self.body)
+        form, feasibility = self._form(self.space, row)
+        return Built(row, activity, form.matter(self.body), feasibility, self.body)
 
     def formed(self, parameters: Array) -> Body:
         """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
@@ -160,19 +160,19 @@ class Robot:
 
         if self.space is None:
             return self.body
-        form, soundness = self._form(self.space, torch.as_tensor(parameters[None]))
-        if soundness.fault:
-            raise SceneError(str(Unbuildable(soundness.fault)))
+        form, feasibility = self._form(self.space, torch.as_tensor(parameters[None]))
+        if feasibility.fault:
+            raise SceneError(str(Unbuildable(feasibility.fault)))
         there = form.occupancy[0].numpy() > SOLID
         named = {name: value[0].numpy() for name, value in vars(form).items()}
         kept = {name: getattr(self.body, name) for name in _LASTING}
         named["stiffness"] = named["stiffness"] * self.body.stiffness
         return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)
 
-    def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Soundness]:
+    def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Feasibility]:
         """The form for the parameters `row` `[1, parameter_count]` as it can be built, and what it is worth."""
-        form, (soundness,) = sound(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
-        return form, soundness
+        form, (feasibility,) = feasible(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
+        return form, feasibility
 
 
 def elongation(places: Array, volumes: Array) -> float:

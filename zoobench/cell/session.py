@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.cell.motion import motion_of
-from zoobench.cell.observation import Senses
+from zoobench.cell.observation import ObservationModel
 from zoobench.cell.problem import Problem
 from zoobench.controllers.base import observation_count
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
@@ -27,7 +27,7 @@ class Step:
     """What a control frame brought.
 
     Attributes:
-        observations: of the state at its end, see `zoobench.cell.observation.Senses` `[worlds, observation_count]`.
+        observations: of the state at its end, see `ObservationModel` `[worlds, observation_count]`.
         rewards: the task's `[worlds]`. Where the simulation blew up or the robot came apart, the last one before it for
             every frame that is left, if it was negative, and else 0: to end an episode early must not pay.
         terminated: where that ended the episode `[worlds]`.
@@ -66,7 +66,7 @@ class Session:
             )
         self._problem, self._solver = problem, solver
         self._playback = Playback(solver)
-        self._senses = Senses(problem.body)
+        self._observation_model = ObservationModel(problem.body)
         rollout = self._playback.rollout
         self._starts = [
             motion_of(rollout, problem.body, problem.density, slice(world, world + 1)) for world in range(solver.worlds)
@@ -174,7 +174,7 @@ class Session:
         start = self._starts[world]
         positions, velocities = self._state(world)
         presence = torch.as_tensor(self._problem.body.occupancy)
-        felt: Array = self._senses.observe(positions, velocities, start.positions[1, 0], presence).numpy()
+        felt: Array = self._observation_model.observe(positions, velocities, start.positions[1, 0], presence).numpy()
         return felt
 
     def _reward(self, world: int) -> float:

@@ -82,7 +82,7 @@ class ClosedLoop(Parametrised, Protocol):
         Args:
             parameters: `[parameter_count]`.
             time: start of the frame [s].
-            observation: at that time, see `zoobench.cell.observation.Senses`.
+            observation: at that time, see `zoobench.cell.observation.ObservationModel`.
             muscle_count: how many muscles the robot has.
         """
         ...

@@ -23,7 +23,7 @@ _REACH = 1.45  # spacings to a neighbour: particles that share a face or an edge
 
 
 @dataclass(frozen=True)
-class Soundness:
+class Feasibility:
     """What became of one form.
 
     Attributes:
@@ -39,7 +39,7 @@ class Soundness:
     fault: str
 
 
-def sound(form: Form, body: Body, connected: bool) -> tuple[Form, list[Soundness]]:
+def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasibility]]:
     """The form that can be built, and a report on each world.
 
     With `connected`, solid particles outside the largest piece become empty; particles that are not solid stay as they
@@ -57,7 +57,7 @@ def sound(form: Form, body: Body, connected: bool) -> tuple[Form, list[Soundness
         piece, components = _largest_piece(lattice, solid, masses)
         thickness = lattice.thickness(piece)
         mass_kept = float(masses[piece].sum() / masses[solid].sum()) if components else 0.0
-        reports.append(Soundness(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, edge)))
+        reports.append(Feasibility(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, edge)))
         keep.append(piece | ~solid)
     if not connected:
         return form, reports

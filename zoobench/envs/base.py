@@ -34,7 +34,7 @@ SWIMMING_ROBOT = ElasticMaterial(
 )
 
 
-SETTLING_FRAMES = 80
+EQUILIBRATION_FRAMES = 80
 """Control frames in which a robot, and the medium that it stands on or swims in, come to rest: one period of the
 slowest wave, the sloshing of the ocean's tank (0.66 s). In the second after it, the kinetic energy stays below
 1.2e-7 of the potential energy, in the ocean below 1e-9."""
@@ -59,7 +59,7 @@ class Environment:
         bed: the medium on the ground, or None.
         start: where the robot's centre stands, as shares of the arena along x and z.
         stance: at which height it starts.
-        settling_frames: control frames in which the scene comes to rest, under damping, before the clock starts.
+        equilibration_frames: control frames in which the scene comes to rest, under damping, before the clock starts.
         gravity: [m/s^2].
         terrain: heights of ground that is not level; a bed lies on it with the same thickness everywhere.
     """
@@ -70,7 +70,7 @@ class Environment:
     bed: Bed | None = None
     start: tuple[float, float] = (0.5, 0.5)
     stance: Stance = Stance.STANDING
-    settling_frames: int = 0
+    equilibration_frames: int = 0
     gravity: tuple[float, float, float] = EARTH_GRAVITY
     terrain: Terrain | None = None
 
@@ -155,7 +155,7 @@ def firm_environment(*, friction: float, relief: float, wavelength: float, terra
         robot=LAND_ROBOT,
         friction=friction,
         arena=OPEN_ARENA,
-        settling_frames=SETTLING_FRAMES,
+        equilibration_frames=EQUILIBRATION_FRAMES,
         terrain=hills((OPEN_ARENA[0], OPEN_ARENA[2]), relief=relief, wavelength=wavelength, seed=terrain_seed),
     )
 
@@ -181,6 +181,6 @@ def bed_environment(
         bed=Bed(material, thickness),
         start=(0.35, 0.5),
         stance=stance,
-        settling_frames=SETTLING_FRAMES,
+        equilibration_frames=EQUILIBRATION_FRAMES,
         terrain=terrain,
     )

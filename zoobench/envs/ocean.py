@@ -1,6 +1,6 @@
 """Ocean: deep water, a neutrally buoyant swimmer clear of floor and surface."""
 
-from zoobench.envs.base import SETTLING_FRAMES, SWIMMING_ROBOT, Environment, Stance
+from zoobench.envs.base import EQUILIBRATION_FRAMES, SWIMMING_ROBOT, Environment, Stance
 from zoobench.envs.bed import Bed
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import WaterMaterial
@@ -28,5 +28,5 @@ def ocean(
         bed=Bed(water, depth),
         start=(0.4, 0.5),
         stance=Stance.SWIMMING,
-        settling_frames=SETTLING_FRAMES,
+        equilibration_frames=EQUILIBRATION_FRAMES,
     )

@@ -23,8 +23,8 @@ _UNLIMITED = Budget("substeps", 1e18)
 class Channels:
     """What a policy sees of a session and does to it.
 
-    It sees the observation of `zoobench.cell.observation.Senses` and, behind it, the phase of the waves. Its action
-    is, for every frame anew and within [-1, 1],
+    It sees the observation of `zoobench.cell.observation.ObservationModel` and, behind it, the phase of the waves. Its
+    action is, for every frame anew and within [-1, 1],
 
     * `waves`: the parameters of the sine basis of the specification (G): weights, muscle by muscle and slow waves
       first, then biases. Muscle k does tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;

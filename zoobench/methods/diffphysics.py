@@ -82,7 +82,7 @@ class DiffPhysics:
         results: Sequence[tuple[Evaluation, Array]],
     ) -> None:
         readings = ascent.counts()
-        norms = [norm for _, slope in results if np.isfinite(norm := _length(slope))]
+        norms = [norm for _, gradient in results if np.isfinite(norm := _length(gradient))]
         scores = {i: item.score for i, (item, _) in enumerate(results) if item.failure is None}
         if scores:
             readings["score_current"] = max(scores.values())
@@ -98,10 +98,10 @@ def _distinct(points: Sequence[Array]) -> list[Array]:
     return [point for index, point in enumerate(points) if not any(map(partial(np.array_equal, point), points[:index]))]
 
 
-def _length(slope: Array) -> float:
+def _length(gradient: Array) -> float:
     """Of a gradient; not finite if the gradient is not, or if its length is beyond all numbers."""
     with np.errstate(over="ignore"):
-        return float(np.linalg.norm(slope))
+        return float(np.linalg.norm(gradient))
 
 
 class _Ascent:
@@ -138,12 +138,12 @@ class _Ascent:
         import torch
 
         retreating = []
-        for index, (evaluation, slope) in enumerate(results):
+        for index, (evaluation, gradient) in enumerate(results):
             point = self._points[index]
             self.champion.offer(self.points[index], evaluation)
             self._own_best[index].offer(self.points[index], evaluation)
-            healthy = evaluation.failure is None and bool(np.isfinite(_length(slope)))
-            point.grad = torch.as_tensor(self._clipped_slope(slope)) if healthy else None
+            healthy = evaluation.failure is None and bool(np.isfinite(_length(gradient)))
+            point.grad = torch.as_tensor(self._clipped_gradient(gradient)) if healthy else None
             self._unusable += int(not healthy and evaluation.failure is None)
             if not healthy:
                 retreating.append(index)
@@ -151,12 +151,12 @@ class _Ascent:
         for index in retreating:
             self._retreat(index, draw)
 
-    def _clipped_slope(self, slope: Array) -> Array:
-        norm = _length(slope)
+    def _clipped_gradient(self, gradient: Array) -> Array:
+        norm = _length(gradient)
         if norm <= self._clip:
-            return slope
+            return gradient
         self._clipped += 1
-        return slope * (self._clip / norm)
+        return gradient * (self._clip / norm)
 
     def _retreat(self, index: int, draw: Callable[[], Array]) -> None:
         import torch

@@ -78,8 +78,8 @@ class Probe:
 
 
 def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
-    """The slope, the path and the spread of the draw of this number."""
-    for step, value in enumerate(episode.slope.tolist()):
+    """The gradient, the path and the spread of the draw of this number."""
+    for step, value in enumerate(episode.gradient.tolist()):
         if np.isfinite(value):
             context.report(step, **{f"slope_{number}": value})
     path, spread = path_and_spread(episode)

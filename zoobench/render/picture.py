@@ -60,13 +60,13 @@ def snapshots(
     frames: int = 0,
     seed: int = 0,
 ) -> Iterator[Snapshot]:
-    """Every environment settled, and after `frames` control frames of the controller with random parameters.
+    """Every environment equilibrated, and after `frames` control frames of the controller with random parameters.
 
     Raises:
         UnknownNameError, UsageError: a name or a number that cannot be used.
         DivergenceError: the episode blew up.
     """
-    from zoobench.sim.settled import settled
+    from zoobench.sim.equilibrium import equilibrated
     from zoobench.sim.solver import Solver
 
     if frames < 0:
@@ -77,7 +77,7 @@ def snapshots(
     for name in envs:
         env: Environment = registry.create(Kind.ENV, name)
         scene = env.scene(body, grid)
-        solver = Solver(scene, grid, start=settled(scene, grid, env.settling_frames))
+        solver = Solver(scene, grid, start=equilibrated(scene, grid, env.equilibration_frames))
         if frames:
             _move(solver, driver, frames, seed)
         place = solver.matter.x[0, 0].double().cpu().numpy() + solver.origin
@@ -122,7 +122,7 @@ def _label(ref: Ref) -> str:
 
 
 def _move(solver: "Solver", controller: "Controller", frames: int, seed: int) -> None:
-    """One episode from the settled state; the solver's matter is at its end afterwards."""
+    """One episode from the equilibrated state; the solver's matter is at its end afterwards."""
     rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, seed))
     if rollout.divergences:
         raise DivergenceError(rollout.divergences[0])

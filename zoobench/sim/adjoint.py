@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import torch
 
-from zoobench.sim.model.rollout import FloatArray, Gradient, ReflexAdjoint, Rollout
+from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.state import IntArray, Parameters, empty_matter
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Adjoint:
         self._membership = np.zeros(rollout.body["muscle_membership"].shape)
 
     def run(
-        self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, reflex: ReflexAdjoint | None = None
+        self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
     ) -> Gradient:
         """Walk back from the last frame to the first; `[frames + 1, worlds, robot, 3]` each."""
         solver, rollout = self._solver, self._rollout
@@ -55,8 +55,8 @@ class Adjoint:
             for frame in reversed(self._segments[segment]):
                 self._reverse(segment, frame)
                 self._seed(frame, position_adjoint, velocity_adjoint)
-                if reflex is not None:
-                    self._seed_state(*reflex(frame, self._actuation[frame]))
+                if feedback is not None:
+                    self._seed_state(*feedback(frame, self._actuation[frame]))
         return self._collect()
 
     def _seed(self, frame: int, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> None:

@@ -15,7 +15,7 @@ from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import Matter, Parameters, Plan
+from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
 
 LARGEST_GRID = 2**28
 
@@ -71,7 +71,7 @@ class Launcher:
         self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
 
-    def advance(self, matter: Matter, parameters: Parameters, plan: Plan, stride: int) -> None:
+    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
         arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, *self._grids)
         self._note("forward", plan)
@@ -85,7 +85,7 @@ class Launcher:
         self,
         matter: Matter,
         parameters: Parameters,
-        plan: Plan,
+        plan: LaunchPlan,
         matter_adjoint: Matter,
         parameter_adjoint: Parameters,
     ) -> None:
@@ -130,7 +130,7 @@ class Launcher:
         x0, y0, z0, x1, y1, z1 = window.tolist()
         return self._grid[0, x0:x1, y0:y1, z0:z1].clone()
 
-    def _note(self, direction: str, plan: Plan) -> None:
+    def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1
         for work in self._work:
             self.launches[f"{direction} {work}"] += plan.world_substeps

@@ -27,7 +27,7 @@ class Playback:
 
     def __init__(self, solver: Solver, body: BodyState | None = None) -> None:
         self._solver = solver
-        self.rollout, self._pace = solver.begin(np.zeros((1, solver.worlds, solver.muscle_count)), body)
+        self.rollout, self._step_control = solver.begin(np.zeros((1, solver.worlds, solver.muscle_count)), body)
         self.frames = np.zeros(solver.worlds, np.int64)
         self.substeps = np.zeros(solver.worlds, np.int64)
         self.begin(range(solver.worlds))
@@ -55,8 +55,8 @@ class Playback:
         for path in (rollout.positions, rollout.velocities, rollout.muscle_potential):
             path[0] = path[1]
         known = [(found, set(found)) for found in (rollout.divergences, rollout.tears)]
-        self._pace.ready(0)
-        self._pace.frame(0)
+        self._step_control.ready(0)
+        self._step_control.frame(0)
         self._solver.record(rollout, 1)
         for found, earlier in known:
             for world in found.keys() - earlier:

@@ -14,11 +14,11 @@ from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.rollout import FloatArray, Gradient, Reflex, ReflexAdjoint, Rollout, SubstepMeter
+from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, Plan, initial_matter, medium_share
+from zoobench.sim.model.state import BodyState, IntArray, LaunchPlan, Matter, Parameters, initial_matter, medium_share
 from zoobench.sim.model.step_limits import StepLimit, choose_step
-from zoobench.sim.step_control import Pace, Surveyor
+from zoobench.sim.step_control import Diagnostics, StepControl
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
 
@@ -36,7 +36,7 @@ class Solver:
         checkpoint_interval: frames between stored states; what stores the fewest states if not given.
         memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval where given.
         device: `cpu`, or `cuda` where there is one.
-        start: the state of one world at time zero, as `settle` gives it; the scene's own if None.
+        start: the state of one world at time zero, as `equilibrate` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
     Attributes:
@@ -96,7 +96,7 @@ class Solver:
         self._start = self.matter.copy_slot(0)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
-        self._plan = Plan.none(worlds, self._real, device)
+        self._plan = LaunchPlan.none(worlds, self._real, device)
         self.set_body(BodyState().filled(scene, worlds))
 
     @property
@@ -120,7 +120,7 @@ class Solver:
         body: BodyState | None = None,
         progress: Callable[[int], None] | None = None,
         schedule: IntArray | None = None,
-        reflex: Reflex | None = None,
+        feedback: Feedback | None = None,
     ) -> Rollout:
         """Simulate an episode from the scene's initial state.
 
@@ -129,16 +129,16 @@ class Solver:
             body: the design's arrays where they differ from the scene's robot.
             progress: called with the number of frames done.
             schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout; None to choose them.
-            reflex: gives each frame's actuation from the state at its beginning; that of `actuation` is not used.
+            feedback: gives each frame's actuation from the state at its beginning; that of `actuation` is not used.
 
         Raises:
             UsageError: an array of another shape, out of range or not finite.
         """
-        rollout, pace = self.begin(actuation, body, schedule, reflex)
+        rollout, control = self.begin(actuation, body, schedule, feedback)
         for frame in range(rollout.frames):
             if rollout.interval and frame % rollout.interval == 0:
                 rollout.checkpoints.append(self.matter.copy_slot(0))
-            pace.frame(frame)
+            control.frame(frame)
             self.record(rollout, frame + 1)
             if progress is not None:
                 progress(frame + 1)
@@ -152,8 +152,8 @@ class Solver:
         actuation: FloatArray,
         body: BodyState | None = None,
         schedule: IntArray | None = None,
-        reflex: Reflex | None = None,
-    ) -> tuple[Rollout, Pace]:
+        feedback: Feedback | None = None,
+    ) -> tuple[Rollout, StepControl]:
         """An episode that has only begun, and what takes it through its frames; arguments and errors as of `run`."""
         self._check_runtime()
         actuation = self.check_actuation(actuation)
@@ -165,14 +165,14 @@ class Solver:
         rollout = self._new_rollout(actuation, arrays)
         self._rewind()
         self.record(rollout, 0)
-        return rollout, Pace(self, rollout, schedule, reflex)
+        return rollout, StepControl(self, rollout, schedule, feedback)
 
     def restart(self, world: int) -> None:
         """Put one world back to the initial state, alive; the others stay as they are."""
         self.matter.copy_world(world, self._start)
         self.alive[world] = 1
 
-    def settle(self, frames: int) -> Matter:
+    def equilibrate(self, frames: int) -> Matter:
         """The first world's state after `frames` frames of rest under damping; nothing of it is metered.
 
         Dynamic relaxation: all matter is stopped whenever its kinetic energy has passed a peak, so that what the
@@ -187,10 +187,10 @@ class Solver:
         )
         self.set_body(rollout.body)
         self._rewind()
-        pace = Pace(self, rollout)
+        control = StepControl(self, rollout)
         energy = 0.0
         for frame in range(frames):
-            pace.frame(frame)
+            control.frame(frame)
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
             before, energy = energy, float((self.parameters.mass[:, :, None] * self.matter.v[0] ** 2).sum())
@@ -205,11 +205,11 @@ class Solver:
         rollout: Rollout,
         position_adjoint: FloatArray,
         velocity_adjoint: FloatArray,
-        reflex: ReflexAdjoint | None = None,
+        feedback: FeedbackAdjoint | None = None,
     ) -> Gradient:
         """Derivatives of a scalar whose derivatives by the path are given, `[frames + 1, worlds, robot, 3]` each.
 
-        A rollout with a reflex needs its adjoint.
+        A rollout with a feedback needs its adjoint.
 
         Raises:
             UsageError: the solver was made without gradients.
@@ -217,7 +217,7 @@ class Solver:
         self._check_runtime()
         if not self.gradients:
             raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
-        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), reflex)
+        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
 
     def reset(self, body: BodyState | None = None) -> None:
         """Go back to the initial state at rest of all muscles, for a study that moves on by `substeps`."""
@@ -239,14 +239,14 @@ class Solver:
 
     def current_limit(self) -> list[StepLimit]:
         """The step that each world could take now, by its actuation, stretch, hardening and motion."""
-        return Surveyor(self).limits()
+        return Diagnostics(self).limits()
 
     def _rewind(self) -> None:
         self.matter.load_slot(0, self._start)
         self.alive.fill_(1)
         self.parameters.tension.zero_()
 
-    def plan(self, first: IntArray, counts: IntArray) -> Plan:
+    def plan(self, first: IntArray, counts: IntArray) -> LaunchPlan:
         """What to launch for frames of `counts` substeps from the slots `first` on, `[worlds]` each."""
         self._plan.set(first, counts, self.frame_seconds / np.maximum(counts, 1))
         return self._plan

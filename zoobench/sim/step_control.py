@@ -11,11 +11,11 @@ from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
 
 if TYPE_CHECKING:
-    from zoobench.sim.model.rollout import Reflex, Rollout
+    from zoobench.sim.model.rollout import Feedback, Rollout
     from zoobench.sim.solver import Solver
 
 
-class Surveyor:
+class Diagnostics:
     """Looks at all worlds at slot 0: their condition, and the particle behind each of its worst values."""
 
     def __init__(self, solver: "Solver") -> None:
@@ -45,7 +45,7 @@ class Surveyor:
         )
 
 
-class Pace:
+class StepControl:
     """Takes the worlds of one episode through its frames.
 
     A world's step follows from its condition at the beginning of the frame. If the frame ends in a state that means
@@ -54,7 +54,7 @@ class Pace:
 
     Args:
         schedule: `[frames, worlds]` substeps to take; None to choose them.
-        reflex: fills the rollout's actuation as it goes; None if it is there already.
+        feedback: fills the rollout's actuation as it goes; None if it is there already.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Pace:
         solver: "Solver",
         rollout: "Rollout",
         schedule: IntArray | None = None,
-        reflex: "Reflex | None" = None,
+        feedback: "Feedback | None" = None,
     ) -> None:
         self._solver, self._rollout = solver, rollout
         self._schedule = schedule
@@ -70,8 +70,8 @@ class Pace:
             self._schedule = np.full_like(rollout.counts, solver.substeps_per_frame)
         self._most = MOST_REFINEMENT * solver.substeps_per_frame
         self._before = solver.matter.copy_slot(0)
-        self._surveyor = Surveyor(solver)
-        self._reflex = reflex
+        self._diagnostics = Diagnostics(solver)
+        self._feedback = feedback
         self.ready(0)
 
     def ready(self, frame: int) -> None:
@@ -81,7 +81,7 @@ class Pace:
         """
         self._react(frame)
         self._solver.set_tension(self._rollout, frame)
-        self._conditions = self._surveyor.look()
+        self._conditions = self._diagnostics.look()
 
     def frame(self, frame: int) -> None:
         """One control frame of every world alive; those that cannot be saved are taken out, as they were before it."""
@@ -98,7 +98,7 @@ class Pace:
             if coming > frame:
                 self._react(coming)
             solver.set_tension(rollout, coming)
-            self._conditions = self._surveyor.look()
+            self._conditions = self._diagnostics.look()
             pending = self._go_back(frame, self._failures(frame))
             if pending.any():
                 solver.set_tension(rollout, frame)
@@ -110,10 +110,10 @@ class Pace:
 
     def _react(self, frame: int) -> None:
         """The actuation of a frame that is about to begin; none in a world whose state means nothing."""
-        if self._reflex is not None:
+        if self._feedback is not None:
             self._solver.record(self._rollout, frame)
             felt = self._rollout.positions[frame], self._rollout.velocities[frame]
-            self._rollout.actuation[frame] = np.nan_to_num(self._reflex(frame, *felt))
+            self._rollout.actuation[frame] = np.nan_to_num(self._feedback(frame, *felt))
 
     def _go_back(self, frame: int, failed: dict[int, Finding]) -> IntArray:
         """Put failed worlds back to before the frame; substeps to repeat it with, 0 for the others and the given up."""
@@ -126,7 +126,7 @@ class Pace:
                 rollout.retries[world] += 1
             else:
                 step = int(rollout.counts[: frame + 1, world].sum())
-                rollout.divergences[world] = self._surveyor.divergence(world, frame, step, finding)
+                rollout.divergences[world] = self._diagnostics.divergence(world, frame, step, finding)
                 solver.alive[world] = 0
             solver.matter.copy_world(world, self._before)
         return pending
@@ -157,7 +157,7 @@ class Pace:
         now = solver.matter.x[0, world, : solver.robot_count].cpu().double().numpy()
         if finding := torn(separation(solver.scene.robot.positions[there], now[there]), solver.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())
-            rollout.tears[world] = self._surveyor.divergence(world, frame, step, finding)
+            rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
 
     def _failures(self, frame: int) -> dict[int, Finding]:
         solver = self._solver

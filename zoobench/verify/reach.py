@@ -167,11 +167,11 @@ def _resized(env: "Environment", factor: float, shift: tuple[float, float], grid
 def _episode(env: "Environment", body: "Body", grid: "Fidelity", actuation: Array) -> _Episode:
     """All controllers in one place, one beside the other."""
 
-    from zoobench.sim.settled import settled
+    from zoobench.sim.equilibrium import equilibrated
     from zoobench.sim.solver import Solver
 
     scene = env.scene(body, grid)
-    solver = Solver(scene, grid, worlds=actuation.shape[1], start=settled(scene, grid, env.settling_frames))
+    solver = Solver(scene, grid, worlds=actuation.shape[1], start=equilibrated(scene, grid, env.equilibration_frames))
     began = process_time()  # one thread does it all
     rollout = solver.run(actuation)
     seconds = (process_time() - began) / actuation.shape[1]

@@ -176,14 +176,14 @@ def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Roll
 
 
 def test_block_sticks_on_a_gentle_incline() -> None:
-    """With tan(angle) below the friction coefficient the settled block creeps by less than 1/50 cell."""
+    """With tan(angle) below the friction coefficient the equilibrated block creeps by less than 1/50 cell."""
     _, _, centre = _incline(15.0, 0.4, 100)
     assert abs(centre[-1, 0] - centre[40, 0]) < 0.02 * scenes.SPACING
 
 
 @pytest.mark.parametrize(("degrees", "friction"), [(20.0, 0.1), (20.0, 0.2), (30.0, 0.4), (15.0, 0.0)])
 def test_block_slides_the_analytic_distance(degrees: float, friction: float) -> None:
-    """After settling it accelerates with g (sin - mu cos), to 2 % of the distance."""
+    """After equilibration it accelerates with g (sin - mu cos), to 2 % of the distance."""
     _, rollout, centre = _incline(degrees, friction, 100)
     first = 30
     angle = np.radians(degrees)

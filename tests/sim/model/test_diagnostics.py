@@ -15,7 +15,7 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import BodyState, Solver
-from zoobench.sim.step_control import Surveyor
+from zoobench.sim.step_control import Diagnostics
 
 FRAME = 1e-3
 """One substep per control frame in scenes of the soft cube."""
@@ -189,7 +189,7 @@ def test_one_strained_particle_does_not_tear_a_robot() -> None:
     start.F[0, 0, 0] = torch.diag(torch.tensor([3.0, 0.6, 0.6], dtype=start.F.dtype))
     solver = Solver(scene, fidelity, frame_seconds=FRAME, start=start)
     rollout = solver.run(np.zeros((1, 1, solver.muscle_count)))
-    assert Surveyor(solver).look()[0].stretch > 2.0
+    assert Diagnostics(solver).look()[0].stretch > 2.0
     assert not rollout.tears
 
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from zoobench.sim.launcher import Launcher
-from zoobench.sim.model.state import Matter, Parameters, Plan
+from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability.base import Probe
 from zoobench.verify.stability.horizon import WholePath, judge, measure, walker, wave
@@ -31,7 +31,7 @@ def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest
     """Though the kinks of the ground alone may make as large a difference between the precisions."""
     reverse = Launcher.reverse
 
-    def wrong(launcher: Launcher, matter: Matter, parameters: Parameters, plan: Plan, *adjoints: object) -> None:
+    def wrong(launcher: Launcher, matter: Matter, parameters: Parameters, plan: LaunchPlan, *adjoints: object) -> None:
         reverse(launcher, matter, parameters, plan, *adjoints)  # type: ignore[arg-type]
         if matter.x.dtype == torch.float32:
             adjoints[1].tension *= 1.01  # type: ignore[attr-defined]

@@ -43,7 +43,7 @@ def test_manufactured_stretches_are_the_slope_of_the_displacement() -> None:
 
 
 def test_column_settles_by_half_its_load_in_the_limit_of_small_strain() -> None:
-    """A stiff column settles by rho g H^2 / (2 M); the soft one by more than that."""
+    """A stiff column sinks by rho g H^2 / (2 M); the soft one by more than that."""
     soft = statics._column_material()
     mu, lam = lame_parameters(soft.youngs_modulus, soft.poissons_ratio)
     linear = soft.density * GRAVITY / (2 * (lam + 2 * mu))

@@ -11,11 +11,11 @@ from zoobench.sim.model.state import IntArray, Matter
 
 FloatArray = NDArray[np.floating]
 
-Reflex = Callable[[int, FloatArray, FloatArray], NDArray[np.float64]]
+Feedback = Callable[[int, FloatArray, FloatArray], NDArray[np.float64]]
 """Gives the actuation `[worlds, muscles]` of a frame, from its number and the robot's positions and velocities at its
 beginning, `[worlds, robot, 3]` each."""
 
-ReflexAdjoint = Callable[[int, NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+FeedbackAdjoint = Callable[[int, NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
 """Pulls on the positions and velocities at the beginning of a frame, from its number and the pull on its actuation."""
 
 

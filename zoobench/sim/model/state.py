@@ -120,7 +120,7 @@ class Parameters:
 
 
 @dataclass
-class Plan:
+class LaunchPlan:
     """What a launch does in each world.
 
     Attributes:

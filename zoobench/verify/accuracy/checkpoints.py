@@ -87,14 +87,14 @@ def checkpoints(
 
 
 def _solver(env: Ref, fidelity: Ref, interval: int) -> "Solver":
-    from zoobench.sim.settled import settled
+    from zoobench.sim.equilibrium import equilibrated
     from zoobench.sim.solver import Solver
 
     place: Environment = registry.create(Kind.ENV, env)
     design: Design = registry.create(Kind.DESIGN, Ref("caterpillar"))
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     scene = place.scene(design.body(grid), grid)
-    start = settled(scene, grid, place.settling_frames)
+    start = equilibrated(scene, grid, place.equilibration_frames)
     return Solver(scene, grid, gradients=True, start=start, checkpoint_interval=interval or None)
 
 

@@ -71,7 +71,7 @@ class _Subject:
         return 1e9 * seconds / (substeps * self.particles)
 
     def _time(self, *, gradient: bool) -> tuple[float, int]:
-        """Wall time [s] of an episode and its forward substeps; the scene is built and settled before the clock."""
+        """Wall time [s] of an episode and its forward substeps; the scene is built and at rest before the clock."""
         problem = Problem(self.spec, worlds=1)
         self.particles = problem.scene.particle_count
         params = problem.initial(np.random.default_rng(0))

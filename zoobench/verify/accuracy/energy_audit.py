@@ -19,10 +19,10 @@ from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
 from zoobench.errors import DivergenceError
 from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
 from zoobench.sim.model.matter import MudMaterial, SnowMaterial, WaterMaterial
 from zoobench.sim.model.scene import Effect
-from zoobench.sim.settled import settled
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.verify.accuracy.records import Balance, label
@@ -70,7 +70,7 @@ def balance(spec: RunSpec) -> Balance:
     """
     grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
     scene = env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid)
-    start = settled(scene, grid, env.settling_frames, frame_seconds=FRAME_SECONDS)
+    start = equilibrated(scene, grid, env.equilibration_frames, frame_seconds=FRAME_SECONDS)
     solver = Solver(scene, grid, frame_seconds=FRAME_SECONDS, start=start)
     controller, frames = registry.create(Kind.CONTROLLER, spec.controller), min(FRAMES, spec.frames)
     rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, spec.seed))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.cell.closed_loop import Reflexes
-from zoobench.cell.motion import BODY_ARRAYS, MotionPull, motion_of
+from zoobench.cell.closed_loop import FeedbackLoops
+from zoobench.cell.motion import BODY_ARRAYS, MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
 from zoobench.errors import SceneError, Unbuildable
@@ -57,7 +57,7 @@ class Cell:
     """One environment and task with the design's arrays as free parameters."""
 
     def __init__(self, env: Ref, task: Ref, design: Ref, controller: Ref, fidelity: Ref, seed: int) -> None:
-        from zoobench.sim.settled import settled
+        from zoobench.sim.equilibrium import equilibrated
         from zoobench.sim.solver import Solver
 
         environment: Environment = registry.create(Kind.ENV, env)
@@ -66,7 +66,7 @@ class Cell:
         self._task = registry.create(Kind.TASK, task)
         self._robot = Robot.of(design, controller, grid)
         scene = environment.scene(self._robot.body, grid)
-        start = settled(scene, grid, environment.settling_frames, frame_seconds=FRAME_SECONDS)
+        start = equilibrated(scene, grid, environment.equilibration_frames, frame_seconds=FRAME_SECONDS)
         # bounds a little beyond the design's own values, so that there is a slope on both sides
         self._solver = Solver(
             scene,
@@ -121,9 +121,9 @@ class Cell:
         built = self._build(arrays)
         body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
-        reflexes = Reflexes.of(self._robot, [built])
-        reflex = reflexes.act if reflexes else None
-        rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, reflex=reflex)
+        loops = FeedbackLoops.of(self._robot, [built])
+        feedback = loops.act if loops else None
+        rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, feedback=feedback)
         if rollout.divergences:
             raise DivergenceError(rollout.divergences[0])
         return rollout
@@ -144,16 +144,16 @@ class Cell:
     def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
         """Of the objective by every group of parameters that the rollout was made with, and where it has a fault."""
         built, count = self._build(arrays), self._robot.control_count
-        reflexes = Reflexes.of(self._robot, [built])
+        loops = FeedbackLoops.of(self._robot, [built])
         motion = self._motion(rollout, leaf=True)
-        direct = MotionPull.of(self._task.objective(motion).sum(), motion)
-        reflex = reflexes.adjoint(rollout) if reflexes else None
-        found = self._solver.backward(rollout, direct.positions, direct.velocities, reflex)
+        direct = MotionAdjoint.of(self._task.objective(motion).sum(), motion)
+        feedback = loops.adjoint(rollout) if loops else None
+        found = self._solver.backward(rollout, direct.positions, direct.velocities, feedback)
         by_body = direct.by_arrays(found, rollout, self._robot.body, self._density)
         pulls = {"actuation": found.actuation, **by_body}
-        parameters = built.slope({name: pulls[name][0] for name in built.matter})
-        if reflexes:
-            parameters += reflexes.slopes[0]
+        parameters = built.gradient({name: pulls[name][0] for name in built.matter})
+        if loops:
+            parameters += loops.gradients[0]
             del pulls["actuation"]
         pulls["controller"], pulls["design"] = np.split(parameters, [count])
         return {name: pull for name, pull in pulls.items() if name in arrays}, found.fault

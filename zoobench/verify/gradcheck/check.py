@@ -1,6 +1,6 @@
 """`zoobench gradcheck`: is the gradient the slope? Adjoints against central differences, in double precision.
 
-Users of differentiable simulators complain of gradients that are silently wrong; this settles it for any cell, group of
+Users of differentiable simulators complain of gradients that are silently wrong; this checks any cell, group of
 parameters and horizon. Beyond some horizon contact and chaos make the path so crooked that a difference quotient means
 nothing: the error grows there though the gradient is exact. `gradcheck_summary` says where.
 """

@@ -75,7 +75,7 @@ def nearly_incompressible(probe: Probe) -> None:
         body = _column(ratio)
         height = 8 * scenes.SPACING
         solver = Solver(scenes.drop(body, friction=0.0), scenes.fidelity(64))
-        state = solver.settle(round(seconds / solver.frame_seconds))
+        state = solver.equilibrate(round(seconds / solver.frame_seconds))
         probe.note_step(solver, solver.dt)
         place = state.x[0, 0].cpu().numpy() + solver.origin
         top = body.positions[:, 1] > height - 0.5 * scenes.SPACING

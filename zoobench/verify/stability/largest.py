@@ -212,12 +212,12 @@ def _boxed(name: str) -> "Solver":
     cells = 4
     side = cells * scenes.SPACING
     places = scenes.lattice(scenes.ORIGIN, (cells, cells, cells))
-    # snow yields beyond its clamps, and sand shears at the walls: both settle first
+    # snow yields beyond its clamps, and sand shears at the walls: both come to rest first
     strain = 0.002 if material.law is Law.SNOW else 0.005
     bed = scenes.bed_of(material, places, np.full((len(places), 3), -strain))
     body = scenes.bystander((side / 2, side / 2, side / 2))
     scene = Scene(body, scenes.ORIGIN, (side, side, side), medium=bed, ground=Ground(0.0), gravity=scenes.STILL)
-    start = Solver(scene, scenes.fidelity(64)).settle(60)
+    start = Solver(scene, scenes.fidelity(64)).equilibrate(60)
     solver = Solver(scene, scenes.fidelity(64), start=start)
     solver.reset()
     return solver

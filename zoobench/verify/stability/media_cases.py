@@ -57,7 +57,7 @@ for _name in scenes.medium_names():
 
 @case("sand-lift-off", fast=False)
 def sand_lift_off(probe: Probe) -> None:
-    """A settled box of sand is thrown up, its top faster than its foot; it parts, falls back and fills its old room.
+    """An equilibrated box of sand is thrown up, its top faster than its foot; it parts, falls back and fills its room.
 
     The sand swings on between smooth walls, where nothing shears it: its room at the end is a mean over time. How much
     a particle has to give back is known as long as its neighbours are within a cell, up to twice the length with two
@@ -69,7 +69,7 @@ def sand_lift_off(probe: Probe) -> None:
     medium = scenes.bed_of(scenes.medium_material("sand"), scenes.lattice(scenes.ORIGIN, (4, 8, 4)))
     tracer = scenes.bystander((2 * h, 4 * h, 2 * h))
     scene = Scene(tracer, scenes.ORIGIN, (4 * h, 0.75, 4 * h), medium=medium, ground=Ground(0.5))
-    start = Solver(scene, scenes.fidelity(64)).settle(100)
+    start = Solver(scene, scenes.fidelity(64)).equilibrate(100)
     rest = _medium_heights(Solver(scene, scenes.fidelity(64), start=start))
     for throw in (1.0, 1.5):
         solver = Solver(scene, scenes.fidelity(64), start=start)

@@ -66,11 +66,11 @@ def _tank(cells: tuple[int, int, int]) -> Scene:
 
 @case("tank-at-rest", fast=False)
 def tank_at_rest(probe: Probe) -> None:
-    """A settled tank is left alone for 100,000 steps: it stays at rest, and nothing grows."""
+    """A tank at rest is left alone for 100,000 steps: it stays at rest, and nothing grows."""
     from zoobench.sim.solver import Solver
 
     scene = _tank((4, 8, 4))
-    start = Solver(scene, scenes.fidelity()).settle(150)
+    start = Solver(scene, scenes.fidelity()).equilibrate(150)
     solver = Solver(scene, scenes.fidelity(), start=start)
     solver.reset()
     speed, energy, smallest, largest = [], [], [], []

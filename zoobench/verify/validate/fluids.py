@@ -52,7 +52,7 @@ def _hydrostatic() -> Outcome:
     speed = math.sqrt(material.bulk_modulus / _DENSITY)
     period = 4 / speed
     stage = Stage(scene, h, period)
-    stage.settle(math.pi * speed, 4 * stage.steps)
+    stage.equilibrate(math.pi * speed, 4 * stage.steps)
     stage.advance(2 * stage.steps)
     row = np.floor(points[:, 1] / h).astype(int)
     found = _rows(stage, material, row)
@@ -153,7 +153,7 @@ def _draft(ratio: float) -> float:
         medium=bed(material, points, h**3 / 4, _hydrostatic_strain(material, deep - points[:, 1])), ground=Ground(0.0),
     )  # fmt: skip
     stage = Stage(scene, h, 12 * math.sqrt(side / GRAVITY))
-    stage.settle(2 * math.sqrt(GRAVITY / side), stage.steps)
+    stage.equilibrate(2 * math.sqrt(GRAVITY / side), stage.steps)
     places = stage.positions
     lowest = places[stage.robot][block[:, 1] < bottom + h / 2, 1].mean() - h / 4
     water = places[stage.medium]

@@ -73,7 +73,7 @@ def slide(
     viscosity: float = 0.0,
     **settings: Any,
 ) -> Slide:
-    """A flat block that was settled under normal gravity before the plane tilts.
+    """A flat block that was equilibrated under normal gravity before the plane tilts.
 
     Sliding with a constant coefficient is unstable for an elastic body: rocking grows out of nothing (Adams 1995,
     Self-excited oscillations of two elastic half-spaces sliding with a constant coefficient of friction), and a block
@@ -97,7 +97,7 @@ def slide(
         ground=Ground(friction), gravity=(0.0, -normal, 0.0),
     )  # fmt: skip
     stage = Stage(scene, h, 0.05, courant=0.8, **settings)
-    stage.settle(400.0, stage.steps)
+    stage.equilibrate(400.0, stage.steps)
     t, x, v = _tilted(stage, degrees, seconds)
     begin = int(np.flatnonzero(t >= _RAMP)[0])
     rate = GRAVITY * (math.sin(math.radians(degrees)) - friction * math.cos(math.radians(degrees)))

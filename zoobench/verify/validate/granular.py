@@ -20,7 +20,7 @@ _ROUGH = 100.0
 
 
 def _sand(friction_angle: float, height: float) -> SandMaterial:
-    """Sand stiff enough to settle by half a per cent or so under its own weight at a height [m]."""
+    """Sand stiff enough to sink by half a per cent or so under its own weight at a height [m]."""
     return SandMaterial(300 * _DENSITY * GRAVITY * height, 0.2, _DENSITY, friction_angle)
 
 

@@ -115,7 +115,7 @@ class Stage:
         self.solver.substeps(count)
         self.done += count
 
-    def settle(self, rate: float, count: int, push: Vector = WEIGHTLESS) -> None:
+    def equilibrate(self, rate: float, count: int, push: Vector = WEIGHTLESS) -> None:
         """`count` substeps under drag: all velocities decay with `rate` [1/s]; `push` [m/s^2] acts on top of gravity.
 
         Twice the angular frequency of a motion damps it critically.

@@ -75,7 +75,7 @@ def column(cells: int, **settings: Any) -> Column:
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
     stage = Stage(scene, h, 12 / omega, **settings)
-    stage.settle(2 * omega, stage.steps)
+    stage.equilibrate(2 * omega, stage.steps)
     sunk = (points - stage.positions)[:, 1]
     top = points[:, 1] > 1 - h / 2
     exact = float(column_settlement(material, points[top, 1]).mean())

@@ -9,11 +9,11 @@ import pytest
 import torch
 
 from tests.sim.scenes import fidelity, medium_scene
-from zoobench.sim import settled as module
+from zoobench.sim import equilibrium as module
+from zoobench.sim.equilibrium import equilibrated, state_folder
 from zoobench.sim.model.matter import SandMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
-from zoobench.sim.settled import settled, settled_folder
 from zoobench.sim.solver import Solver
 
 FRAMES = 2
@@ -21,26 +21,26 @@ FRAMES = 2
 
 @pytest.fixture(autouse=True)
 def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "settled_folder", lambda: tmp_path / "settled")
+    monkeypatch.setattr(module, "state_folder", lambda: tmp_path / "equilibrated")
 
 
 @pytest.fixture
 def computed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Grows by one with every state that is computed and not read."""
     calls: list[int] = []
-    settle = Solver.settle
+    equilibrate = Solver.equilibrate
 
     def counted(self: Solver, frames: int) -> Matter:
         calls.append(frames)
-        return settle(self, frames)
+        return equilibrate(self, frames)
 
-    monkeypatch.setattr(Solver, "settle", counted)
+    monkeypatch.setattr(Solver, "equilibrate", counted)
     return calls
 
 
 def get(scene: Scene, precision: int = 32, frames: int = FRAMES) -> Matter:
-    """The settled state, which must be there."""
-    matter = settled(scene, fidelity(precision), frames)
+    """The equilibrated state, which must be there."""
+    matter = equilibrated(scene, fidelity(precision), frames)
     assert matter is not None
     return matter
 
@@ -55,7 +55,7 @@ def same(one: Matter, other: Matter) -> bool:
 def test_a_state_read_is_bitwise_the_state_computed(precision: int, computed: list[int]) -> None:
     """And the second time nothing is simulated."""
     scene = medium_scene("sand")
-    exact = Solver(scene, fidelity(precision)).settle(FRAMES)
+    exact = Solver(scene, fidelity(precision)).equilibrate(FRAMES)
     first, second = get(scene, precision), get(scene, precision)
     assert same(first, exact)
     assert same(second, exact)
@@ -63,8 +63,8 @@ def test_a_state_read_is_bitwise_the_state_computed(precision: int, computed: li
 
 
 def test_nothing_to_settle_is_no_state(computed: list[int]) -> None:
-    """A scene without settling frames starts as it stands."""
-    assert settled(medium_scene(), fidelity(), 0) is None
+    """A scene without equilibration frames starts as it stands."""
+    assert equilibrated(medium_scene(), fidelity(), 0) is None
     assert not computed
 
 
@@ -86,7 +86,7 @@ def test_everything_that_decides_the_state_is_in_the_key(computed: list[int], mo
         get(variant)
     get(scene, precision=64)
     get(scene, frames=FRAMES + 1)
-    settled(scene, fidelity(32), FRAMES, frame_seconds=0.004)
+    equilibrated(scene, fidelity(32), FRAMES, frame_seconds=0.004)
     monkeypatch.setattr(module, "_sources", lambda: b"other physics")
     get(scene)
     assert len(computed) == 8
@@ -111,7 +111,7 @@ def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch:
 def test_a_damaged_file_is_computed_anew(damage: str, computed: list[int], tmp_path: Path) -> None:
     """Whether it lost its content, its end or a single bit."""
     first = get(medium_scene())
-    (path,) = (tmp_path / "settled").iterdir()
+    (path,) = (tmp_path / "equilibrated").iterdir()
     content = bytearray(path.read_bytes())
     if damage == "empty":
         content.clear()
@@ -127,7 +127,7 @@ def test_a_damaged_file_is_computed_anew(damage: str, computed: list[int], tmp_p
 
 def test_a_folder_that_cannot_be_written_is_no_error(computed: list[int], tmp_path: Path) -> None:
     """The state is then computed every time."""
-    (tmp_path / "settled").write_text("a file where the folder should be", encoding="utf-8")
+    (tmp_path / "equilibrated").write_text("a file where the folder should be", encoding="utf-8")
     assert same(get(medium_scene()), get(medium_scene()))
     assert len(computed) == 2
 
@@ -141,23 +141,23 @@ def test_an_interrupted_write_leaves_nothing_behind(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(Path, "replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
         get(medium_scene())
-    assert not list((tmp_path / "settled").iterdir())
+    assert not list((tmp_path / "equilibrated").iterdir())
 
 
 def test_the_folder_keeps_its_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was longest unused goes first; the newest state stays whatever its size."""
     get(medium_scene("sand"))
-    (old,) = (tmp_path / "settled").iterdir()
+    (old,) = (tmp_path / "equilibrated").iterdir()
     os.utime(old, (0, 0))
     get(medium_scene("clay"))
-    assert len(list((tmp_path / "settled").iterdir())) == 2
+    assert len(list((tmp_path / "equilibrated").iterdir())) == 2
     monkeypatch.setattr(module, "LARGEST_FOLDER", 0)
     get(medium_scene("water"))
-    assert len(list((tmp_path / "settled").iterdir())) == 1
+    assert len(list((tmp_path / "equilibrated").iterdir())) == 1
     assert not old.exists()
 
 
 def test_states_lie_beside_the_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """ZOOBENCH_CACHE moves both."""
     monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path))
-    assert settled_folder() == tmp_path / "settled"
+    assert state_folder() == tmp_path / "equilibrated"

@@ -1,7 +1,7 @@
-"""Scenes come to rest once: a settled state is kept in a file beside the compiled kernels and read back ever after.
+"""Scenes come to rest once: an equilibrated state is kept in a file beside the compiled kernels and read back later.
 
 The file's name is a hash of all that decides the state, the simulator's own sources included, so a file is never out of
-date. What it holds is bitwise what `Solver.settle` gives.
+date. What it holds is bitwise what `Solver.equilibrate` gives.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ from zoobench.sim.runtime import cache_folder, write_whole
 from zoobench.sim.solver import Solver
 
 LARGEST_FOLDER = 500 * 2**20
-"""Bytes of settled states that are kept; the ones longest unused go first. A state takes up to some ten megabytes."""
+"""Size of the stored states [bytes]; the longest unused go first. A state takes up to some ten megabytes."""
 
 _DIGEST_BYTES = 32
 
@@ -32,7 +32,7 @@ _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
 """Of /proc/cpuinfo: the first two on x86, the others on ARM."""
 
 
-def settled(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
+def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
     """The scene's state after `frames` control frames of rest, for `Solver(..., start=...)`; None for no frames.
 
     A damaged file is replaced, and where no file can be written the state is computed every time.
@@ -42,23 +42,23 @@ def settled(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: flo
     """
     if not frames:
         return None
-    path = settled_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
+    path = state_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
     kept = _read(path)
     if kept is None:
-        kept = Solver(scene, fidelity, frame_seconds=frame_seconds).settle(frames)
+        kept = Solver(scene, fidelity, frame_seconds=frame_seconds).equilibrate(frames)
         with contextlib.suppress(OSError):
             _write(path, kept)
             _trim(path.parent)
     return kept
 
 
-def settled_folder() -> Path:
-    """Where settled states are kept, beside the compiled kernels."""
-    return cache_folder().with_name("settled")
+def state_folder() -> Path:
+    """Where equilibrated states are kept, beside the compiled kernels."""
+    return cache_folder().with_name("equilibrated")
 
 
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
-    """A hash of everything that decides the settled state; rounding differs between processors and compilers."""
+    """A hash of everything that decides the equilibrated state; rounding differs between processors and compilers."""
     digest = hashlib.sha256(_sources())
     for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__, torch.__version__):
         _feed(digest, value)
