@@ -55,7 +55,7 @@ def test_momentum_and_angular_momentum_are_conserved() -> None:
     solver = Solver(scene, scenes.steady(scene))
     frames = 500 // solver.substeps_per_frame
     assert frames * solver.substeps_per_frame == 500
-    solver.set_body(BodyState().filled(scene, 1))
+    solver.simulation.set_body(BodyState().filled(scene, 1))
     linear, angular = _momenta(solver)
     rollout = solver.run(scenes.actuation(solver, frames))
     assert not rollout.divergences

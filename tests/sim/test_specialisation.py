@@ -147,7 +147,7 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
         grid.fill_(SENTINEL)
     rollout = _run(solver, 3)
     used = [grids[0].clone()]
-    adjoint = Adjoint(solver, rollout)
+    adjoint = Adjoint(solver.simulation, rollout)
     adjoint.run(*scenes.path_weights(solver, 3))
     visited = torch.zeros(launcher.shape, dtype=torch.bool)
     for window in adjoint._tape.window[: rollout.substeps + 1, 0].tolist():

@@ -117,7 +117,7 @@ def test_isolated_particle_stays_bounded_near_the_limit() -> None:
     largest = []
     for _ in range(50):
         solver.substeps(100, 0.9 * dt_iso)
-        largest.append(float((solver.matter.F[0, 0, 0] - solver.tensor(np.eye(3))).norm()))
+        largest.append(float((solver.matter.F[0, 0, 0] - solver.simulation.tensor(np.eye(3))).norm()))
     # symplectic Euler swings at omega = 2 / dt_iso with the amplitude of its first speed over sqrt(1 - 0.9^2)
     assert 0 < max(largest) < 1.02 * rate * dt_iso / 2 / np.sqrt(1 - 0.9**2)
 
@@ -128,7 +128,7 @@ def test_isolated_particle_beyond_the_limit_grows() -> None:
     solver.reset()
     solver.substeps(500, 1.05 * solver.current_limit()[0].dt_iso)
     F = solver.matter.F[0, 0, 0]
-    assert not float((F - solver.tensor(np.eye(3))).norm()) < 1.0
+    assert not float((F - solver.simulation.tensor(np.eye(3))).norm()) < 1.0
 
 
 def test_limit_by_kernel_and_transfer() -> None:
@@ -155,7 +155,7 @@ def test_limit_is_sharp(transfer: Transfer, kernel: Kernel, viscosity: float) ->
     for share in (0.98, 1.02):
         solver.reset()
         solver.matter.C.zero_()
-        solver.matter.F[0, 0, 0] += solver.tensor(stretch)
+        solver.matter.F[0, 0, 0] += solver.simulation.tensor(stretch)
         solver.substeps(400, share * solver.current_limit()[0].dt_iso)
         found = solver.matter.F[0, 0, 0].numpy() - np.eye(3)
         growth.append(float(np.linalg.norm(found) / np.linalg.norm(stretch)))
