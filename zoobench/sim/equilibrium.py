@@ -17,10 +17,11 @@ import numpy as np
 import taichi as ti
 import torch
 
+from zoobench.files import replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
-from zoobench.sim.runtime import cache_folder, write_whole
+from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
 
 LARGEST_FOLDER = 500 * 2**20
@@ -124,7 +125,7 @@ def _write(path: Path, matter: Matter) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
     payload = buffer.getvalue()
-    write_whole(path, hashlib.sha256(payload).digest() + payload)
+    replace_files({path: hashlib.sha256(payload).digest() + payload}, make_folders=True)
 
 
 def _trim(folder: Path) -> None:

@@ -3,7 +3,6 @@
 import atexit
 import contextlib
 import os
-import tempfile
 import time
 from pathlib import Path
 from typing import Literal
@@ -28,19 +27,6 @@ def cache_folder() -> Path:
         return Path(chosen) / "kernels"
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "zoobench" / "kernels"
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write under another name, then rename: another process sees the whole file or none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
