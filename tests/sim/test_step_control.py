@@ -70,7 +70,7 @@ def test_fast_matter_shortens_the_step(speed: float, binds: bool) -> None:
 
 
 def test_frame_that_fails_is_repeated_with_half_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of that world alone: its substeps double, the retry is counted and metered, the other world is as it was."""
+    """Of that world alone: its substeps double, the retry is counted and metered, the other world is unchanged."""
     scene = _drop(1.0)
     expected = Solver(scene, scenes.fidelity(), worlds=2).run(np.zeros((3, 2, 0)))
     seen = []

@@ -1,6 +1,5 @@
-"""The differentiable MLS-MPM simulator: it knows matter and boundaries, nothing of tasks, databases or commands."""
+"""The differentiable MLS-MPM simulator of matter and boundaries, independent of tasks, databases and commands."""
 
 import os
 
-# Taichi prints a banner on standard output when it is imported; standard output is for data
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "False")

@@ -101,7 +101,7 @@ def repeat_part(
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
     for w in range(x.shape[1]):
-        push = dt * ti.Vector([g_x, g_y, g_z])
+        dt_g = dt * ti.Vector([g_x, g_y, g_z])
         constants = ti.Vector([m0, m1, m2, m3, m4])
         for _ in range(count):
             if ti.static(part == CLEAR):
@@ -112,7 +112,7 @@ def repeat_part(
                 for i in range(window[0, w, 0], window[0, w, 3]):
                     for j in range(window[0, w, 1], window[0, w, 4]):
                         for k in range(window[0, w, 2], window[0, w, 5]):
-                            update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground, law)
+                            update_node(grid, other, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
                             if ti.static(transfer == AFLIP):
                                 divide_node(before, other_before, 0, i, j, k)
             else:
@@ -153,7 +153,6 @@ class Ablation:
     def repeat(self, part: SubstepPart, count: int, dt: float) -> None:
         """Repeat one part `count` times, with a step of `dt` [s]."""
         launcher = self._sim.launcher
-        # nodes turn momenta into velocities, which are what particles gather
         source = self._velocities if part is SubstepPart.GATHER else self._momenta
         repeat_part(
             *self._matter.tensors(), *self._sim.parameters.tensors(), launcher.terrain,

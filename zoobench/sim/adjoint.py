@@ -31,7 +31,6 @@ class Adjoint:
         self._tape = empty_matter(sim.scene, longest + 1, worlds, real, device)
         self._state = empty_matter(sim.scene, 1, worlds, real, device)
         medium = sim.scene.medium
-        # a medium's mass has an adjoint only where the robot's occupancy displaces it
         weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot
         self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""

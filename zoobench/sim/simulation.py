@@ -109,6 +109,7 @@ class Simulation:
     def refresh_window(self) -> None:
         """Find the grid nodes that the particles touch, after their positions were set from outside."""
         width = self.fidelity.spline.width
+        # the first node of each particle's stencil, as `splines.base_node` has it
         base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
         self.matter.window[0, :, :3] = base.amin(1)
         self.matter.window[0, :, 3:] = base.amax(1) + width
@@ -116,6 +117,7 @@ class Simulation:
     def set_body(self, arrays: dict[str, Array]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
         robot, medium, count = self.scene.robot, self.scene.medium, self.robot_count
+        # occupancy scales mass and volume together: an absent particle has neither inertia nor stress
         volume = arrays["occupancy"] * robot.volumes
         mass = volume * arrays["density_ratio"] * robot.material.density
         self.parameters.volume[:, :count] = self.tensor(volume)

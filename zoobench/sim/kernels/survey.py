@@ -1,4 +1,4 @@
-"""The survey of a frame: the worst values of every world, by which its health is judged and its next step chosen."""
+"""The survey after a frame: the worst values of every world, from which divergence and the next step are found."""
 
 import taichi as ti
 
@@ -12,7 +12,7 @@ from zoobench.sim.kernels.media import SNOW, WATER
 def largest_square(F):
     """Upper bound of the largest squared stretch, exact if the two others are equal (Wolkowicz and Styan 1980).
 
-    With mean m and standard deviation s of the three it is m + sqrt(2) s: no decomposition.
+    With mean m and standard deviation s of the three it is m + sqrt(2) s, without a decomposition.
     """
     b = matmul(F, F.transpose())
     mean = b.trace() / 3.0
@@ -22,9 +22,9 @@ def largest_square(F):
 
 @ti.func
 def medium_kappa(history, constants, law: ti.template()):
-    """Stiffness [Pa] of an isolated particle in its state: 2 mu + 3 lambda in Hencky strain.
+    """Stiffness [Pa] of an isolated particle in its state (see `step_limits`): 2 mu + 3 lambda in Hencky strain.
 
-    Snow as hard as it is, at its largest elastic stretch; water as dense as it is.
+    That of snow is at its present hardening and largest elastic stretch, that of water at its present J.
     """
     kappa = 2.0 * constants[0] + 3.0 * constants[1]
     if ti.static(law == SNOW):
@@ -46,11 +46,10 @@ def survey(
     h: float, mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     law: ti.template(),
 ):  # fmt: skip
-    """Fill the `report` of every world alive with its `stepping.Condition`, from slot 0.
+    """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
 
-    `culprit[w]` names the particle of each of the first four, among which a NaN wins every comparison and stays, and
-    of the stretch.
-    Massless particles take no part.
+    `culprit[w]` holds the particle of each of the first four, where the first NaN is kept, and of the stretch.
+    Massless particles are left out.
     """
     for w in range(x.shape[1]):
         constants = ti.Vector([m0, m1, m2, m3, m4])
@@ -62,7 +61,6 @@ def survey(
                 place = x[0, w, p]
                 beyond = ti.max(low - place, place - ti.Vector([high_x, high_y, high_z])) / h
                 largest = ti.max(beyond[0], beyond[1], beyond[2])
-                # max drops a NaN, a sum keeps it
                 spread = place.sum() - place.sum()
                 values = ti.Vector([v[0, w, p].norm(), C[0, w, p].norm(), largest + spread, -1e30])
                 per_mass = volume[w, p] / mass[w, p]
