@@ -153,6 +153,7 @@ class Ablation:
     def repeat(self, part: SubstepPart, count: int, dt: float) -> None:
         """Repeat one part `count` times, with a step of `dt` [s]."""
         launcher = self._sim.launcher
+        # particles gather velocities, which the nodes' part makes from momenta
         source = self._velocities if part is SubstepPart.GATHER else self._momenta
         repeat_part(
             *self._matter.tensors(), *self._sim.parameters.tensors(), launcher.terrain,

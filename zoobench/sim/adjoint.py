@@ -31,6 +31,7 @@ class Adjoint:
         self._tape = empty_matter(sim.scene, longest + 1, worlds, real, device)
         self._state = empty_matter(sim.scene, 1, worlds, real, device)
         medium = sim.scene.medium
+        # a medium's mass has an adjoint only where the robot's occupancy displaces it
         weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot
         self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""
@@ -49,6 +50,7 @@ class Adjoint:
         for segment in reversed(range(len(rollout.checkpoints))):
             self._recompute(segment)
             for frame in reversed(self._segments[segment]):
+                # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._reverse(segment, frame)
                 self._seed(frame, position_adjoint, velocity_adjoint)
                 if feedback is not None:
@@ -113,6 +115,7 @@ class Adjoint:
         def array(tensor: torch.Tensor) -> np.ndarray:
             return tensor.cpu().double().numpy()
 
+        # chain rule of `Simulation.set_body`: mass = occupancy density_ratio V rho, volume = occupancy V
         mass = array(self._parameters.mass[:, :count]) * robot.volumes * robot.material.density
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(

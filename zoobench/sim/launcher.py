@@ -155,6 +155,7 @@ class Launcher:
         ground, h = self._scene.ground, self._fidelity.grid_spacing
         if ground is None or ground.terrain is None:
             return torch.zeros((0, 0, 4), dtype=self._real, device=self._device)
+        # the wall planes, and with them the arena's lower corner, run through node WALL_NODES
         x, z = (np.arange(self.shape[d], dtype=np.float64) * h - WALL_NODES * h for d in (0, 2))
         height = ground.terrain.heights_at(x, z) / h + WALL_NODES
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
@@ -173,6 +174,7 @@ class Launcher:
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
+    # an arena of a whole number of cells must not gain one by rounding
     cells = (math.ceil((b - a) / grid_spacing - 1e-6) for a, b in zip(scene.lower, scene.upper, strict=True))
     x, y, z = (c + 2 * WALL_NODES + 1 for c in cells)
     if x * y * z > LARGEST_GRID:

@@ -89,6 +89,8 @@ class StepControl:
         while pending.any():
             sim.advance(sim.matter, np.zeros_like(pending), pending, stride=0)
             sim.meter.forward += int(pending.sum())
+            # one survey serves both the check of this frame and the step of the next: the stiffness that it reports is
+            # that under the actuation to come
             coming = min(frame + 1, rollout.frames - 1)
             if coming > frame:
                 self._close_loop(coming)

@@ -27,6 +27,8 @@ def coulomb(v, normal, friction):
     if approach < 0.0:
         along = v - approach * normal
         speed = along.norm()
+        # the impulse that stops the approach, -m v.n, allows a tangential one of up to friction times it: the node
+        # slides with what is left of its speed, or sticks (Stomakhin et al. 2013)
         keep = 0.0
         if speed > -friction * approach:
             keep = 1.0 + friction * approach / speed
@@ -45,6 +47,7 @@ def coulomb_adjoint(v, u_adjoint, normal, friction):
         v_adjoint = 0.0 * u_adjoint  # a sticking node rests whatever its velocity was
         if speed > -friction * approach:
             keep = 1.0 + friction * approach / speed
+            # u = along + friction (v.n) along / |along|: by the direction of sliding, then by the approach
             work = along.dot(u_adjoint) / speed
             turn = friction * approach * work / (speed * speed)
             slide = keep * u_adjoint - turn * along
@@ -123,6 +126,7 @@ def contact_adjoint(
     for d in ti.static(range(3)):
         if ti.static(tight):
             if behind_wall(index[d], shape[d], d, ground) != 0:
+                # this component by-passes friction: u[d] = v[d]
                 free_adjoint[d] = u_adjoint[d]
                 v_adjoint[d] = 0.0
             elif hits_wall(u[d], index[d], shape[d], d, ground):

@@ -60,6 +60,7 @@ def gather_ratio(ratios: ti.template(), g, position, inverse_spacing, factors, w
                 held = ratios[g, base[0] + i, base[1] + j, base[2] + k]
                 sums += w_i * w[j, 1] * w[k, 2] * held
                 value = held.dot(factors)
+                # d(w_i w_j w_k)/dx by the product rule, as the weights are tensor products
                 derivative[0] += dw_i * w[j, 1] * w[k, 2] * value
                 derivative[1] += w_i * dw[j, 1] * w[k, 2] * value
                 derivative[2] += w_i * w[j, 1] * dw[k, 2] * value
@@ -91,6 +92,7 @@ def mean_ratio_adjoint(
     width: ti.template(),
 ):  # fmt: skip
     """Adjoint of `mean_ratio`, which gave `mean`: adds to that of the nodes, returns that by the position."""
+    # mean = a / m with a = sum w m J and m = sum w m: d mean = (da - mean dm) / m
     sums, derivative = gather_ratio(ratios, g, position, inverse_spacing, ti.Vector([1.0, -mean]), width)
     scaled = mean_adjoint / sums[1]
     base = base_node(position, inverse_spacing, ratios, width)
@@ -108,6 +110,7 @@ def mean_ratio_adjoint(
 def relaxed_ratio(J, mean, share):
     """J after the decay of its difference from the local mean in a step; `share` is that of `correction_share`."""
     gap = mean - J
+    # soft threshold: zero within TOLERATED_DRIFT, continuous beyond
     return J + RETURN_RATE * share * (ti.max(gap - TOLERATED_DRIFT, 0.0) + ti.min(gap + TOLERATED_DRIFT, 0.0))
 
 

@@ -26,6 +26,7 @@ def neo_hookean_adjoint(F, tau_adjoint, mu, lam):
     volumetric = 0.0  # while log J is held its derivative is zero
     if J > SMALLEST_J:
         volumetric = lam * tau_adjoint.trace() / J
+    # d(F F^T) gives (A + A^T) F = 2 A F for a symmetric A; d log J = F^-T = cof(F) / J
     return (2.0 * mu) * matmul(tau_adjoint, F) + volumetric * cofactor(F)
 
 

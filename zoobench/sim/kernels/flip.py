@@ -34,6 +34,7 @@ def divide_node_adjoint(before: ti.template(), before_adjoint: ti.template(), g,
     if q[3] > 0.0:
         stored = before_adjoint[g, i, j, k]
         q_adjoint = ti.Vector([stored[0], stored[1], stored[2]]) / q[3]
+        # v = q / m: dv/dq = 1 / m and dv/dm = -v / m
         adjoint = ti.Vector([q_adjoint[0], q_adjoint[1], q_adjoint[2], -q_adjoint.dot(ti.Vector([q[0], q[1], q[2]]))])
     before_adjoint[g, i, j, k] = adjoint
 

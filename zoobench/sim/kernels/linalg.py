@@ -58,6 +58,7 @@ def _rotate(a, u, p: ti.template(), q: ti.template(), r: ti.template()):
     """One Jacobi rotation that annihilates a_pq; r is the third index."""
     apq = a[p, q]
     if apq != 0.0:
+        # t = tan of the smaller angle that annihilates a_pq, without cancellation (Golub and Van Loan, 8.5)
         theta = (a[q, q] - a[p, p]) / (2.0 * apq)
         t = 1.0 / (ti.abs(theta) + ti.sqrt(theta * theta + 1.0))
         if theta < 0.0:
@@ -67,6 +68,7 @@ def _rotate(a, u, p: ti.template(), q: ti.template(), r: ti.template()):
         a[p, p] -= t * apq
         a[q, q] += t * apq
         a[p, q] = 0.0
+        # rows and columns p and q of the third index, in the upper triangle alone
         arp, arq = a[r, p], a[r, q]
         if ti.static(r < p):
             arp, arq = a[r, p], a[r, q]
@@ -96,6 +98,7 @@ def eigen_symmetric(a):
     u = identity()
     trace = a.trace()
     sweep = 0
+    # converged when the off-diagonal is lost in rounding beside the trace, in either precision; b is positive definite
     while sweep < LARGEST_SWEEPS and trace + ti.abs(a[0, 1]) + ti.abs(a[0, 2]) + ti.abs(a[1, 2]) > trace:
         a, u = _rotate(a, u, 0, 1, 2)
         a, u = _rotate(a, u, 0, 2, 1)

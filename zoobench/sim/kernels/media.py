@@ -49,6 +49,8 @@ def radial_return(strain, history, constants, law: ti.template()):
     loose = False
     limit = constants[2] / (2.0 * constants[0])
     if ti.static(law == SAND):
+        # tr(eps) >= 0: the tip of the cone, no stress (Klar et al. 2016); the volume gained there is used up before
+        # pressure returns (Tampubolon et al. 2017)
         loose = volume >= 0.0
         left = volume
         limit = -cone(constants) * volume
@@ -79,6 +81,8 @@ def radial_return_adjoint(strain, history, elastic_adjoint, left_adjoint, consta
         keep, radial = 1.0, 0.0
         volume_adjoint = mean
         if size > limit:
+            # elastic = limit n + volume / 3 with n = deviator / size: dn = (I - n n^T) d deviator / size, and for sand
+            # d limit = -slope d volume
             keep = limit / size
             along = deviator.dot(elastic_adjoint) / size
             volume_adjoint = mean - slope * along
@@ -139,6 +143,8 @@ def hencky_update_adjoint(b, history, b_adjoint, left_adjoint, tau_adjoint, cons
         inner[i, i] = strain_adjoint[i] / (2.0 * trial[i] * trial[i])
         for j in ti.static(range(3)):
             if ti.static(i != j):
+                # b_i - b_j = 2 s_i s_j sinhc(eps_i - eps_j) (eps_i - eps_j) with s = exp(eps), and the return scales
+                # eps_i - eps_j by keep: the differences cancel in the quotient
                 rise_b = 2.0 * stretch[i] * stretch[j] * sinhc(elastic[i] - elastic[j])
                 run = 2.0 * trial[i] * trial[j] * sinhc(strain[i] - strain[j])
                 inner[i, j] = keep * (rise_b * b_inner[i, j] + 2.0 * mu * tau_inner[i, j]) / run
@@ -162,6 +168,7 @@ def snow_update(b, plastic, constants):
     after = ti.min(ti.max(grown, SMALLEST_PLASTIC), LARGEST_PLASTIC)
     hardening = ti.exp(constants[4] * (1.0 - after))
     J = held[0] * held[1] * held[2]
+    # fixed corotated: tau = 2 mu (F - R) F^T + lambda J (J - 1) I in principal values
     stress = hardening * (2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0))
     return assemble(frame, held * held), after, assemble(frame, stress)
 
@@ -196,6 +203,8 @@ def snow_update_adjoint(b, plastic, b_adjoint, new_plastic_adjoint, tau_adjoint,
         inner[i, i] = stretch_adjoint / (2.0 * stretch[i])  # stretch = sqrt(b)
         for j in ti.static(range(3)):
             if ti.static(i != j):
+                # h for held, s for stretch: that of b is (h_i^2 - h_j^2) / (s_i^2 - s_j^2), that of the stress
+                # 2 mu (h_i - h_j) (h_i + h_j - 1) / (s_i^2 - s_j^2)
                 gap = stretch[i] - stretch[j]
                 divided = 0.0  # of the clamp; at equal stretches its derivative
                 if ti.abs(gap) > 1e-6 * stretch[i]:
@@ -258,6 +267,7 @@ def deform_medium(
         share = correction_share(inverse_spacing, dt, constants)
         history[t, w, q] = water_ratio(relaxed_ratio(history[s, w, q], mean, share), step.determinant(), rho, share)
     else:
+        # F = (I + dt C) F_old in terms of b = F F^T: the elastic trial, by which plasticity need not store F
         trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
         b_new, after, stress = 0.0 * trial, 0.0 * trial[0, 0], 0.0 * trial
         if ti.static(law == SNOW):
@@ -297,6 +307,7 @@ def deform_medium_adjoint(
             trial_adjoint, old_adjoint = hencky_update_adjoint(
                 trial, history[s, w, q], b_adjoint, history_adj[0, w, q], tau_adjoint, constants, law
             )
+        # trial = S b S^T: 2 A S b by S and S^T A S by b, for the symmetric adjoint A of the trial
         step_adjoint = 2.0 * matmul(trial_adjoint, matmul(step, old))
         b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(trial_adjoint, step)))
         history_adj[0, w, q] = old_adjoint

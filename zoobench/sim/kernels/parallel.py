@@ -67,6 +67,7 @@ def advance_parallel(
         for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
             if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
                 press_node(grid, w, i, j, k, ground)
+    # an empty window of the next slot, which the particles extend below
     for w, d in ti.ndrange(x.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride

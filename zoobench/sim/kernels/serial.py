@@ -95,6 +95,7 @@ def advance(
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
                             press_node(grid, 0, i, j, k, ground)
+            # the window of the next substep, as the grid is cleared only where particles are
             low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):

@@ -102,6 +102,7 @@ def particle_shift_adjoint(
         room_first, room_second = log_room_derivatives(base, offset, grid, width)
         work = factor * u.dot(log_gradient - room_first)
         J_adjoint, rho_adjoint = work * rho, work * J  # surplus = rho J - 1 - SHIFTED_SURPLUS
+        # the Hessian of log f is f'' / f - (f' / f)(f' / f)^T, applied to u
         hessian_adjoint = along / total - log_gradient * log_gradient.dot(u) - room_second * u
         place_adjoint = factor * surplus * inverse_spacing * hessian_adjoint
         for i in range(width):

@@ -17,6 +17,7 @@ INVERSE_MOMENT = {spline.width: spline.inverse_moment for spline in SPLINES.valu
 @ti.func
 def base_node(position, inverse_spacing, grid: ti.template(), width: ti.template()):
     """First node of the stencil, kept inside the grid: an escaped particle must not write out of bounds."""
+    # the stencil is centred: a quadratic one begins half a cell, a cubic one a cell before the particle's own cell
     base = ti.cast(position * inverse_spacing - ti.static(0.5 * width - 1.0), ti.i32)
     last = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]]) - width
     return ti.max(0, ti.min(base, last))
@@ -27,6 +28,7 @@ def weights(offset, width: ti.template()):
     """w[i, d]: weight of stencil node i in direction d, at `offset` [cells] from the base node."""
     if ti.static(width == QUADRATIC):  # offset in [0.5, 1.5)
         return ti.Matrix.rows([0.5 * (1.5 - offset) ** 2, 0.75 - (offset - 1.0) ** 2, 0.5 * (offset - 0.5) ** 2])
+    # offset in [1, 2): u and v are the distances to the two inner nodes
     u, v = offset - 1.0, 2.0 - offset
     near, far = 2.0 / 3.0 - u**2 + 0.5 * u**3, 2.0 / 3.0 - v**2 + 0.5 * v**3
     return ti.Matrix.rows([v**3 / 6.0, near, far, u**3 / 6.0])

@@ -61,6 +61,8 @@ def to_grid(
     stress = particle_stress(
         C, F, history, tau, stiffness, tension, fibre, s, w, p, mu, lam, eta, constants, muscle, damping, law
     )
+    # momentum of the internal forces, -dt V0 tau M^-1 (x_i - x_p) w (Hu et al. 2018, eq. 18); with Kirchhoff stress it
+    # is the rest volume, as V sigma = V0 tau
     stress_factor = -ti.static(INVERSE_MOMENT[width]) * dt * inverse_spacing * inverse_spacing * volume[w, p]
     m = mass[w, p]
     affine = stress_factor * stress
@@ -127,6 +129,7 @@ def press_node_adjoint(
         if normal != 0 and q[3] > 0.0:
             image = index + 2 * normal * ti.Vector.unit(3, d, ti.i32)
             here, there = grid_velocity[g, i, j, k], grid_velocity[g, image[0], image[1], image[2]]
+            # nothing but gravity acts on the normal velocity of a node behind before `press`
             adjoints = press_adjoint(
                 normal * (q[d] / q[3] + dt_g[d]), normal * here[d], normal * there[d], q[3], there[3],
                 normal * grid_adjoint[g, i, j, k][d], normal * grid_adjoint[g, image[0], image[1], image[2]][d],
@@ -152,6 +155,7 @@ def from_grid(
     rho, mean, place = 0.0 * dt, 0.0 * dt, x[s, w, p] + dt * velocity
     if ti.static(law == WATER):
         if p >= F.shape[2]:
+            # slots s and t may be the same: all is read before anything is written
             rho = relative_density(grid, g, x[s, w, p], inverse_spacing, constants[3], width)
             mean = mean_ratio(ratios, g, x[s, w, p], history[s, w, p - F.shape[2]], inverse_spacing, width)
             share = correction_share(inverse_spacing, dt, constants)
@@ -191,6 +195,7 @@ def from_grid_adjoint(
     affine_adjoint = C_adj[0, w, p]
     place_adjoint = 0.0 * v_adj[0, w, p]
     if p < F.shape[2]:
+        # F' = S F with S = I + dt C
         F_adjoint = F_adj[0, w, p]
         affine_adjoint += dt * matmul(F_adjoint, F[s, w, p].transpose())
         F_adj[0, w, p] = matmul(step.transpose(), F_adjoint)
@@ -305,6 +310,7 @@ def to_grid_adjoint(
     x_adj[0, w, p] += x_adjoint
     v_adj[0, w, p] = v_adjoint
     C_adj[0, w, p] = m * rate_adjoint
+    # the stress is symmetric, so only the symmetric part of its adjoint acts
     symmetric = (0.5 * stress_factor) * (affine_adjoint + affine_adjoint.transpose())
     tau_adjoint = volume[w, p] * symmetric
     if p < mass_adj.shape[1]:  # a medium's mass has an adjoint only where the robot displaces it
@@ -323,6 +329,7 @@ def to_grid_adjoint(
         if ti.static(damping):
             C_adj[0, w, p] += viscous(tau_adjoint, eta)
         F_adj[0, w, p] = F_adjoint
+        # the passive stress is linear in the stiffness
         stiffness_adj[w, p] += (tau_adjoint * neo_hookean(deform, mu, lam)).sum()
     elif ti.static(law):
         if ti.static(law == WATER):

@@ -28,11 +28,13 @@ def medium_kappa(history, constants, law: ti.template()):
     """
     kappa = 2.0 * constants[0] + 3.0 * constants[1]
     if ti.static(law == SNOW):
+        # derivative of the corotated stress by log stretch, equal in all directions, at s = 1 + theta_s
         s = 1.0 + constants[3]
         soft = 2.0 * constants[0] * (2.0 * s - 1.0) * s + 3.0 * constants[1] * (2.0 * s**3 - 1.0) * s**3
         kappa = ti.exp(constants[4] * (1.0 - history)) * soft
     if ti.static(law == WATER):
         bulk, gamma = constants[1], constants[2]
+        # -3 d(J p)/d log J of the Tait pressure
         J = ti.min(history, 1.0)
         kappa = 3.0 * bulk / gamma * ((gamma - 1.0) * ti.pow(J, 1.0 - gamma) + J)
     return kappa
@@ -61,6 +63,7 @@ def survey(
                 place = x[0, w, p]
                 beyond = ti.max(low - place, place - ti.Vector([high_x, high_y, high_z])) / h
                 largest = ti.max(beyond[0], beyond[1], beyond[2])
+                # max drops a NaN, a difference keeps it
                 spread = place.sum() - place.sum()
                 values = ti.Vector([v[0, w, p].norm(), C[0, w, p].norm(), largest + spread, -1e30])
                 per_mass = volume[w, p] / mass[w, p]
@@ -74,11 +77,13 @@ def survey(
                         square = stretched
                         widest = p
                     viscosity = ti.max(viscosity, eta * per_mass)
+                    # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
                     active = 2.0 * (k * mu + ti.max(tension[w, p], 0.0)) * stretched
                     robot = ti.max(robot, (active + 3.0 * k * lam) * per_mass)
                 elif ti.static(law):
                     medium = ti.max(medium, medium_kappa(history[0, w, p - F.shape[2]], constants, law) * per_mass)
                 for q in ti.static(range(4)):
+                    # negated, as a NaN fails every comparison; worst is equal to itself unless it is a NaN already
                     if not (values[q] <= worst[q]) and worst[q] == worst[q]:
                         worst[q] = values[q]
                         who[q] = p

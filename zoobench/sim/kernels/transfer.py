@@ -41,6 +41,7 @@ def scatter(
     base = base_node(position, inverse_spacing, grid, width)
     offset = position * inverse_spacing - base
     w = weights(offset, width)
+    # momentum at node (i, j, k) of the stencil: origin + i, j, k times the columns of per_cell
     per_cell = affine * (1.0 / inverse_spacing)
     origin = momentum - matvec(per_cell, offset)
     if ti.static(is_unrolled(width, transfer)):
@@ -82,6 +83,7 @@ def gather(grid: ti.template(), g, position, inverse_spacing, width: ti.template
     else:
         for i in range(width):
             gather_plane(grid, g, base, i, pick(w, i, 0, width), w, velocity, moment_x, moment_y, moment_z, width)
+    # first moments about the base node, then about the particle: sum w v_i (x_i - x_p)^T
     moments = ti.Matrix.cols([moment_x, moment_y, moment_z])
     return velocity, (ti.static(INVERSE_MOMENT[width]) * inverse_spacing) * (moments - outer(velocity, offset))
 
@@ -99,6 +101,7 @@ def gather_plane(
         row = w[0, 2] * node(grid, g, base, i, j, 0)
         near = w[1, 2] * node(grid, g, base, i, j, 1)
         row, row_z = row + near, near
+        # k = 0 and 1 are written out: their factors 0 and 1 in the first moment cost nothing
         for k in ti.static(range(2, width)):
             far = w[k, 2] * node(grid, g, base, i, j, k)
             row += far
@@ -127,6 +130,7 @@ def gather_adjoint(
     offset = position * inverse_spacing - base
     w, dw = weights(offset, width), weight_derivatives(offset, width)
     moment = (ti.static(INVERSE_MOMENT[width]) * inverse_spacing) * affine_adjoint
+    # adjoint of the velocity at node (i, j, k) by its weight: origin + i, j, k times the columns of moment
     origin = velocity_adjoint - matvec(moment, offset)
     offset_adjoint = 0.0 * offset
     if ti.static(is_unrolled(width, transfer)):
@@ -159,6 +163,7 @@ def gather_plane_adjoint(
         line_0, line_z = 0.0, 0.0
         for k in ti.static(range(width)):
             value = line + k * column(moment, 2)
+            # derivative by the node's weight; those by the offset follow from dw, direction by direction
             work = node(grid, g, base, i, j, k).dot(value)
             share = w_ij * w[k, 2]
             added = share * ti.Vector([value[0], value[1], value[2], 0.0])
@@ -200,6 +205,7 @@ def scatter_adjoint(
                 grid_adjoint, g, base, i, w_i, dw_i, w, dw, origin, per_cell, mass,
                 offset_adjoint, total, first_x, first_y, first_z, mass_adjoint, width,
             )  # fmt: skip
+    # x_p acts through the weights and through x_i - x_p
     position_adjoint = inverse_spacing * (offset_adjoint - matvec(per_cell.transpose(), total))
     affine_adjoint = (ti.Matrix.cols([first_x, first_y, first_z]) - outer(total, offset)) * (1.0 / inverse_spacing)
     return position_adjoint, total, affine_adjoint, mass_adjoint
@@ -225,6 +231,7 @@ def scatter_plane_adjoint(
         row_0, row_z = zero, zero
         for k in ti.static(range(width)):
             stored = grid_adjoint[g, base[0] + i, base[1] + j, base[2] + k]
+            # w enters momentum and mass of the node alike
             held, node_mass = ti.Vector([stored[0], stored[1], stored[2]]), stored[3]
             work = (line + k * column(per_cell, 2)).dot(held) + mass * node_mass
             line_0 += w[k, 2] * work

@@ -43,6 +43,7 @@ def water_pressure(J, constants):
 def correction_share(inverse_spacing, dt, constants):
     """Fall of J in one substep for a surplus of 1 [-]; proportional to dt, so that the rate does not depend on it."""
     bulk, density = constants[1], constants[3]
+    # c dt / h, with the speed of sound c = sqrt(K / rho0): the share of a cell that sound crosses
     return dt * inverse_spacing * ti.sqrt(bulk / density) / RESPONSE_CROSSINGS
 
 
@@ -55,8 +56,10 @@ def surplus_density(J, rho, spared):
 @ti.func
 def water_ratio(J, growth, rho, share):
     """New J from the old one, `growth` = det(I + dt C), the relative density and `share` of `correction_share`."""
+    # the one-sided rule of expansion: at most the volume that the density on the grid shows
     most = ti.min(ti.max(1.0 / rho, 1.0), LARGEST_RATIO)
     held = ti.min(J * growth, most)
+    # the one-sided rule of compression; never below SMALLEST_RATIO unless the flow itself compressed it further
     surplus = surplus_density(J, rho, TOLERATED_SURPLUS)
     return ti.max(held - share * surplus, ti.min(held, SMALLEST_RATIO))
 
@@ -163,5 +166,6 @@ def relative_density_adjoint(
                 total[1] += mass * w[i, 0] * dw[j, 1] * w[k, 2]
                 total[2] += mass * w[i, 0] * w[j, 1] * dw[k, 2]
     if whole > LEAST_ROOM:
+        # d(1/room) = -room' / room^2, direction by direction
         total -= rho_adjoint * rho * column_sums(dw, rooms) / room
     return inverse_spacing * total

@@ -91,6 +91,7 @@ def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: flo
     scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
     bound = 2.0 if fidelity.transfer == "pic" else 4.0
     damping = 2.0 * viscosity * scale
+    # the positive root of scale stiffness dt^2 + 2 damping dt = bound, written without cancellation
     rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
     return bound / rate if rate > 0.0 else math.inf
 
