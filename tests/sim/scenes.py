@@ -98,7 +98,7 @@ def medium_bed(name: str = "sand", depth: int = 2, first: int = 8, cells: int = 
 
 
 def flight_scene(moving: bool = True) -> Scene:
-    """Free flight of the muscle cube: no gravity, nothing to touch."""
+    """Free flight of the muscle cube, without gravity and contact."""
     return Scene(muscle_body(moving=moving), (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY)
 
 
@@ -157,7 +157,7 @@ def actuation(solver: Solver, frames: int, seed: int = 2) -> Array:
 
 
 def path_weights(solver: Solver, frames: int, seed: int = 3) -> tuple[Array, Array]:
-    """Random derivatives of a scalar by the path: adjoints of positions and velocities."""
+    """Random adjoints of the trajectory: of positions and velocities."""
     rng = np.random.default_rng(seed)
     shape = (frames + 1, solver.worlds, solver.robot_count, 3)
     return rng.normal(size=shape), 0.1 * rng.normal(size=shape)

@@ -17,7 +17,7 @@ GROUPS = ("actuation", *BODY_GROUPS)
 
 
 class Probe:
-    """A random linear functional of the path as a function of all parameters, with its gradient."""
+    """A random linear functional of the trajectory as a function of all parameters, with its gradient."""
 
     def __init__(
         self, scene: Scene, frames: int, frame_seconds: float = 0.008, fidelity: Fidelity | None = None
@@ -190,7 +190,7 @@ def test_second_backward_repeats_the_first() -> None:
 
 
 def test_zero_path_adjoint_gives_zero_gradient() -> None:
-    """A scalar that does not depend on the path has no gradient."""
+    """A loss that does not depend on the trajectory has no gradient."""
     solver = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=True)
     rollout = solver.run(scenes.actuation(solver, 2))
     nothing = np.zeros_like(rollout.positions)
@@ -214,7 +214,7 @@ def test_memory_budget_chooses_an_interval_that_fits() -> None:
 
 
 def test_memory_budget_too_small_is_refused() -> None:
-    """The message states what is needed and what there is."""
+    """The message states the number of states needed and the number that fits."""
     scene = scenes.ground_scene()
     size = Solver(scene, scenes.fidelity()).matter.bytes_per_slot()
     solver = Solver(scene, scenes.fidelity(), gradients=True, memory_budget=5 * size)
@@ -228,11 +228,11 @@ def test_frictionless_floor_gives_no_thrust() -> None:
     solver = Solver(scene, scenes.fidelity(), gradients=True)
     rollout = solver.run(scenes.actuation(solver, 20))
     mass = solver.parameters.mass[0].numpy()
-    pull = np.zeros_like(rollout.positions)
-    pull[-1, 0, :, 0] = mass / mass.sum()
-    along = solver.backward(rollout, pull, np.zeros_like(pull)).actuation
-    pull = np.roll(pull, 1, axis=-1)
-    upwards = solver.backward(rollout, pull, np.zeros_like(pull)).actuation
+    adjoint = np.zeros_like(rollout.positions)
+    adjoint[-1, 0, :, 0] = mass / mass.sum()
+    along = solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation
+    adjoint = np.roll(adjoint, 1, axis=-1)
+    upwards = solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation
     assert np.abs(along).max() <= 1e-12
     assert np.abs(upwards).max() > 1e-6
 
@@ -241,9 +241,9 @@ def test_friction_gives_thrust() -> None:
     """The same derivative is not zero on a floor with friction."""
     solver = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=True)
     rollout = solver.run(scenes.actuation(solver, 20))
-    pull = np.zeros_like(rollout.positions)
-    pull[-1, 0, :, 0] = 1.0 / solver.robot_count
-    assert np.abs(solver.backward(rollout, pull, np.zeros_like(pull)).actuation).max() > 1e-6
+    adjoint = np.zeros_like(rollout.positions)
+    adjoint[-1, 0, :, 0] = 1.0 / solver.robot_count
+    assert np.abs(solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation).max() > 1e-6
 
 
 @pytest.mark.parametrize(

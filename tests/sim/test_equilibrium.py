@@ -145,7 +145,7 @@ def test_an_interrupted_write_leaves_nothing_behind(tmp_path: Path, monkeypatch:
 
 
 def test_the_folder_keeps_its_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was longest unused goes first; the newest state stays whatever its size."""
+    """The longest unused state is removed first; the newest one stays whatever its size."""
     get(medium_scene("sand"))
     (old,) = (tmp_path / "equilibrated").iterdir()
     os.utime(old, (0, 0))

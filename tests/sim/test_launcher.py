@@ -1,4 +1,4 @@
-"""Only what a scene calls for is launched and held."""
+"""Launches and memory of a scene are those of its effects alone."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from zoobench.sim.solver import Solver
 
 
 def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
-    """What was launched in two frames: substeps in frames, launches and surveys as they are."""
+    """The launches of two frames: substeps in frames, kernels and surveys in numbers."""
     solver = Solver(scene, scenes.steady(scene), gradients=gradients)
     rollout = solver.run(scenes.actuation(solver, 2))
     if gradients:
@@ -68,7 +68,7 @@ def test_forward_run_holds_nothing_of_a_gradient() -> None:
     assert not rollout.checkpoints
     assert rollout.interval == 0
     assert not solver.launcher._reverse_grids
-    assert not any("adjoint" in name for name in vars(solver))
+    assert not any("adjoint" in name for name in (*vars(solver), *vars(solver.simulation)))
 
 
 def test_scene_without_sand_holds_no_sand() -> None:

@@ -39,7 +39,7 @@ def test_frame_by_frame_is_the_same_to_the_last_bit() -> None:
 
 
 def test_a_world_that_diverges_says_when_in_its_episode(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same frame, substep and value as in a run; it stays as it is until it is begun again, the other goes on."""
+    """The same frame, substep and value as in a run; it is not moved until it is begun again, the other goes on."""
     monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 1e-4)
     expected = _run().divergences[0]
     assert expected.frame < FRAMES - 1

@@ -38,7 +38,7 @@ def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance
 
 
 def _momenta(solver: Solver) -> tuple[np.ndarray, np.ndarray]:
-    """Linear and angular momentum; the angular one includes what the APIC matrices carry."""
+    """Linear and angular momentum; the angular one includes that of the APIC matrices."""
     mass = solver.parameters.mass[0].numpy()[:, None]
     x, v, C = (tensor[0, 0].numpy() for tensor in (solver.matter.x, solver.matter.v, solver.matter.C))
     axial = np.stack([C[:, 2, 1] - C[:, 1, 2], C[:, 0, 2] - C[:, 2, 0], C[:, 1, 0] - C[:, 0, 1]], axis=1)
@@ -55,7 +55,7 @@ def test_momentum_and_angular_momentum_are_conserved() -> None:
     solver = Solver(scene, scenes.steady(scene))
     frames = 500 // solver.substeps_per_frame
     assert frames * solver.substeps_per_frame == 500
-    solver.set_body(BodyState().filled(scene, 1))
+    solver.simulation.set_body(BodyState().filled(scene, 1))
     linear, angular = _momenta(solver)
     rollout = solver.run(scenes.actuation(solver, frames))
     assert not rollout.divergences
@@ -132,7 +132,7 @@ def test_world_of_a_batch_equals_the_same_world_alone(bodies: BodyState) -> None
 
 
 def test_diverging_world_leaves_its_neighbours_alone(bodies: BodyState) -> None:
-    """Neighbours of a world that blows up keep path and gradient bit for bit; its own gradient is zero."""
+    """Neighbours of a world that diverges keep trajectory and gradient bit for bit; its own gradient is zero."""
     scene, frames = scenes.ground_scene(), 4
     solver = Solver(scene, scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
     actuation, weights = scenes.actuation(solver, frames), scenes.path_weights(solver, frames)
@@ -191,7 +191,7 @@ def test_progress_reports_every_frame() -> None:
 
 
 def _fingerprint() -> str:
-    """Hash of path and gradient of a float32 episode."""
+    """Hash of trajectory and gradient of a float32 episode."""
     solver = Solver(scenes.ground_scene(), scenes.fidelity(32), gradients=True)
     rollout = solver.run(scenes.actuation(solver, 6))
     gradient = solver.backward(rollout, *scenes.path_weights(solver, 6))
@@ -202,7 +202,7 @@ def _fingerprint() -> str:
 
 
 def test_float32_episode_repeats_bit_for_bit() -> None:
-    """Two runs in this process and one in another give the same bits in path and gradient."""
+    """Two runs in this process and one in another give the same bits in trajectory and gradient."""
     first = _fingerprint()
     assert _fingerprint() == first
     script = "from tests.sim.test_solver import _fingerprint; print(_fingerprint())"
@@ -244,7 +244,7 @@ def test_unusable_actuation_is_refused(actuation: np.ndarray, complaint: str) ->
     ],
 )
 def test_unusable_body_is_refused(name: str, value: float, complaint: str) -> None:
-    """A body outside what was declared when the solver was made is refused before anything runs."""
+    """A body outside the bounds declared for the solver is refused before anything runs."""
     scene = scenes.flight_scene()
     solver = Solver(scene, scenes.fidelity())
     array = np.full_like(getattr(scene.robot, name), value)[None]

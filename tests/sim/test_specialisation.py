@@ -1,4 +1,4 @@
-"""Only the effects that a scene calls for are compiled, launched and held: proved on what the simulator really did."""
+"""Only the effects that a scene calls for are compiled, launched and held in memory, by the records of real runs."""
 
 import gc
 from collections.abc import Callable
@@ -147,7 +147,7 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
         grid.fill_(SENTINEL)
     rollout = _run(solver, 3)
     used = [grids[0].clone()]
-    adjoint = Adjoint(solver, rollout)
+    adjoint = Adjoint(solver.simulation, rollout)
     adjoint.run(*scenes.path_weights(solver, 3))
     visited = torch.zeros(launcher.shape, dtype=torch.bool)
     for window in adjoint._tape.window[: rollout.substeps + 1, 0].tolist():
@@ -181,7 +181,7 @@ def _on_and_off(
 
 
 def test_muscle_at_rest_is_no_muscle() -> None:
-    """Compiled in and not activated gives bit for bit the path and gradient of compiled out."""
+    """Compiled in and not activated gives bit for bit the trajectory and gradient of compiled out."""
     on = scenes.ground_scene()
     off = replace(on, robot=replace(on.robot, material=replace(on.robot.material, muscle_strength=0.0)))
     assert on.effects - off.effects == {Effect.MUSCLE}
@@ -191,7 +191,7 @@ def test_muscle_at_rest_is_no_muscle() -> None:
 
 
 def test_vanishing_friction_is_no_friction() -> None:
-    """Compiled in with the smallest coefficient there is gives the path and gradient of compiled out."""
+    """Compiled in with the smallest positive coefficient gives the trajectory and gradient of compiled out."""
     on = scenes.ground_scene(friction=5e-324)
     off = replace(on, ground=Ground(0.0))
     assert on.effects - off.effects == {Effect.FRICTION}
@@ -209,7 +209,7 @@ def test_vanishing_friction_is_no_friction() -> None:
     ],
 )
 def test_a_medium_out_of_reach_is_no_medium(name: str, height: float) -> None:
-    """A bed that the robot does not touch, compiled in, changes no bit of its path and gradient.
+    """A bed that the robot does not touch, compiled in, changes no bit of its trajectory and gradient.
 
     Where there is water the ground is tight, which a robot that stands on it feels.
     """

@@ -70,18 +70,18 @@ def test_fast_matter_shortens_the_step(speed: float, binds: bool) -> None:
 
 
 def test_frame_that_fails_is_repeated_with_half_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of that world alone: its substeps double, the retry is counted and metered, the other world is as it was."""
+    """Of that world alone: its substeps double, the retry is counted and metered, the other world is unchanged."""
     scene = _drop(1.0)
     expected = Solver(scene, scenes.fidelity(), worlds=2).run(np.zeros((3, 2, 0)))
     seen = []
-    judge = step_control.judge
+    diagnose = step_control.diagnose
 
     def fail_once(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
         seen.append(dt)
         broken = condition._replace(smallest_j=-1.0) if len(seen) == 4 else condition
-        return judge(broken, dt, grid_spacing)
+        return diagnose(broken, dt, grid_spacing)
 
-    monkeypatch.setattr(step_control, "judge", fail_once)
+    monkeypatch.setattr(step_control, "diagnose", fail_once)
     solver = Solver(scene, scenes.fidelity(), worlds=2)
     rollout = solver.run(np.zeros((3, 2, 0)))
     assert rollout.retries.tolist() == [0, 1]

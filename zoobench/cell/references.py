@@ -21,6 +21,7 @@ import zoobench
 from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.cell.seeding import generator
+from zoobench.files import replace_files
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, canonical_json
 from zoobench.tasks.base import Metric
@@ -43,7 +44,7 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     One that has no finite score is left out. A damaged file is replaced, and where none can be written the scores are
     computed every time.
     """
-    from zoobench.sim.runtime import cache_folder, write_whole
+    from zoobench.sim.runtime import cache_folder
 
     path = cache_folder().with_name("references") / f"{_key(spec)}.json"
     with contextlib.suppress(OSError, ValueError):
@@ -51,7 +52,7 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
     found = _simulate(spec)
     with contextlib.suppress(OSError):
         rows = {name: [metric.value, metric.unit] for name, metric in found.items()}
-        write_whole(path, json.dumps(rows).encode())
+        replace_files({path: json.dumps(rows).encode()}, make_folders=True)
     return found
 
 

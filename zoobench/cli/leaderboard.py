@@ -52,8 +52,7 @@ def publish(board: "Leaderboard", folder: Path) -> None:
         board = board.completed(earlier)
     written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board).items()}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        replace_files(written)
+        replace_files(written, make_folders=True)
     except OSError as error:
         raise UsageError(f"Cannot write a leaderboard into {str(folder)!r}: {error}.") from None
     for path in written:

@@ -1,11 +1,10 @@
-"""The parts of a substep, each repeated alone on one state: what a particle's time is spent on.
+"""The parts of a substep, each repeated alone on one state, to measure the time that each takes.
 
-The parts are those of `kernels.advance` and call the same functions. Each reads slot 0 and writes slot 1 (or a second
-grid), so that every repetition does the same work. Arrays are those of `kernels`.
+The parts are those of `serial.advance` and call the same functions. Each reads slot 0 and writes slot 1 (or a second
+grid), so that every repetition does the same work. Arrays are those of `kernels.serial`.
 """
 
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 import taichi as ti
 import torch
@@ -20,13 +19,11 @@ from zoobench.sim.kernels.substep import particle_stress, update_node
 from zoobench.sim.kernels.transfer import AFLIP, gather, scatter
 from zoobench.sim.model.matter import DECOMPOSED
 from zoobench.sim.model.state import empty_matter
-
-if TYPE_CHECKING:
-    from zoobench.sim.solver import Solver
+from zoobench.sim.simulation import Simulation
 
 
-class Part(IntEnum):
-    """What a substep consists of.
+class SubstepPart(IntEnum):
+    """The parts of a substep.
 
     DECOMPOSITION is contained in DEFORM: the trial strain and its principal values, without the return to the yield
     surface.
@@ -42,7 +39,7 @@ class Part(IntEnum):
     WINDOW = 7
 
 
-CLEAR, STRESS, SCATTER, NODES, GATHER, DEFORM, DECOMPOSITION, WINDOW = (int(part) for part in Part)
+CLEAR, STRESS, SCATTER, NODES, GATHER, DEFORM, DECOMPOSITION, WINDOW = (int(part) for part in SubstepPart)
 
 
 @ti.func
@@ -104,7 +101,7 @@ def repeat_part(
     """`count` repetitions of one part in every world, from slot 0."""
     ti.loop_config(serialize=True)
     for w in range(x.shape[1]):
-        push = dt * ti.Vector([g_x, g_y, g_z])
+        dt_g = dt * ti.Vector([g_x, g_y, g_z])
         constants = ti.Vector([m0, m1, m2, m3, m4])
         for _ in range(count):
             if ti.static(part == CLEAR):
@@ -115,7 +112,7 @@ def repeat_part(
                 for i in range(window[0, w, 0], window[0, w, 3]):
                     for j in range(window[0, w, 1], window[0, w, 4]):
                         for k in range(window[0, w, 2], window[0, w, 5]):
-                            update_node(grid, other, 0, i, j, k, push, mu_ground, terrain, ground, law)
+                            update_node(grid, other, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
                             if ti.static(transfer == AFLIP):
                                 divide_node(before, other_before, 0, i, j, k)
             else:
@@ -128,38 +125,38 @@ def repeat_part(
 
 
 class Ablation:
-    """The state of a solver's first slot, ready for its parts to be repeated; the solver itself is left as it is."""
+    """A copy of a simulation's present state, on which the parts of a substep are repeated."""
 
-    def __init__(self, solver: "Solver") -> None:
-        self._solver = solver
-        worlds, like = solver.worlds, solver.matter.x
-        self._matter = empty_matter(solver.scene, 2, worlds, like.dtype, str(like.device))
-        self._matter.load_slot(0, solver.matter)
-        shape = (1, *solver.launcher.shape, 4)
-        flips = solver.fidelity.transfer == "aflip"
+    def __init__(self, simulation: Simulation) -> None:
+        self._sim = sim = simulation
+        worlds, like = sim.worlds, sim.matter.x
+        self._matter = empty_matter(sim.scene, 2, worlds, like.dtype, str(like.device))
+        self._matter.load_slot(0, sim.matter)
+        shape = (1, *sim.launcher.shape, 4)
+        flips = sim.fidelity.transfer == "aflip"
 
         def slabs() -> tuple[torch.Tensor, torch.Tensor]:
-            """The nodes' own motion, and that before forces."""
+            """The nodes' motion, and that before forces (AFLIP)."""
             grid = torch.zeros(shape, dtype=like.dtype, device=like.device)
             return grid, torch.zeros_like(grid if flips else grid[:0])
 
         self._momenta, self._velocities = slabs(), slabs()
-        for part in (Part.SCATTER, Part.NODES):
-            self.repeat(part, 1, solver.dt)
+        for part in (SubstepPart.SCATTER, SubstepPart.NODES):
+            self.repeat(part, 1, sim.limit.dt)
 
     @property
-    def parts(self) -> list[Part]:
-        """Those that the scene calls for."""
-        law = self._solver.launcher.flags[2]
-        return [part for part in Part if part is not Part.DECOMPOSITION or law in DECOMPOSED]
+    def parts(self) -> list[SubstepPart]:
+        """The parts that the scene calls for."""
+        law = self._sim.launcher.flags[2]
+        return [part for part in SubstepPart if part is not SubstepPart.DECOMPOSITION or law in DECOMPOSED]
 
-    def repeat(self, part: Part, count: int, dt: float) -> None:
-        """Do one part `count` times over, with a step of `dt` [s]."""
-        launcher = self._solver.launcher
-        # nodes turn momenta into velocities, which are what particles gather
-        source = self._velocities if part is Part.GATHER else self._momenta
+    def repeat(self, part: SubstepPart, count: int, dt: float) -> None:
+        """Repeat one part `count` times, with a step of `dt` [s]."""
+        launcher = self._sim.launcher
+        # particles gather velocities, which the nodes' part makes from momenta
+        source = self._velocities if part is SubstepPart.GATHER else self._momenta
         repeat_part(
-            *self._matter.tensors(), *self._solver.parameters.tensors(), launcher.terrain,
+            *self._matter.tensors(), *self._sim.parameters.tensors(), launcher.terrain,
             source[0], self._velocities[0], source[1], self._velocities[1],
             count, dt, *launcher.constants, *launcher.flags, int(part),
         )  # fmt: skip

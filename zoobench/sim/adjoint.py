@@ -1,29 +1,26 @@
-"""Gradients through whole episodes: stored states every few frames, the rest recomputed (SoftZoo, appendix E).
+"""Gradients through whole episodes by checkpoints and recomputation (SoftZoo, appendix E).
 
-The reverse walks the segments between checkpoints backwards. Each is simulated again from its checkpoint into a tape of
-one slot for each substep with the kernel of the forward pass and the steps that it took, so that the recomputed states
-are those of the episode bit for bit.
+The backward pass takes the segments between checkpoints from the last to the first. Each is simulated again from its
+checkpoint into a tape of one slot for each substep, with the kernel of the forward pass and the steps that it took, so
+that the recomputed states are those of the episode bit for bit.
 """
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.state import IntArray, Parameters, empty_matter
-
-if TYPE_CHECKING:
-    from zoobench.sim.solver import Solver
+from zoobench.sim.simulation import Simulation
 
 
 class Adjoint:
-    """One backward pass over one rollout."""
+    """One backward pass over one rollout: adjoints of its states, and the gradient that they add up to."""
 
-    def __init__(self, solver: "Solver", rollout: Rollout) -> None:
-        self._solver, self._rollout = solver, rollout
-        worlds, robot = solver.worlds, solver.robot_count
-        real, device = solver.matter.x.dtype, str(solver.matter.x.device)
+    def __init__(self, simulation: Simulation, rollout: Rollout) -> None:
+        self._sim = sim = simulation
+        self._rollout = rollout
+        worlds, robot = sim.worlds, sim.robot_count
+        real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
         self._counts = rollout.counts * healthy
         self._segments = [
@@ -31,11 +28,11 @@ class Adjoint:
             for begin in range(0, rollout.frames, rollout.interval)
         ]
         longest = max(int(self._counts[segment].sum(axis=0).max()) for segment in self._segments)
-        self._tape = empty_matter(solver.scene, longest + 1, worlds, real, device)
-        self._state = empty_matter(solver.scene, 1, worlds, real, device)
-        medium = solver.scene.medium
-        # the mass of a medium depends on nothing, unless it gives way to the robot's
-        weighed = solver.particle_count if medium is not None and medium.hosts is not None else robot
+        self._tape = empty_matter(sim.scene, longest + 1, worlds, real, device)
+        self._state = empty_matter(sim.scene, 1, worlds, real, device)
+        medium = sim.scene.medium
+        # a medium's mass has an adjoint only where the robot's occupancy displaces it
+        weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot
         self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""
         self._actuation = np.zeros(rollout.actuation.shape)
@@ -44,15 +41,16 @@ class Adjoint:
     def run(
         self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
     ) -> Gradient:
-        """Walk back from the last frame to the first; `[frames + 1, worlds, robot, 3]` each."""
-        solver, rollout = self._solver, self._rollout
-        solver.set_body(rollout.body)
-        for world in range(solver.worlds):
-            solver.alive[world] = int(world not in rollout.divergences)
+        """The gradient, from the loss's adjoints of the trajectory `[frames + 1, worlds, robot, 3]` each."""
+        sim, rollout = self._sim, self._rollout
+        sim.set_body(rollout.body)
+        for world in range(sim.worlds):
+            sim.alive[world] = int(world not in rollout.divergences)
         self._seed(rollout.frames, position_adjoint, velocity_adjoint)
         for segment in reversed(range(len(rollout.checkpoints))):
             self._recompute(segment)
             for frame in reversed(self._segments[segment]):
+                # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._reverse(segment, frame)
                 self._seed(frame, position_adjoint, velocity_adjoint)
                 if feedback is not None:
@@ -63,11 +61,11 @@ class Adjoint:
         self._seed_state(position_adjoint[frame], velocity_adjoint[frame])
 
     def _seed_state(self, positions: FloatArray, velocities: FloatArray) -> None:
-        """Add pulls on the robot's present state, `[worlds, robot, 3]` each."""
-        solver, count = self._solver, self._solver.robot_count
-        alive = solver.alive[:, None, None]
-        self._state.x[0, :, :count] += solver.tensor(positions) * alive
-        self._state.v[0, :, :count] += solver.tensor(velocities) * alive
+        """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each."""
+        sim, count = self._sim, self._sim.robot_count
+        alive = sim.alive[:, None, None]
+        self._state.x[0, :, :count] += sim.tensor(positions) * alive
+        self._state.v[0, :, :count] += sim.tensor(velocities) * alive
 
     def _first_slots(self, segment: int, frame: int) -> IntArray:
         """Slot of the tape at which each world begins a frame of a segment, `[worlds]`."""
@@ -75,24 +73,24 @@ class Adjoint:
         return first
 
     def _recompute(self, segment: int) -> None:
-        solver = self._solver
+        sim = self._sim
         self._tape.load_slot(0, self._rollout.checkpoints[segment])
         for frame in self._segments[segment]:
-            solver.set_tension(self._rollout, frame)
-            solver.advance(self._tape, self._first_slots(segment, frame), self._counts[frame], stride=1)
-            solver.meter.recomputed += int(self._counts[frame].sum())
+            sim.set_tension(self._rollout, frame)
+            sim.advance(self._tape, self._first_slots(segment, frame), self._counts[frame], stride=1)
+            sim.meter.recomputed += int(self._counts[frame].sum())
 
     def _reverse(self, segment: int, frame: int) -> None:
-        solver = self._solver
-        solver.set_tension(self._rollout, frame)
-        plan = solver.plan(self._first_slots(segment, frame), self._counts[frame])
-        solver.launcher.reverse(self._tape, solver.parameters, plan, self._state, self._parameters)
-        solver.meter.backward += int(self._counts[frame].sum())
+        sim = self._sim
+        sim.set_tension(self._rollout, frame)
+        plan = sim.plan(self._first_slots(segment, frame), self._counts[frame])
+        sim.launcher.reverse(self._tape, sim.parameters, plan, self._state, self._parameters)
+        sim.meter.backward += int(self._counts[frame].sum())
         self._look_for_fault(frame)
         self._spread_tension(frame)
 
     def _look_for_fault(self, frame: int) -> None:
-        """Name the first adjoint of the state that is not finite, going backwards."""
+        """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
         for name in () if self._fault else ("x", "v", "C", "F"):
             broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
             if broken.any():
@@ -102,21 +100,22 @@ class Adjoint:
                 return
 
     def _spread_tension(self, frame: int) -> None:
-        """Pull on the tension of a frame to pulls on its actuation and on the muscle membership."""
-        solver, body = self._solver, self._rollout.body
-        if solver.muscle_count:
-            pull = self._parameters.tension.cpu().double().numpy() * solver.scene.robot.material.muscle_strength
-            self._actuation[frame] += np.einsum("wpk,wp->wk", body["muscle_membership"], pull)
-            self._membership += pull[:, :, None] * self._rollout.actuation[frame][:, None, :]
+        """From the adjoint of a frame's tension, add to those of its actuation and of the muscle membership."""
+        sim, body = self._sim, self._rollout.body
+        if sim.muscle_count:
+            activity = self._parameters.tension.cpu().double().numpy() * sim.scene.robot.material.muscle_strength
+            self._actuation[frame] += np.einsum("wpk,wp->wk", body["muscle_membership"], activity)
+            self._membership += activity[:, :, None] * self._rollout.actuation[frame][:, None, :]
             self._parameters.tension.zero_()
 
     def _collect(self) -> Gradient:
-        solver, body = self._solver, self._rollout.body
-        count, robot = solver.robot_count, solver.scene.robot
+        sim, body = self._sim, self._rollout.body
+        count, robot = sim.robot_count, sim.scene.robot
 
         def array(tensor: torch.Tensor) -> np.ndarray:
             return tensor.cpu().double().numpy()
 
+        # chain rule of `Simulation.set_body`: mass = occupancy density_ratio V rho, volume = occupancy V
         mass = array(self._parameters.mass[:, :count]) * robot.volumes * robot.material.density
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(
@@ -130,18 +129,20 @@ class Adjoint:
         )
 
     def _displaced(self) -> np.ndarray:
-        """What the medium that shares the robot's place would be worth there, by the robot's particles
-        `[worlds, robot]`."""
-        solver = self._solver
-        medium, count = solver.scene.medium, solver.robot_count
-        worth = np.zeros((solver.worlds, count))
+        """Derivative of the loss by the medium's share of each robot particle's place `[worlds, robot]`.
+
+        The medium keeps the share of its volume that the robot's occupancy leaves (`state.medium_share`).
+        """
+        sim = self._sim
+        medium, count = sim.scene.medium, sim.robot_count
+        displaced = np.zeros((sim.worlds, count))
         if medium is not None and medium.hosts is not None:
             guests = medium.hosts >= 0
             mass, volume = (
                 tensor[:, count:].cpu().double().numpy()[:, guests]
                 for tensor in (self._parameters.mass, self._parameters.volume)
             )
-            pulls = (mass * medium.material.density + volume) * medium.volumes[guests]
-            for world in range(solver.worlds):
-                np.add.at(worth[world], medium.hosts[guests], pulls[world])
-        return worth
+            shares = (mass * medium.material.density + volume) * medium.volumes[guests]
+            for world in range(sim.worlds):
+                np.add.at(displaced[world], medium.hosts[guests], shares[world])
+        return displaced

@@ -1,7 +1,7 @@
-"""Scenes come to rest once: an equilibrated state is kept in a file beside the compiled kernels and read back later.
+"""Equilibrated states of scenes, kept in files beside the compiled kernels and read back later.
 
-The file's name is a hash of all that decides the state, the simulator's own sources included, so a file is never out of
-date. What it holds is bitwise what `Solver.equilibrate` gives.
+The file's name is a hash of everything that determines the state, the simulator's own sources included, so that a file
+is never out of date. It holds the result of `Solver.equilibrate` bit for bit.
 """
 
 import contextlib
@@ -17,10 +17,11 @@ import numpy as np
 import taichi as ti
 import torch
 
+from zoobench.files import replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
-from zoobench.sim.runtime import cache_folder, write_whole
+from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
 
 LARGEST_FOLDER = 500 * 2**20
@@ -38,7 +39,7 @@ def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds
     A damaged file is replaced, and where no file can be written the state is computed every time.
 
     Raises:
-        DivergenceError: the scene does not come to rest but blows up.
+        DivergenceError: the scene diverges.
     """
     if not frames:
         return None
@@ -53,12 +54,12 @@ def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds
 
 
 def state_folder() -> Path:
-    """Where equilibrated states are kept, beside the compiled kernels."""
+    """The folder of equilibrated states, beside the compiled kernels."""
     return cache_folder().with_name("equilibrated")
 
 
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
-    """A hash of everything that decides the equilibrated state; rounding differs between processors and compilers."""
+    """A hash of everything that determines the state, processor and compilers too: they differ in rounding."""
     digest = hashlib.sha256(_sources())
     for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__, torch.__version__):
         _feed(digest, value)
@@ -82,9 +83,9 @@ def _feed(digest: "hashlib._Hash", value: Any) -> None:
 
 @cache
 def _processor() -> str:
-    """The processor's model and instruction sets: kernels are compiled for them, and mathematical functions chosen.
+    """The processor's model and instruction sets, by which kernels are compiled and mathematical functions chosen.
 
-    Machines that share a folder may differ in both; where only some have fused multiplication, results differ.
+    Machines that share a folder may differ in both, and results differ where only some have fused multiplication.
     """
     try:
         lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
@@ -105,7 +106,7 @@ def _sources() -> bytes:
 
 
 def _read(path: Path) -> Matter | None:
-    """What a file holds; None if there is none or its content is not what was written."""
+    """The state in a file; None if there is no file or it is damaged."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -120,15 +121,15 @@ def _read(path: Path) -> Matter | None:
 
 
 def _write(path: Path, matter: Matter) -> None:
-    """Write what `_read` reads, with a digest before it."""
+    """Write a state after its digest."""
     buffer = io.BytesIO()
     np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
     payload = buffer.getvalue()
-    write_whole(path, hashlib.sha256(payload).digest() + payload)
+    replace_files({path: hashlib.sha256(payload).digest() + payload}, make_folders=True)
 
 
 def _trim(folder: Path) -> None:
-    """Remove what was longest unused, and what a killed process left half written, beyond the folder's size."""
+    """Remove the longest unused files, those that a killed process left incomplete too, beyond the folder's size."""
     entries = sorted((stat.st_mtime, stat.st_size, path) for path in folder.iterdir() if (stat := path.stat()))
     total = sum(size for _, size, _ in entries)
     for _, size, path in entries[:-1]:

@@ -1,4 +1,4 @@
-"""Everything that is launched: which kernels a scene's effects compile, with which constants, and how often."""
+"""Launches of kernels: compiled for a scene's effects, with its constants, and counted."""
 
 import math
 from collections import Counter
@@ -32,9 +32,9 @@ class Launcher:
         shape: grid nodes in x, y, z.
         constants, flags: the scalars and the compile-time switches of the kernels, in their order.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
-        launches: the record of what was done, and that what a scene does not call for was never paid for: kernels
-            launched by direction, surveys, and world-substeps by direction and effect, the decomposition of strain
-            into principal values among them.
+        launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
+            the decomposition of strain into principal values among them; an effect that the scene does not call for
+            has no entry.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Launcher:
             serial.reverse(*arrays, *self.constants, *self.flags)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
-        """The condition of every world at slot 0 (see `survey.survey`)."""
+        """Report the condition of every world at slot 0 (see `survey.survey`)."""
         h, *moduli = self.constants[:9]
         high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
@@ -115,8 +115,8 @@ class Launcher:
         )  # fmt: skip
 
     def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
-        """What the nodes touched by the first world hold after the forces of a substep of `dt` [s] from slot 0 and
-        before gravity and contact: momentum [kg m/s] and mass [kg] `[nx, ny, nz, 4]`, a copy of the window alone."""
+        """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
+        from slot 0, before gravity and contact: `[nx, ny, nz, 4]`, a copy of the window."""
         h, *moduli = self.constants[:9]
         muscle, damping, law, _, width, transfer = self.flags
         half_step.scatter_all(
@@ -126,7 +126,7 @@ class Launcher:
         return self.nodes(matter.window[0, 0])
 
     def nodes(self, window: Tensor) -> Tensor:
-        """What the nodes of a window `[6]` of the first slab hold now, velocity [m/s] and mass [kg] after a substep."""
+        """A copy of the nodes of a window `[6]` of the first slab: velocity [m/s] and mass [kg] after a substep."""
         x0, y0, z0, x1, y1, z1 = window.tolist()
         return self._grid[0, x0:x1, y0:y1, z0:z1].clone()
 
@@ -145,7 +145,7 @@ class Launcher:
         return (self._fidelity.grid_spacing, mu, lam, viscosity, *medium, *scene.gravity, friction)
 
     def _ground_kind(self) -> int:
-        """What the kernels compile; a plane without friction is one of the arena's walls."""
+        """The kernels' ground; a plane without friction is one of the arena's walls."""
         if self._scene.ground is not None and self._scene.ground.terrain is not None:
             return TERRAIN
         return PLANE if Effect.FRICTION in self._scene.effects else NONE
@@ -155,6 +155,7 @@ class Launcher:
         ground, h = self._scene.ground, self._fidelity.grid_spacing
         if ground is None or ground.terrain is None:
             return torch.zeros((0, 0, 4), dtype=self._real, device=self._device)
+        # the wall planes, and with them the arena's lower corner, run through node WALL_NODES
         x, z = (np.arange(self.shape[d], dtype=np.float64) * h - WALL_NODES * h for d in (0, 2))
         height = ground.terrain.heights_at(x, z) / h + WALL_NODES
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
@@ -163,7 +164,8 @@ class Launcher:
     def _new_grid(self, needed: bool = True, components: int = 4) -> Tensor:
         """A zeroed grid `[slabs, nx, ny, nz, components]`, empty if not needed; only the window in use is touched.
 
-        NumPy's zeros take no memory before they are touched, torch's do: a wide arena costs what the robot visits.
+        NumPy's zeros take no memory before they are touched, torch's do: a wide arena takes memory only where the robot
+        has been.
         """
         shape = (self._worlds if self._parallel else 1, *self.shape, components) if needed else (0, 0, 0, 0, components)
         if self._device == "cpu":
@@ -172,6 +174,7 @@ class Launcher:
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
+    # an arena of a whole number of cells must not gain one by rounding
     cells = (math.ceil((b - a) / grid_spacing - 1e-6) for a, b in zip(scene.lower, scene.upper, strict=True))
     x, y, z = (c + 2 * WALL_NODES + 1 for c in cells)
     if x * y * z > LARGEST_GRID:

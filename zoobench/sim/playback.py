@@ -1,4 +1,4 @@
-"""Worlds that a caller takes from control frame to control frame, with a clock for each."""
+"""Worlds that a caller takes from control frame to control frame, each begun on its own."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -6,27 +6,28 @@ from dataclasses import replace
 import numpy as np
 
 from zoobench.sim.model.rollout import FloatArray
-from zoobench.sim.solver import BodyState, Solver
+from zoobench.sim.model.state import BodyState
+from zoobench.sim.solver import Solver
 
 
 class Playback:
-    """A solver's worlds, for a caller that decides on the actuation of a frame when it knows how the last one ended.
+    """A solver's worlds, for a caller that chooses the actuation of a frame after the last one has ended.
 
-    A world goes through the same states as in `Solver.run`, to the last bit, whenever it was begun and whatever the
-    others do.
+    A world goes through the same states as in `Solver.run`, bit for bit, whenever it was begun and whatever the others
+    do.
 
     Args:
-        solver: nobody else may use it meanwhile.
+        solver: must not be used otherwise meanwhile.
         body: as in `Solver.run`.
 
     Attributes:
-        rollout: of the last frame alone: states before and after it, what it took, and the divergences and tears of the
-            worlds since they were begun, with the frames and substeps of the episode that they belong to.
+        rollout: of the last frame alone: the states before and after it, its substeps, and the divergences and tears of
+            the worlds since they were begun, at the frames and substeps of their own episodes.
         frames, substeps: taken since a world was begun `[worlds]`.
     """
 
     def __init__(self, solver: Solver, body: BodyState | None = None) -> None:
-        self._solver = solver
+        self._solver, self._sim = solver, solver.simulation
         self.rollout, self._step_control = solver.begin(np.zeros((1, solver.worlds, solver.muscle_count)), body)
         self.frames = np.zeros(solver.worlds, np.int64)
         self.substeps = np.zeros(solver.worlds, np.int64)
@@ -35,14 +36,14 @@ class Playback:
     def begin(self, worlds: Iterable[int]) -> None:
         """Put these worlds back to the initial state."""
         for world in worlds:
-            self._solver.restart(world)
+            self._sim.restart(world)
             self.frames[world] = self.substeps[world] = 0
             self.rollout.divergences.pop(world, None)
             self.rollout.tears.pop(world, None)
-        self._solver.record(self.rollout, 1)
+        self._sim.record(self.rollout, 1)
 
     def frame(self, actuation: FloatArray) -> None:
-        """Move on by a control frame; a world that has diverged stays as it is.
+        """Move on by a control frame; a world that has diverged is not moved.
 
         Args:
             actuation: `[worlds, muscles]` in [-1, 1].
@@ -52,12 +53,12 @@ class Playback:
         """
         rollout = self.rollout
         rollout.actuation[:] = self._solver.check_actuation(np.asarray(actuation)[None])
-        for path in (rollout.positions, rollout.velocities, rollout.muscle_potential):
-            path[0] = path[1]
+        for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
+            recorded[0] = recorded[1]
         known = [(found, set(found)) for found in (rollout.divergences, rollout.tears)]
         self._step_control.ready(0)
         self._step_control.frame(0)
-        self._solver.record(rollout, 1)
+        self._sim.record(rollout, 1)
         for found, earlier in known:
             for world in found.keys() - earlier:
                 before = int(self.substeps[world])

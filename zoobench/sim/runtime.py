@@ -1,9 +1,8 @@
-"""Taichi's life in this process: started once per precision, stopped so that the compile cache is written."""
+"""Taichi's runtime in this process: started once per precision, stopped so that the compile cache is written."""
 
 import atexit
 import contextlib
 import os
-import tempfile
 import time
 from pathlib import Path
 from typing import Literal
@@ -23,35 +22,24 @@ _generation = 0
 
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: `ZOOBENCH_CACHE`, else the user's cache folder."""
+    """The folder of compiled kernels: below `ZOOBENCH_CACHE`, else in the user's cache folder."""
     if chosen := os.environ.get("ZOOBENCH_CACHE"):
         return Path(chosen) / "kernels"
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "zoobench" / "kernels"
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write under another name, then rename: another process sees the whole file or none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
-    """Make Taichi ready for one precision and device; does nothing if it already is.
+    """Start Taichi for one precision and device, unless it is running so.
 
-    Returns the generation of the runtime: a solver made under an older one must not be used again.
-    One thread only: two threads that add to one grid node in changing order give changing results.
+    On the CPU with one thread only: the sums of two threads on one grid node would depend on their order.
     With `debug`, or ZOOBENCH_DEBUG in the environment, every access to an array is checked against its bounds.
 
+    Returns:
+        the generation of the runtime: a solver made under an older one must not be used again.
+
     Raises:
-        UsageError: a CUDA device was asked for and none is there.
+        UsageError: a CUDA device was asked for and none is available.
     """
     global _started, _generation
     debug = debug or bool(os.environ.get("ZOOBENCH_DEBUG"))
@@ -67,7 +55,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         _drop_stale_lock()
     if not _generation:
         atexit.register(stop)
-    with contextlib.redirect_stdout(None):  # it announces itself on standard output, which is for data
+    with contextlib.redirect_stdout(None):  # Taichi prints to standard output, which is reserved for data
         _initialise(precision, device, debug, cache)
     _started = wanted
     _generation += 1
@@ -103,14 +91,14 @@ def _drop_stale_lock() -> None:
 
 
 def generation() -> int:
-    """Which runtime is alive; it grows with every `start` that had something to do and with every `stop`."""
+    """Number of starts and stops of the runtime so far; equal numbers mean the same runtime."""
     return _generation
 
 
 def stop() -> None:
     """End the runtime, as the end of the process does too.
 
-    Only a runtime that is ended writes what it compiled into the cache.
+    Taichi writes compiled kernels into the cache only then.
     """
     global _started, _generation
     if _started is not None:

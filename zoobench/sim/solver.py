@@ -1,23 +1,20 @@
-"""The differentiable MLS-MPM solver: scenes, worlds and control frames in; the robot's path and its gradient out."""
+"""The differentiable MLS-MPM solver: scene, design and actuation in; the robot's trajectory and its gradient out."""
 
 import math
 from collections.abc import Callable
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
-from torch import Tensor
 
+from zoobench.arrays import Array
 from zoobench.errors import DivergenceError, SceneError, UsageError
 from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
-from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
-from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import BodyState, IntArray, LaunchPlan, Matter, Parameters, initial_matter, medium_share
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters
 from zoobench.sim.model.step_limits import StepLimit, choose_step
+from zoobench.sim.simulation import Simulation
 from zoobench.sim.step_control import Diagnostics, StepControl
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
@@ -27,21 +24,23 @@ class Solver:
     """Simulates one scene in a number of independent worlds that differ in body parameters and actuation.
 
     Args:
-        scene: what is simulated; its effects decide what is compiled.
-        fidelity: how finely.
-        worlds: how many copies run side by side (on the CPU in turn, on one thread).
+        scene: robot, medium, ground and arena; its effects decide which kernels are compiled.
+        fidelity: the numerical settings.
+        worlds: number of copies that are simulated side by side (on the CPU in turn, on one thread).
         frame_seconds: length of a control frame [s], a whole number of substeps of which every world takes its own.
         gradients: keep checkpoints so that `backward` can follow `run`.
         stiffness_max, density_ratio_min: bounds that a design may reach; the step is safe up to them.
-        checkpoint_interval: frames between stored states; what stores the fewest states if not given.
-        memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval where given.
+        checkpoint_interval: frames between checkpoints; the number that stores the fewest states if None.
+        memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval if not None.
         device: `cpu`, or `cuda` where there is one.
         start: the state of one world at time zero, as `equilibrate` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
     Attributes:
-        limit: the declared step, safe up to the bounds and the stretch that are meant; `dt` and
-            `substeps_per_frame` are its. A world takes longer or shorter ones as its state allows or demands.
+        simulation: the tensors and the launcher, for those who take the steps themselves.
+        limit: the declared step, safe up to the bounds and `LARGEST_STRETCH`; `dt` and `substeps_per_frame` are its.
+            A world takes longer or shorter ones as its state allows or demands.
+        origin: the grid's first node [m], from which the positions of `matter` are measured.
 
     Raises:
         SceneError: the arena has more grid nodes than can be held.
@@ -66,53 +65,32 @@ class Solver:
     ) -> None:
         if worlds < 1:
             raise UsageError(f"{worlds} worlds were asked for. Give at least 1.")
-        self._generation = runtime.start(fidelity.precision, device)
-        self._real = runtime.real(fidelity.precision)
-        self._device = device
-        self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
+        self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
         self.gradients = gradients
         self.checkpoint_interval, self.memory_budget = checkpoint_interval, memory_budget
-        self.frame_seconds = frame_seconds
         self.limit = choose_step(
             scene, fidelity, frame_seconds, stiffness_max=stiffness_max, density_ratio_min=density_ratio_min
         )
-        self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
         self.dt, self.substeps_per_frame = self.limit.dt, self.limit.substeps_per_frame
-        self.effects = scene.effects
-        self.meter = SubstepMeter()
-        self.launcher = Launcher(
-            scene,
-            fidelity,
-            worlds,
-            self._real,
-            device,
-            device == "cuda" if parallel is None else parallel,
-        )
-        self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
-        self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
-        self.refresh_window()
-        if start is not None:
-            self.matter.load_slot(0, start)
-        self._start = self.matter.copy_slot(0)
-        self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
-        self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
-        self._plan = LaunchPlan.none(worlds, self._real, device)
-        self.set_body(BodyState().filled(scene, worlds))
+        simulation = Simulation(
+            scene, fidelity, worlds, self.limit,
+            frame_seconds=frame_seconds, start=start, device=device, parallel=parallel,
+        )  # fmt: skip
+        self.simulation = simulation
+        self.scene, self.fidelity, self.worlds, self.frame_seconds = scene, fidelity, worlds, frame_seconds
+        self.robot_count, self.particle_count = simulation.robot_count, simulation.particle_count
+        self.muscle_count = simulation.muscle_count
+        self.launcher, self.meter, self.origin = simulation.launcher, simulation.meter, simulation.origin
 
     @property
-    def robot_count(self) -> int:
-        """Particles of the robot."""
-        return self.scene.robot.particle_count
+    def matter(self) -> Matter:
+        """The present state of all worlds, one slot."""
+        return self.simulation.matter
 
     @property
-    def particle_count(self) -> int:
-        """Particles of one world."""
-        return self.scene.particle_count
-
-    @property
-    def muscle_count(self) -> int:
-        """Muscles of the robot; 0 if the scene calls for no muscle effect."""
-        return self.scene.robot.muscle_count if Effect.MUSCLE in self.effects else 0
+    def parameters(self) -> Parameters:
+        """Mass, volume, stiffness, fibres and tension of the particles."""
+        return self.simulation.parameters
 
     def run(
         self,
@@ -129,7 +107,7 @@ class Solver:
             body: the design's arrays where they differ from the scene's robot.
             progress: called with the number of frames done.
             schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout; None to choose them.
-            feedback: gives each frame's actuation from the state at its beginning; that of `actuation` is not used.
+            feedback: gives each frame's actuation from the state at its beginning, in place of `actuation`.
 
         Raises:
             UsageError: an array of another shape, out of range or not finite.
@@ -139,10 +117,10 @@ class Solver:
             if rollout.interval and frame % rollout.interval == 0:
                 rollout.checkpoints.append(self.matter.copy_slot(0))
             control.frame(frame)
-            self.record(rollout, frame + 1)
+            self.simulation.record(rollout, frame + 1)
             if progress is not None:
                 progress(frame + 1)
-            if not self.alive.any():
+            if not self.simulation.alive.any():
                 self._repeat_last(rollout, frame + 1)
                 break
         return rollout
@@ -154,40 +132,25 @@ class Solver:
         schedule: IntArray | None = None,
         feedback: Feedback | None = None,
     ) -> tuple[Rollout, StepControl]:
-        """An episode that has only begun, and what takes it through its frames; arguments and errors as of `run`."""
-        self._check_runtime()
+        """An episode at its first frame, and the control of its steps; arguments and errors as of `run`."""
         actuation = self.check_actuation(actuation)
-        arrays = (body or BodyState()).filled(self.scene, self.worlds)
-        self._check_body(arrays)
-        self.set_body(arrays)
         if schedule is not None:
             schedule = self._check_schedule(np.asarray(schedule), len(actuation))
-        rollout = self._new_rollout(actuation, arrays)
-        self._rewind()
-        self.record(rollout, 0)
-        return rollout, StepControl(self, rollout, schedule, feedback)
-
-    def restart(self, world: int) -> None:
-        """Put one world back to the initial state, alive; the others stay as they are."""
-        self.matter.copy_world(world, self._start)
-        self.alive[world] = 1
+        rollout = self._new_rollout(actuation, self._rewind(body))
+        self.simulation.record(rollout, 0)
+        return rollout, StepControl(self.simulation, rollout, schedule, feedback)
 
     def equilibrate(self, frames: int) -> Matter:
-        """The first world's state after `frames` frames of rest under damping; nothing of it is metered.
+        """The first world's state after `frames` frames with all muscles at rest, under dynamic relaxation.
 
-        Dynamic relaxation: all matter is stopped whenever its kinetic energy has passed a peak, so that what the
-        loads do not hold in motion comes to rest in a few periods of its slowest wave (Barnes 1999).
+        All matter is stopped whenever its kinetic energy has passed a peak, so that a scene under constant loads comes
+        to rest within a few periods of its slowest wave (Barnes 1999).
 
         Raises:
-            DivergenceError: the scene does not come to rest but blows up.
+            DivergenceError: the scene diverges.
         """
-        self._check_runtime()
-        rollout = self._new_rollout(
-            np.zeros((frames, self.worlds, self.muscle_count)), BodyState().filled(self.scene, self.worlds)
-        )
-        self.set_body(rollout.body)
-        self._rewind()
-        control = StepControl(self, rollout)
+        rollout = self._new_rollout(np.zeros((frames, self.worlds, self.muscle_count)), self._rewind(None))
+        control = StepControl(self.simulation, rollout)
         energy = 0.0
         for frame in range(frames):
             control.frame(frame)
@@ -207,82 +170,48 @@ class Solver:
         velocity_adjoint: FloatArray,
         feedback: FeedbackAdjoint | None = None,
     ) -> Gradient:
-        """Derivatives of a scalar whose derivatives by the path are given, `[frames + 1, worlds, robot, 3]` each.
+        """The gradient of a loss from its adjoints of the trajectory, `[frames + 1, worlds, robot, 3]` each.
 
-        A rollout with a feedback needs its adjoint.
+        Args:
+            feedback: adjoint of the feedback that the rollout was made with.
 
         Raises:
             UsageError: the solver was made without gradients.
         """
-        self._check_runtime()
+        self.simulation.check_runtime()
         if not self.gradients:
             raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
-        return Adjoint(self, rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
+        adjoint = Adjoint(self.simulation, rollout)
+        return adjoint.run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
 
     def reset(self, body: BodyState | None = None) -> None:
-        """Go back to the initial state at rest of all muscles, for a study that moves on by `substeps`."""
-        self._check_runtime()
-        arrays = (body or BodyState()).filled(self.scene, self.worlds)
-        self._check_body(arrays)
-        self.set_body(arrays)
-        self._rewind()
+        """Go back to the initial state with all muscles at rest, for a caller that moves on by `substeps`."""
+        self._rewind(body)
 
     def substeps(self, count: int, dt: float | None = None) -> None:
-        """Move `matter` (slot 0) on by `count` steps `dt` [s], the declared one if None, whatever comes of it.
+        """Move `matter` on by `count` steps of `dt` [s], the declared one if None.
 
-        No record, no check, no second try.
+        Nothing is recorded, metered or checked for divergence, and no step is repeated.
         """
-        self._plan.set(
-            np.zeros(self.worlds, np.int64), np.full(self.worlds, count), np.full(self.worlds, dt or self.dt)
-        )
-        self.launcher.advance(self.matter, self.parameters, self._plan, 0)
+        self.simulation.substeps(count, dt or self.dt)
 
     def current_limit(self) -> list[StepLimit]:
         """The step that each world could take now, by its actuation, stretch, hardening and motion."""
-        return Diagnostics(self).limits()
+        return Diagnostics(self.simulation).limits()
 
-    def _rewind(self) -> None:
-        self.matter.load_slot(0, self._start)
-        self.alive.fill_(1)
-        self.parameters.tension.zero_()
+    def _rewind(self, body: BodyState | None) -> dict[str, Array]:
+        """Set the body and go back to the initial state; returns the body's complete arrays."""
+        self.simulation.check_runtime()
+        arrays = (body or BodyState()).filled(self.scene, self.worlds)
+        self._check_body(arrays)
+        self.simulation.set_body(arrays)
+        self.simulation.rewind()
+        return arrays
 
-    def plan(self, first: IntArray, counts: IntArray) -> LaunchPlan:
-        """What to launch for frames of `counts` substeps from the slots `first` on, `[worlds]` each."""
-        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts, 1))
-        return self._plan
-
-    def advance(self, matter: Matter, first: IntArray, counts: IntArray, stride: int) -> None:
-        """A frame of `counts` substeps from the slots `first` on, `[worlds]` each, to `stride` slots further."""
-        self.launcher.advance(matter, self.parameters, self.plan(first, counts), stride)
-
-    def refresh_window(self) -> None:
-        """Find the grid nodes that the particles touch, after their positions were set from outside."""
-        width = self.fidelity.spline.width
-        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
-        self.matter.window[0, :, :3] = base.amin(1)
-        self.matter.window[0, :, 3:] = base.amax(1) + width
-
-    def set_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
-        """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
-        robot, medium, count = self.scene.robot, self.scene.medium, self.robot_count
-        volume = arrays["occupancy"] * robot.volumes
-        mass = volume * arrays["density_ratio"] * robot.material.density
-        self.parameters.volume[:, :count] = self.tensor(volume)
-        self.parameters.mass[:, :count] = self.tensor(mass)
-        self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
-        self.parameters.fibre[0] = self.tensor(arrays["fibres"])
-        if medium is not None:
-            room = medium.volumes * medium_share(medium, arrays["occupancy"])
-            self.parameters.volume[:, count:] = self.tensor(room)
-            self.parameters.mass[:, count:] = self.tensor(room * medium.material.density)
-
-    def _check_body(self, arrays: dict[str, NDArray[np.float64]]) -> None:
+    def _check_body(self, arrays: dict[str, Array]) -> None:
         bounds = {
             "stiffness": (0.0, max(self._stiffness_max, float(self.scene.robot.stiffness.max()))),
-            "density_ratio": (
-                min(self._density_ratio_min, float(self.scene.robot.density_ratio.min())),
-                math.inf,
-            ),
+            "density_ratio": (min(self._density_ratio_min, float(self.scene.robot.density_ratio.min())), math.inf),
             "occupancy": (0.0, 1.0),
         }
         shapes = BodyState().filled(self.scene, self.worlds)
@@ -323,14 +252,10 @@ class Solver:
             )
         return schedule
 
-    def _check_runtime(self) -> None:
-        if self._generation != runtime.generation():
-            raise UsageError("The runtime was restarted with another precision. Make a new solver.")
-
-    def _new_rollout(self, actuation: FloatArray, arrays: dict[str, NDArray[np.float64]]) -> Rollout:
+    def _new_rollout(self, actuation: FloatArray, arrays: dict[str, Array]) -> Rollout:
         frames = len(actuation)
         shape = (frames + 1, self.worlds, self.robot_count, 3)
-        kind = runtime.host_real(self._real)
+        kind = runtime.host_real(self.matter.x.dtype)
         return Rollout(
             positions=np.zeros(shape, kind),
             velocities=np.zeros(shape, kind),
@@ -347,7 +272,11 @@ class Solver:
         )
 
     def _choose_interval(self, frames: int) -> int:
-        """Frames between checkpoints; the states to store are counted with the declared substeps."""
+        """Frames between checkpoints; the states to store are counted with the declared substeps.
+
+        Without a memory budget their number is least: it grows as the square root of the episode's length, for one
+        recomputation of every frame (Chen et al. 2016).
+        """
         if self.checkpoint_interval is not None:
             return min(self.checkpoint_interval, frames)
         intervals = range(1, frames + 1)
@@ -363,37 +292,8 @@ class Solver:
             )
         return max(interval for interval, count in zip(intervals, needed, strict=True) if count <= states)
 
-    def set_tension(self, rollout: Rollout, frame: int) -> None:
-        """Apply a control frame's actuation: the active stress of every robot particle."""
-        if self.muscle_count:
-            share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
-            self.parameters.tension[:] = self.tensor(share * self.scene.robot.material.muscle_strength)
-
-    def record(self, rollout: Rollout, frame: int) -> None:
-        """Put the robot's present state into the rollout as that at the beginning of a frame."""
-        count = self.robot_count
-        rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
-        rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()
-        if self.muscle_count:
-            rollout.muscle_potential[frame] = self._muscle_potential(rollout)
-
-    def _muscle_potential(self, rollout: Rollout) -> NDArray[np.float64]:
-        """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
-        deformation = self.matter.F[0, :, : self.robot_count].double()
-        stretched = torch.einsum("wpij,wpj->wpi", deformation, self.parameters.fibre[0].double())
-        volume = self.parameters.volume[:, : self.robot_count].double()
-        density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
-        potential: NDArray[np.float64] = np.einsum(
-            "wpk,wp->wk", rollout.body["muscle_membership"], density.cpu().numpy()
-        )
-        return potential
-
     @staticmethod
     def _repeat_last(rollout: Rollout, frame: int) -> None:
         rollout.positions[frame + 1 :] = rollout.positions[frame]
         rollout.velocities[frame + 1 :] = rollout.velocities[frame]
         rollout.muscle_potential[frame + 1 :] = rollout.muscle_potential[frame]
-
-    def tensor(self, value: FloatArray) -> Tensor:
-        """An array in the simulation's precision on its device."""
-        return torch.as_tensor(np.ascontiguousarray(value), dtype=self._real, device=self._device)

@@ -10,8 +10,8 @@ from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Ve
 from zoobench.sim.kernels.drift import (
     mean_ratio,
     mean_ratio_adjoint,
-    returned_ratio,
-    returned_ratio_adjoint,
+    relaxed_ratio,
+    relaxed_ratio_adjoint,
     scatter_ratio,
     scatter_ratio_adjoint,
 )
@@ -25,30 +25,36 @@ from zoobench.sim.kernels.media import (
     snow_update,
     snow_update_adjoint,
 )
-from zoobench.sim.kernels.shifting import dispersal, dispersal_adjoint
-from zoobench.sim.kernels.water import crowding, crowding_adjoint, water_pressure, water_ratio, water_ratio_adjoint
+from zoobench.sim.kernels.shifting import particle_shift, particle_shift_adjoint
+from zoobench.sim.kernels.water import (
+    relative_density,
+    relative_density_adjoint,
+    water_pressure,
+    water_ratio,
+    water_ratio_adjoint,
+)
 
 
 @ti.kernel
-def neo_hookean_all(F: Matrices, pull: Matrices, stress: Matrices, back: Matrices, mu: float, lam: float):
-    """Neo-Hookean stress and the adjoint for the pull."""
+def neo_hookean_all(F: Matrices, adjoint: Matrices, stress: Matrices, back: Matrices, mu: float, lam: float):
+    """Neo-Hookean stress and its adjoint by F."""
     for p in range(F.shape[0]):
         stress[p] = neo_hookean(F[p], mu, lam)
-        back[p] = neo_hookean_adjoint(F[p], pull[p], mu, lam)
+        back[p] = neo_hookean_adjoint(F[p], adjoint[p], mu, lam)
 
 
 @ti.kernel
 def fibre_all(
-    F: Matrices, fibre: Vectors, pull: Matrices, stress: Matrices,
-    F_back: Matrices, tension_back: Scalars, fibre_back: Vectors, tension: float,
+    F: Matrices, fibre: Vectors, adjoint: Matrices, stress: Matrices,
+    F_adjoint: Matrices, tension_adjoint: Scalars, fibre_adjoint: Vectors, tension: float,
 ):  # fmt: skip
-    """Active stress and the adjoints for the pull."""
+    """Active stress and its adjoints."""
     for p in range(F.shape[0]):
         stress[p] = fibre_stress(F[p], tension, fibre[p])
-        more, along, turned = fibre_stress_adjoint(F[p], pull[p], tension, fibre[p])
-        F_back[p] = more
-        tension_back[p] = along
-        fibre_back[p] = turned
+        more, along, turned = fibre_stress_adjoint(F[p], adjoint[p], tension, fibre[p])
+        F_adjoint[p] = more
+        tension_adjoint[p] = along
+        fibre_adjoint[p] = turned
 
 
 @ti.kernel
@@ -67,93 +73,97 @@ def medium_all(
 
 @ti.kernel
 def medium_back_all(
-    b: Matrices, history: Scalars, b_pull: Matrices, history_pull: Scalars, stress_pull: Matrices,
-    back: Matrices, history_back: Scalars,
+    b: Matrices, history: Scalars, b_adjoint: Matrices, new_history_adjoint: Scalars, stress_adjoint: Matrices,
+    trial_adjoint: Matrices, history_adjoint: Scalars,
     c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
 ):  # fmt: skip
     """Adjoint of the update."""
     for p in range(b.shape[0]):
         constants = ti.Vector([c0, c1, c2, c3, c4])
         if ti.static(law == SNOW):
-            back[p], history_back[p] = snow_update_adjoint(
-                b[p], history[p], b_pull[p], history_pull[p], stress_pull[p], constants
+            trial_adjoint[p], history_adjoint[p] = snow_update_adjoint(
+                b[p], history[p], b_adjoint[p], new_history_adjoint[p], stress_adjoint[p], constants
             )
         else:
-            back[p], history_back[p] = hencky_update_adjoint(
-                b[p], history[p], b_pull[p], history_pull[p], stress_pull[p], constants, law
+            trial_adjoint[p], history_adjoint[p] = hencky_update_adjoint(
+                b[p], history[p], b_adjoint[p], new_history_adjoint[p], stress_adjoint[p], constants, law
             )
 
 
 @ti.kernel
-def water_all(J: Scalars, pressure: Scalars, slope: Scalars, bulk: float, exponent: float):
+def water_all(J: Scalars, pressure: Scalars, derivative: Scalars, bulk: float, exponent: float):
     """Kirchhoff pressure of water and its derivative."""
     for p in range(J.shape[0]):
         value, rise = water_pressure(J[p], ti.Vector([0.0, bulk, exponent, 0.0, 0.0]))
         pressure[p] = value
-        slope[p] = rise
+        derivative[p] = rise
 
 
 @ti.kernel
 def water_ratio_all(
-    J: Scalars, growth: Scalars, crowd: Scalars, pull: Scalars,
-    after: Scalars, J_back: Scalars, growth_back: Scalars, crowd_back: Scalars, share: float,
+    J: Scalars, growth: Scalars, rho: Scalars, adjoint: Scalars,
+    after: Scalars, J_adjoint: Scalars, growth_adjoint: Scalars, rho_adjoint: Scalars, share: float,
 ):  # fmt: skip
-    """New volume ratio of water and the adjoints for the pull."""
+    """New volume ratio of water and its adjoints."""
     for p in range(J.shape[0]):
-        after[p] = water_ratio(J[p], growth[p], crowd[p], share)
-        J_back[p], growth_back[p], crowd_back[p] = water_ratio_adjoint(J[p], growth[p], crowd[p], share, pull[p])
+        after[p] = water_ratio(J[p], growth[p], rho[p], share)
+        J_adjoint[p], growth_adjoint[p], rho_adjoint[p] = water_ratio_adjoint(
+            J[p], growth[p], rho[p], share, adjoint[p]
+        )
 
 
 @ti.kernel
 def ratios_all(
-    ratios: Pairs, ratios_back: Pairs, x: Vectors, J: Scalars, pull: Scalars,
-    after: Scalars, x_back: Vectors, J_back: Scalars, share: float, h: float, mass: float, width: ti.template(),
+    ratios: Pairs, ratios_adjoint: Pairs, x: Vectors, J: Scalars, adjoint: Scalars,
+    after: Scalars, x_adjoint: Vectors, J_adjoint: Scalars, share: float, h: float, mass: float, width: ti.template(),
 ):  # fmt: skip
-    """J of particles of water after its return to the mean around, and the adjoints for the pull."""
+    """J of water particles after relaxation to the local mean, and its adjoints."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
         scatter_ratio(ratios, 0, x[p], J[p], mass, 1.0 / h, width)
     for p in range(x.shape[0]):
         mean = mean_ratio(ratios, 0, x[p], J[p], 1.0 / h, width)
-        after[p] = returned_ratio(J[p], mean, share)
-        J_back[p], mean_pull = returned_ratio_adjoint(J[p], mean, share, pull[p])
-        x_back[p] = mean_ratio_adjoint(ratios, ratios_back, 0, x[p], mean, mean_pull, 1.0 / h, width)
+        after[p] = relaxed_ratio(J[p], mean, share)
+        J_adjoint[p], mean_adjoint = relaxed_ratio_adjoint(J[p], mean, share, adjoint[p])
+        x_adjoint[p] = mean_ratio_adjoint(ratios, ratios_adjoint, 0, x[p], mean, mean_adjoint, 1.0 / h, width)
     for p in range(x.shape[0]):
-        place_pull, J_pull, _ = scatter_ratio_adjoint(ratios_back, 0, x[p], J[p], mass, 1.0 / h, width)
-        x_back[p] += place_pull
-        J_back[p] += J_pull
+        place_adjoint, more_J, _ = scatter_ratio_adjoint(ratios_adjoint, 0, x[p], J[p], mass, 1.0 / h, width)
+        x_adjoint[p] += place_adjoint
+        J_adjoint[p] += more_J
 
 
 @ti.kernel
-def crowding_all(
-    grid: Nodes, grid_back: Nodes, x: Vectors, pull: Scalars, crowd: Scalars, x_back: Vectors, h: float, density: float,
-    width: ti.template(),
+def relative_density_all(
+    grid: Nodes, grid_adjoint: Nodes, x: Vectors, adjoint: Scalars, rho: Scalars, x_adjoint: Vectors,
+    h: float, density: float, width: ti.template(),
 ):  # fmt: skip
-    """Density around places over that at rest, and the adjoints for the pull."""
+    """Relative density at places, and its adjoints."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        crowd[p] = crowding(grid, 0, x[p], 1.0 / h, density, width)
-        x_back[p] = crowding_adjoint(grid, grid_back, 0, x[p], crowd[p], pull[p], 1.0 / h, density, width)
+        rho[p] = relative_density(grid, 0, x[p], 1.0 / h, density, width)
+        x_adjoint[p] = relative_density_adjoint(
+            grid, grid_adjoint, 0, x[p], rho[p], adjoint[p], 1.0 / h, density, width
+        )
 
 
 @ti.kernel
-def dispersal_all(
-    grid: Nodes, grid_back: Nodes, x: Vectors, J: Scalars, crowd: Scalars, pull: Vectors,
-    shift: Vectors, x_back: Vectors, J_back: Scalars, crowd_back: Scalars, share: float, h: float,
+def particle_shift_all(
+    grid: Nodes, grid_adjoint: Nodes, x: Vectors, J: Scalars, rho: Scalars, adjoint: Vectors,
+    shift: Vectors, x_adjoint: Vectors, J_adjoint: Scalars, rho_adjoint: Scalars, share: float, h: float,
     width: ti.template(),
 ):  # fmt: skip
-    """Shifts out of a crowd, and the adjoints for the pull."""
+    """Shifts of particles, and their adjoints."""
     ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        shift[p] = dispersal(grid, 0, x[p], J[p], crowd[p], share, 1.0 / h, width)
-        x_back[p], J_back[p], crowd_back[p] = dispersal_adjoint(
-            grid, grid_back, 0, x[p], J[p], crowd[p], share, pull[p], 1.0 / h, width
+        shift[p] = particle_shift(grid, 0, x[p], J[p], rho[p], share, 1.0 / h, width)
+        x_adjoint[p], J_adjoint[p], rho_adjoint[p] = particle_shift_adjoint(
+            grid, grid_adjoint, 0, x[p], J[p], rho[p], share, adjoint[p], 1.0 / h, width
         )
 
 
 @ti.kernel
 def shear_rate_all(C: Matrices, rate: Matrices):
-    """What the viscosity acts on."""
+    """Deviatoric strain rate, on which the viscosity acts."""
     for p in range(C.shape[0]):
         rate[p] = shear_rate(C[p])
 

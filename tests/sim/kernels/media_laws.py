@@ -27,9 +27,11 @@ def update(material: Solid, b: np.ndarray, history: np.ndarray, precision: int =
     return elastic, after, stress
 
 
-def pull_back(material: Solid, b: np.ndarray, history: np.ndarray, pulls: Triple) -> tuple[np.ndarray, np.ndarray]:
-    """The kernel's adjoint: pulls on b and history from those on elastic b, new history and stress."""
-    given = tensors(64, b, history, *pulls, 0 * b, 0 * history)
+def update_adjoint(
+    material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple
+) -> tuple[np.ndarray, np.ndarray]:
+    """The kernel's adjoints by b and history, from those of elastic b, new history and stress."""
+    given = tensors(64, b, history, *adjoints, 0 * b, 0 * history)
     medium_back_all(*given, *material.constants, int(material.law))
     return given[5].numpy(), given[6].numpy()
 
@@ -40,7 +42,7 @@ def assemble(turns: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def rest_history(material: Solid, count: int) -> np.ndarray:
-    """What the law remembers of a state without past."""
+    """The history of a state at rest."""
     return np.full(count, 1.0 if isinstance(material, SnowMaterial) else 0.0)
 
 

@@ -28,26 +28,26 @@ INSIDE, FLOOR = 10, WALL_NODES
 
 @ti.kernel
 def _contact(
-    v: Vectors, pull: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
+    v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
     ground: ti.template(), tight: ti.template(),
 ):  # fmt: skip
     for p in range(v.shape[0]):
         index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
         after[p] = contact(v[p], index, shape, mu, terrain, ground, tight)
-        back[p] = contact_adjoint(v[p], pull[p], index, shape, mu, terrain, ground, tight)
+        back[p] = contact_adjoint(v[p], adjoint[p], index, shape, mu, terrain, ground, tight)
 
 
 def _apply(
     v: np.ndarray,
     index: tuple[int, int, int],
     mu: float,
-    pull: np.ndarray | None = None,
+    adjoint: np.ndarray | None = None,
     column: tuple[float, float, float, float] | None = None,
     tight: bool = False,
 ) -> list[np.ndarray]:
     """Velocity after contact and the adjoint of it; on a terrain whose columns are all alike if one is given."""
     runtime.start(64)
-    tensors = [torch.as_tensor(np.atleast_2d(a)) for a in (v, v if pull is None else pull, 0 * v, 0 * v)]
+    tensors = [torch.as_tensor(np.atleast_2d(a)) for a in (v, v if adjoint is None else adjoint, 0 * v, 0 * v)]
     terrain = torch.zeros((0, 0, 4), dtype=torch.float64)
     if column is not None:
         terrain = torch.tensor(column, dtype=torch.float64).repeat(NODE_COUNT, NODE_COUNT, 1)
@@ -76,14 +76,14 @@ def test_walls_stop_only_what_moves_into_them() -> None:
 def test_adjoint_of_contact_matches_differences() -> None:
     """The adjoint is the transposed derivative on the floor and in the corner of floor and wall."""
     rng = np.random.default_rng(4)
-    v, pull, step = rng.normal(size=(500, 3)), rng.normal(size=(500, 3)), rng.normal(size=(500, 3))
+    v, adjoint, step = rng.normal(size=(500, 3)), rng.normal(size=(500, 3)), rng.normal(size=(500, 3))
     behind = WALL_NODES - 1
     for index in ((INSIDE, FLOOR, INSIDE), (WALL_NODES, FLOOR, INSIDE), (behind, FLOOR - 1, NODE_COUNT - 1 - behind)):
         for tight in (False, True):
-            _, back = _apply(v, index, 0.6, pull, tight=tight)
+            _, back = _apply(v, index, 0.6, adjoint, tight=tight)
             e = 1e-6
             high, low = (_apply(v + sign * e * step, index, 0.6, tight=tight)[0] for sign in (1, -1))
-            difference = np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1))
+            difference = np.abs(((high - low) / (2 * e) * adjoint).sum(1) - (back * step).sum(1))
             assert (difference > 1e-6).sum() == 0
 
 
@@ -98,18 +98,18 @@ def test_tight_walls_leave_the_velocity_behind_them_to_press() -> None:
 
 
 @ti.kernel
-def _press(given: Nodes, pull: Nodes, after: Nodes, back: Nodes):
+def _press(given: Nodes, adjoint: Nodes, after: Nodes, back: Nodes):
     for p in range(given.shape[0]):
-        q, up = given[p], pull[p]
+        q, up = given[p], adjoint[p]
         behind, before = press(q[0], q[1], q[2], q[3])
         after[p] = ti.Vector([behind, before, 0.0, 0.0])
         back[p] = press_adjoint(q[0], behind, before, q[2], q[3], up[0], up[1])
 
 
-def _pressed(given: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities `[n, 2]` behind and before a wall after it has pressed, and the adjoints `[n, 4]`."""
+def _pressed(given: np.ndarray, adjoint: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities `[n, 2]` behind and before a wall after its pressure, and the adjoints `[n, 4]`."""
     runtime.start(64)
-    tensors = [torch.as_tensor(a) for a in (given, np.hstack([pull, 0 * pull]), 0 * given, 0 * given)]
+    tensors = [torch.as_tensor(a) for a in (given, np.hstack([adjoint, 0 * adjoint]), 0 * given, 0 * given)]
     _press(*tensors)
     return tensors[2].numpy()[:, :2], tensors[3].numpy()
 
@@ -121,7 +121,7 @@ def _pairs(count: int) -> np.ndarray:
 
 
 def test_a_wall_presses_with_the_least_impulse() -> None:
-    """Nothing moves into its plane, both nodes get the same impulse, away from it; what parts from it is left alone."""
+    """Nothing moves into its plane, both nodes get the same impulse, away from it; a separating pair gets none."""
     given = _pairs(500)
     after, _ = _pressed(given, np.zeros((500, 2)))
     parts = given[:, :2].sum(1) >= 0.0
@@ -134,7 +134,7 @@ def test_a_wall_presses_with_the_least_impulse() -> None:
 
 
 def test_a_wall_stops_matter_that_is_all_behind_it() -> None:
-    """Where no matter is before it there is nothing to press against."""
+    """Without matter before it, the node behind stops."""
     after, _ = _pressed(np.array([[-1.0, 0.0, 0.5, 0.0], [1.0, 0.0, 0.5, 0.0]]), np.zeros((2, 2)))
     assert np.array_equal(after, [[0.0, 0.0], [1.0, 0.0]])
 
@@ -142,29 +142,29 @@ def test_a_wall_stops_matter_that_is_all_behind_it() -> None:
 def test_adjoint_of_press_matches_differences() -> None:
     """By both velocities and both masses."""
     given, rng, e = _pairs(500), np.random.default_rng(7), 1e-6
-    pull, step = rng.normal(size=(500, 2)), rng.normal(size=(500, 4))
-    _, back = _pressed(given, pull)
-    high, low = (_pressed(given + sign * e * step, pull)[0] for sign in (1, -1))
-    assert np.abs(((high - low) / (2 * e) * pull).sum(1) - (back * step).sum(1)).max() <= 1e-7
+    adjoint, step = rng.normal(size=(500, 2)), rng.normal(size=(500, 4))
+    _, back = _pressed(given, adjoint)
+    high, low = (_pressed(given + sign * e * step, adjoint)[0] for sign in (1, -1))
+    assert np.abs(((high - low) / (2 * e) * adjoint).sum(1) - (back * step).sum(1)).max() <= 1e-7
 
 
 def test_contact_with_a_slope_is_that_of_the_plane_turned() -> None:
     """Friction and its adjoint act in the frame of the terrain's normal; a node above its column's height is free."""
     rng = np.random.default_rng(5)
-    v, pull = rng.normal(size=(200, 3)), rng.normal(size=(200, 3))
+    v, adjoint = rng.normal(size=(200, 3)), rng.normal(size=(200, 3))
     angle = 0.4
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     normal = turn @ [0.0, 1.0, 0.0]
-    flat = _apply(v, (INSIDE, FLOOR, INSIDE), 0.6, pull)
+    flat = _apply(v, (INSIDE, FLOOR, INSIDE), 0.6, adjoint)
     column = (7.3, *normal.tolist())
     for height, touches in ((7, True), (8, False)):
-        tilted = _apply(v @ turn.T, (INSIDE, height, INSIDE), 0.6, pull @ turn.T, column)
-        for found, expected, free in zip(tilted, flat, (v, pull), strict=True):
+        tilted = _apply(v @ turn.T, (INSIDE, height, INSIDE), 0.6, adjoint @ turn.T, column)
+        for found, expected, free in zip(tilted, flat, (v, adjoint), strict=True):
             assert np.allclose(found, (expected if touches else free) @ turn.T, atol=1e-14)
 
 
 def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Rollout, np.ndarray]:
-    """A flat stiff block on a plane tilted about z: solver, path and the path of its centre."""
+    """A flat stiff block on a plane tilted about z: solver, trajectory and that of its centre."""
     angle = np.radians(degrees)
     body = scenes.passive_block((0.2, 0.0, 0.3), (6, 3, 3), np.zeros(3))
     gravity = (9.81 * float(np.sin(angle)), -9.81 * float(np.cos(angle)), 0.0)

@@ -1,4 +1,4 @@
-"""Water's J returns to the mean around where it strays from it: by closed forms, and with exact adjoints."""
+"""Relaxation of water's J to its local mean: against closed forms, and with exact adjoints."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from tests.sim.kernels.test_water import CELLS
 from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.arrays import Array
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.drift import DRIFTED, RETURN
+from zoobench.sim.kernels.drift import RETURN_RATE, TOLERATED_DRIFT
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
@@ -21,23 +21,23 @@ SHARE = 0.03
 NODES = CELLS + 2 * WALL_NODES + 1
 
 
-def _returned(places: Array, J: Array, pull: Array, width: int) -> tuple[Array, Array, Array]:
+def _relaxed(places: Array, J: Array, adjoint: Array, width: int) -> tuple[Array, Array, Array]:
     """J after a step, and the adjoints of places [cells] and J."""
     ratios = np.zeros((1, NODES, NODES, NODES, 2))
-    given = tensors(64, ratios, ratios, places, J, pull, 0 * J, 0 * places, 0 * J)
+    given = tensors(64, ratios, ratios, places, J, adjoint, 0 * J, 0 * places, 0 * J)
     ratios_all(*given, SHARE, 1.0, 0.125, width)
-    after, x_back, J_back = (tensor.numpy() for tensor in given[5:])
-    return after, x_back, J_back
+    after, x_adjoint, J_adjoint = (tensor.numpy() for tensor in given[5:])
+    return after, x_adjoint, J_adjoint
 
 
 def _drifted(count: int = 400) -> tuple[Array, Array]:
-    """Places in a tank, and J of which some strays from the mean around by more than is let be, either way."""
+    """Places in a tank, and J, some of which differ from the local mean by more than is tolerated, either way."""
     rng = np.random.default_rng(3)
     return rng.uniform(0.1, CELLS - 0.1, (count, 3)) + WALL_NODES, rng.uniform(0.9, 1.0, count)
 
 
 def _mean(places: Array, J: Array, width: int) -> Array:
-    """The mean around every place, by a dense matrix of all nodes' weights."""
+    """The local mean at every place, by a dense matrix of all nodes' weights."""
     weights = np.ones((len(places), NODES, NODES, NODES))
     for d in range(3):
         shape = [len(places), 1, 1, 1]
@@ -50,15 +50,15 @@ def _mean(places: Array, J: Array, width: int) -> Array:
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
 def test_what_is_far_from_the_mean_decays_and_nothing_else(width: int) -> None:
-    """At the stated rate beyond what is let be, by a twin on dense matrices; else the same to the last bit."""
+    """At the stated rate beyond the tolerated difference, by a twin on dense matrices; else bit for bit the same."""
     places, J = _drifted()
-    after = _returned(places, J, J, width)[0]
+    after = _relaxed(places, J, J, width)[0]
     gap = _mean(places, J, width) - J
-    excess = np.sign(gap) * np.maximum(np.abs(gap) - DRIFTED, 0.0)
+    excess = np.sign(gap) * np.maximum(np.abs(gap) - TOLERATED_DRIFT, 0.0)
     assert 0.2 < (excess < 0).mean() < 0.6
     assert 0.2 < (excess > 0).mean() < 0.6
-    assert np.abs(after - J - RETURN * SHARE * excess).max() <= 1e-15
-    assert np.array_equal(after[np.abs(gap) < DRIFTED - 1e-12], J[np.abs(gap) < DRIFTED - 1e-12])
+    assert np.abs(after - J - RETURN_RATE * SHARE * excess).max() <= 1e-15
+    assert np.array_equal(after[np.abs(gap) < TOLERATED_DRIFT - 1e-12], J[np.abs(gap) < TOLERATED_DRIFT - 1e-12])
 
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
@@ -66,12 +66,12 @@ def test_adjoint_of_return_matches_differences(width: int) -> None:
     """By the places and by J, of the particle itself and of all that it shares nodes with."""
     places, J = _drifted()
     rng = np.random.default_rng(4)
-    pull, step, change = rng.normal(size=J.shape), rng.normal(size=places.shape), rng.normal(size=J.shape)
-    _, x_back, J_back = _returned(places, J, pull, width)
+    adjoint, step, change = rng.normal(size=J.shape), rng.normal(size=places.shape), rng.normal(size=J.shape)
+    _, x_adjoint, J_adjoint = _relaxed(places, J, adjoint, width)
     e = 1e-7
-    low, high = (_returned(places + s * e * step, J + s * e * change, pull, width)[0] @ pull for s in (-1, 1))
-    assert (x_back * step).sum() != 0.0
-    assert (high - low) / (2 * e) == pytest.approx((x_back * step).sum() + (J_back * change).sum(), rel=1e-6)
+    low, high = (_relaxed(places + s * e * step, J + s * e * change, adjoint, width)[0] @ adjoint for s in (-1, 1))
+    assert (x_adjoint * step).sum() != 0.0
+    assert (high - low) / (2 * e) == pytest.approx((x_adjoint * step).sum() + (J_adjoint * change).sum(), rel=1e-6)
 
 
 def _scene() -> Scene:
@@ -117,7 +117,7 @@ def test_water_compressed_alike_is_left_alone() -> None:
     """To the last bits of the mean."""
     places, J = _drifted()
     alike = np.full_like(J, 0.95)
-    assert np.array_equal(_returned(places, alike, alike, QUADRATIC)[0], alike)
+    assert np.array_equal(_relaxed(places, alike, alike, QUADRATIC)[0], alike)
 
 
 def test_only_water_holds_ratios() -> None:

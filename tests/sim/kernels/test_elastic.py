@@ -18,15 +18,17 @@ def _deformations(count: int = 200, seed: int = 1) -> np.ndarray:
     return F[np.linalg.det(F) > 0.2][:count]
 
 
-def _neo_hookean(F: np.ndarray, pull: np.ndarray, precision: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    given, pulled, stress, back = tensors(precision, F, pull, 0 * F, 0 * F)
-    neo_hookean_all(given, pulled, stress, back, MU, LAM)
+def _neo_hookean(F: np.ndarray, adjoint: np.ndarray, precision: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    given, given_adjoint, stress, back = tensors(precision, F, adjoint, 0 * F, 0 * F)
+    neo_hookean_all(given, given_adjoint, stress, back, MU, LAM)
     return stress.double().numpy(), back.double().numpy()
 
 
-def _fibre(F: np.ndarray, fibre: np.ndarray, pull: np.ndarray, tension: float, precision: int = 64) -> list[np.ndarray]:
+def _fibre(
+    F: np.ndarray, fibre: np.ndarray, adjoint: np.ndarray, tension: float, precision: int = 64
+) -> list[np.ndarray]:
     zeros = (0 * F, 0 * F, np.zeros(len(F)), 0 * fibre)
-    given = tensors(precision, F, fibre, pull, *zeros)
+    given = tensors(precision, F, fibre, adjoint, *zeros)
     fibre_all(*given, tension)
     return [t.double().numpy() for t in given[3:]]
 
@@ -40,10 +42,10 @@ def _fibres(count: int) -> np.ndarray:
 def test_laws_agree_with_their_twins(precision: int, tolerance: float) -> None:
     """Neo-Hookean and fibre stress."""
     kind = np.float64 if precision == 64 else np.float32
-    F, pull = _deformations().astype(kind).astype(float), np.zeros((200, 3, 3))
+    F, adjoint = _deformations().astype(kind).astype(float), np.zeros((200, 3, 3))
     d = _fibres(200).astype(kind).astype(float)
-    assert relative(_neo_hookean(F, pull, precision)[0], twins.neo_hookean(F, MU, LAM), MU) <= tolerance
-    assert relative(_fibre(F, d, pull, 512.0, precision)[0], twins.fibre_stress(F, 512.0, d), 512.0) <= tolerance
+    assert relative(_neo_hookean(F, adjoint, precision)[0], twins.neo_hookean(F, MU, LAM), MU) <= tolerance
+    assert relative(_fibre(F, d, adjoint, 512.0, precision)[0], twins.fibre_stress(F, 512.0, d), 512.0) <= tolerance
 
 
 def test_rest_is_free_of_stress() -> None:
@@ -72,29 +74,29 @@ def test_adjoints_of_elastic_laws_match_differences() -> None:
     """Of neo-Hookean stress by F; of fibre stress by F, tension and fibre."""
     rng = np.random.default_rng(6)
     F, d = _deformations(), _fibres(200)
-    pull, step, turn = symmetric(rng.normal(size=F.shape)), rng.normal(size=F.shape), rng.normal(size=d.shape)
+    adjoint, step, turn = symmetric(rng.normal(size=F.shape)), rng.normal(size=F.shape), rng.normal(size=d.shape)
     e = 1e-6
 
     def check(plus: np.ndarray, minus: np.ndarray, exact: np.ndarray) -> None:
-        slope = ((plus - minus) * pull).sum((1, 2)) / (2 * e)
-        assert np.abs(slope - exact).max() <= 1e-7 * np.abs(exact).max()
+        derivative = ((plus - minus) * adjoint).sum((1, 2)) / (2 * e)
+        assert np.abs(derivative - exact).max() <= 1e-7 * np.abs(exact).max()
 
-    back = _neo_hookean(F, pull)[1]
-    check(_neo_hookean(F + e * step, pull)[0], _neo_hookean(F - e * step, pull)[0], (back * step).sum((1, 2)))
-    _, F_back, tension_back, fibre_back = _fibre(F, d, pull, 3.0)
-    at = [_fibre(F + s * e * step, d, pull, 3.0)[0] for s in (1, -1)]
-    check(at[0], at[1], (F_back * step).sum((1, 2)))
-    at = [_fibre(F, d, pull, 3.0 + s * e)[0] for s in (1, -1)]
-    check(at[0], at[1], tension_back)
-    at = [_fibre(F, d + s * e * turn, pull, 3.0)[0] for s in (1, -1)]
-    check(at[0], at[1], (fibre_back * turn).sum(1))
+    back = _neo_hookean(F, adjoint)[1]
+    check(_neo_hookean(F + e * step, adjoint)[0], _neo_hookean(F - e * step, adjoint)[0], (back * step).sum((1, 2)))
+    _, F_adjoint, tension_adjoint, fibre_adjoint = _fibre(F, d, adjoint, 3.0)
+    at = [_fibre(F + s * e * step, d, adjoint, 3.0)[0] for s in (1, -1)]
+    check(at[0], at[1], (F_adjoint * step).sum((1, 2)))
+    at = [_fibre(F, d, adjoint, 3.0 + s * e)[0] for s in (1, -1)]
+    check(at[0], at[1], tension_adjoint)
+    at = [_fibre(F, d + s * e * turn, adjoint, 3.0)[0] for s in (1, -1)]
+    check(at[0], at[1], (fibre_adjoint * turn).sum(1))
 
 
 def test_guard_of_an_inverted_element() -> None:
     """Below the smallest J stress and adjoint stay finite and log J is held, for flat and point-like matter too."""
     F = np.stack([np.diag([0.02, 1.0, 1.0]), np.diag([-0.5, 1.0, 1.0]), np.diag([0.0, 0.0, 1.0]), np.zeros((3, 3))])
-    pull = np.tile(np.eye(3), (4, 1, 1))
-    stress, back = _neo_hookean(F, pull)
+    adjoint = np.tile(np.eye(3), (4, 1, 1))
+    stress, back = _neo_hookean(F, adjoint)
     held = MU * (F @ np.swapaxes(F, 1, 2) - np.eye(3)) + LAM * np.log(SMALLEST_J) * np.eye(3)
     assert np.allclose(stress, held, rtol=1e-14)
     assert np.allclose(back, 2 * MU * F, rtol=1e-14)

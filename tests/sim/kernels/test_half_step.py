@@ -1,4 +1,4 @@
-"""What the nodes hold in the middle of a substep."""
+"""The nodes' momentum in the middle of a substep."""
 
 import numpy as np
 import pytest

@@ -144,7 +144,7 @@ def test_plastic_ratio_of_shattered_snow_is_held() -> None:
 
 @EVERY_SOLID
 def test_nothing_yields_twice(name: str) -> None:
-    """What an update returns is elastic: a second one leaves b as it is and gives the same stress."""
+    """The result of an update is elastic: a second one changes neither b nor the stress."""
     material = SOLIDS[name]
     b, _, stress = update(material, *states(material, 1000))
     history = rest_history(material, 1000)

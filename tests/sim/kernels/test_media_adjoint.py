@@ -4,40 +4,50 @@ import numpy as np
 import pytest
 
 from tests.sim.kernels.law_kernels import symmetric, tensors, water_all
-from tests.sim.kernels.media_laws import MU, SOLIDS, Solid, Triple, assemble, pull_back, rest_history, states, update
+from tests.sim.kernels.media_laws import (
+    MU,
+    SOLIDS,
+    Solid,
+    Triple,
+    assemble,
+    rest_history,
+    states,
+    update,
+    update_adjoint,
+)
 from zoobench.sim.model.matter import SandMaterial, WaterMaterial
 
 EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
 DISTANCES = (1e-4, 1e-5, 1e-6, 1e-7)
 
 
-def _pulls(b: np.ndarray, rng: np.random.Generator) -> Triple:
+def _adjoints(b: np.ndarray, rng: np.random.Generator) -> Triple:
     return symmetric(rng.normal(size=b.shape)), rng.normal(size=len(b)), symmetric(rng.normal(size=b.shape)) / MU
 
 
-def _value(material: Solid, b: np.ndarray, history: np.ndarray, pulls: Triple) -> np.ndarray:
+def _value(material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple) -> np.ndarray:
     elastic, after, tau = update(material, b, history)
-    total: np.ndarray = (elastic * pulls[0]).sum((1, 2)) + after * pulls[1] + (tau * pulls[2]).sum((1, 2))
+    total: np.ndarray = (elastic * adjoints[0]).sum((1, 2)) + after * adjoints[1] + (tau * adjoints[2]).sum((1, 2))
     return total
 
 
 def _errors(material: Solid, b: np.ndarray, history: np.ndarray) -> np.ndarray:
     """Relative error of the adjoint along random symmetric directions, best over the distances."""
     rng = np.random.default_rng(9)
-    pulls = _pulls(b, rng)
+    adjoints = _adjoints(b, rng)
     step, more = symmetric(rng.normal(size=b.shape)), rng.normal(size=len(b))
     if not isinstance(material, SandMaterial) and not rest_history(material, 1).any():
         more *= 0.0  # clay and mud have no past
-    back, history_back = pull_back(material, b, history, pulls)
+    back, history_adjoint = update_adjoint(material, b, history, adjoints)
     assert np.abs(back - np.swapaxes(back, 1, 2)).max() <= 1e-12 * np.abs(back).max()
-    exact = (back * step).sum((1, 2)) + history_back * more
+    exact = (back * step).sum((1, 2)) + history_adjoint * more
     # what a pull and a step of this size could at most give
-    scale = 1e-3 * np.linalg.norm(step, axis=(1, 2)) * np.linalg.norm(pulls[2] * MU, axis=(1, 2))
+    scale = 1e-3 * np.linalg.norm(step, axis=(1, 2)) * np.linalg.norm(adjoints[2] * MU, axis=(1, 2))
     errors = []
     for e in DISTANCES:
-        slope = _value(material, b + e * step, history + e * more, pulls)
-        slope -= _value(material, b - e * step, history - e * more, pulls)
-        errors.append(np.abs(slope / (2 * e) - exact) / np.maximum(np.abs(exact), scale))
+        derivative = _value(material, b + e * step, history + e * more, adjoints)
+        derivative -= _value(material, b - e * step, history - e * more, adjoints)
+        errors.append(np.abs(derivative / (2 * e) - exact) / np.maximum(np.abs(exact), scale))
     best: np.ndarray = np.min(errors, axis=0)
     return best
 
@@ -85,27 +95,27 @@ def test_adjoint_is_right_at_rest(name: str) -> None:
     material, count = SOLIDS[name], 40
     rng = np.random.default_rng(11)
     b, history = np.tile(np.eye(3), (count, 1, 1)), rest_history(material, count)
-    pulls = _pulls(b, rng)
+    adjoints = _adjoints(b, rng)
     step = symmetric(rng.normal(size=b.shape))
     step += (1.0 - np.trace(step, axis1=1, axis2=2))[:, None, None] / 3 * np.eye(3)
-    back, _ = pull_back(material, b, history, pulls)
+    back, _ = update_adjoint(material, b, history, adjoints)
     assert np.isfinite(back).all()
     exact = (back * step).sum((1, 2))
     e = 1e-5
-    here, near, far = (_value(material, b + k * e * step, history, pulls) for k in (0, 1, 2))
+    here, near, far = (_value(material, b + k * e * step, history, adjoints) for k in (0, 1, 2))
     assert np.abs((4 * near - far - 3 * here) / (2 * e) - exact).max() <= 1e-6 * np.abs(exact).max()
 
 
 def test_adjoint_of_sand_is_finite_at_rest() -> None:
     """F = I without pressure is the tip of the cone: the derivative is that of loosening, and finite."""
     rest = np.eye(3)[None]
-    back, surplus_back = pull_back(SOLIDS["sand"], rest, np.zeros(1), (rest, np.ones(1), rest))
+    back, surplus_adjoint = update_adjoint(SOLIDS["sand"], rest, np.zeros(1), (rest, np.ones(1), rest))
     # the surplus gains tr(b) / 2
     assert np.allclose(back, rest / 2, atol=1e-15)
-    assert surplus_back[0] == 1.0
+    assert surplus_adjoint[0] == 1.0
 
 
-def test_slope_of_water_matches_differences() -> None:
+def test_derivative_of_water_pressure_matches_differences() -> None:
     """To 1e-8 of the bulk modulus, compressed and loose."""
     material = WaterMaterial(bulk_modulus=1e4, density=1000.0)
     J, e = np.concatenate([np.linspace(0.6, 0.99, 40), [1.01, 1.2]]), 1e-6
@@ -115,6 +125,6 @@ def test_slope_of_water_matches_differences() -> None:
         water_all(*given, material.bulk_modulus, material.exponent)
         return given[1].numpy(), given[2].numpy()
 
-    slope = both(J)[1]
+    derivative = both(J)[1]
     expected = (both(J + e)[0] - both(J - e)[0]) / (2 * e)
-    assert np.abs(slope - expected).max() <= 1e-8 * np.abs(slope).max()
+    assert np.abs(derivative - expected).max() <= 1e-8 * np.abs(derivative).max()

@@ -34,7 +34,7 @@ def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
     touched = ~torch.isnan(grid[0]).any(-1)
     places = torch.nonzero(touched)
     low, high = places.amin(0), places.amax(0)
-    first = solver._start.window[0, 0]
+    first = solver.simulation.start.window[0, 0]
     # in three frames no particle travels farther than two cells
     assert (low >= first[:3] - 2).all()
     assert (high < first[3:] + 2).all()

@@ -1,14 +1,14 @@
-"""Water's particles leave a crowd: down the density's gradient, nowhere else, and with an exact adjoint."""
+"""Particle shifting of water: down the density's gradient, only at a surplus, and with an exact adjoint."""
 
 import numpy as np
 import pytest
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import crowding_all, dispersal_all, tensors
+from tests.sim.kernels.law_kernels import particle_shift_all, relative_density_all, tensors
 from tests.sim.kernels.test_water import CELLS, tank_masses
 from zoobench.arrays import Array
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.shifting import PACE, STIRRED
+from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
@@ -19,17 +19,17 @@ H = scenes.SPACING
 SHARE = 0.03
 
 
-def _dispersal(grid: Array, places: Array, J: Array, crowd: Array, pull: Array, width: int) -> tuple[Array, ...]:
+def _particle_shift(grid: Array, places: Array, J: Array, rho: Array, adjoint: Array, width: int) -> tuple[Array, ...]:
     """Shift [cells], then the adjoints of node masses, places, J and density."""
-    given = tensors(64, grid, 0 * grid, places, J, crowd, pull, 0 * pull, 0 * places, 0 * J, 0 * J)
-    dispersal_all(*given, SHARE, 1.0, width)
+    given = tensors(64, grid, 0 * grid, places, J, rho, adjoint, 0 * adjoint, 0 * places, 0 * J, 0 * J)
+    particle_shift_all(*given, SHARE, 1.0, width)
     return tuple(given[n].numpy() for n in (6, 1, 7, 8, 9))
 
 
 def _density(grid: Array, places: Array, width: int) -> Array:
     none = np.zeros(len(places))
     given = tensors(64, grid, 0 * grid, places, none, none, 0 * places)
-    crowding_all(*given, 1.0, 1.0, width)
+    relative_density_all(*given, 1.0, 1.0, width)
     return given[4].numpy()
 
 
@@ -43,16 +43,16 @@ def _stirred(count: int = 200) -> tuple[Array, Array, Array, Array]:
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
 def test_shift_is_down_the_gradient_of_density(width: int) -> None:
-    """As differences of the density itself say, between walls too; to the last bit none where there is no surplus."""
-    grid, places, J, crowd = _stirred()
-    shift = _dispersal(grid, places, J, crowd, 0 * places, width)[0]
-    e, slope = 1e-6, np.empty_like(places)
+    """As differences of the density have it, between walls too; exactly zero without a surplus."""
+    grid, places, J, rho = _stirred()
+    shift = _particle_shift(grid, places, J, rho, 0 * places, width)[0]
+    e, derivative = 1e-6, np.empty_like(places)
     for d in range(3):
         low, high = (_density(grid, places + sign * e * np.eye(3)[d], width) for sign in (-1, 1))
-        slope[:, d] = np.log(high / low) / (2 * e)
-    surplus = np.maximum(crowd * J - 1.0 - STIRRED, 0.0)
+        derivative[:, d] = np.log(high / low) / (2 * e)
+    surplus = np.maximum(rho * J - 1.0 - SHIFTED_SURPLUS, 0.0)
     assert 0.2 < (surplus > 0).mean() < 0.8
-    assert np.abs(shift + PACE * SHARE * surplus[:, None] * slope).max() <= 1e-8
+    assert np.abs(shift + SHIFT_RATE * SHARE * surplus[:, None] * derivative).max() <= 1e-8
     assert not shift[surplus == 0.0].any()
 
 
@@ -61,12 +61,15 @@ def test_adjoint_of_shift_matches_differences(width: int) -> None:
     """By the node masses, the places, J and the density."""
     given = _stirred()
     rng = np.random.default_rng(4)
-    pull = rng.normal(size=given[1].shape)
+    adjoint = rng.normal(size=given[1].shape)
     steps = [rng.uniform(-1.0, 1.0, a.shape) for a in given]
-    back = _dispersal(*given, pull, width)[1:]
+    back = _particle_shift(*given, adjoint, width)[1:]
     e = 1e-6
     low, high = (
-        (_dispersal(*(a + sign * e * step for a, step in zip(given, steps, strict=True)), pull, width)[0] * pull).sum()
+        (
+            _particle_shift(*(a + sign * e * step for a, step in zip(given, steps, strict=True)), adjoint, width)[0]
+            * adjoint
+        ).sum()
         for sign in (-1, 1)
     )
     exact = sum((b * step).sum() for b, step in zip(back, steps, strict=True))
@@ -76,7 +79,7 @@ def test_adjoint_of_shift_matches_differences(width: int) -> None:
 
 
 def test_sheets_in_the_middle_of_cells_come_apart() -> None:
-    """Water drawn together into sheets three cells apart, which pressure cannot part, leaves them in a second."""
+    """Water in sheets three cells apart, which pressure cannot separate, leaves them within a second."""
     places = fill_box(np.zeros(3), H * np.array([6.0, 6.0, 6.0]), H, 8)
     cell, rest = np.divmod(places[:, 1] / H, 3.0)
     places[:, 1] = H * (3.0 * cell + 1.5 + 0.03 * (rest - 1.5))

@@ -1,4 +1,4 @@
-"""The splines' weights: what the transfers rely on."""
+"""The splines' weights and their moments, on which the transfers rely."""
 # ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 import numpy as np
@@ -14,8 +14,8 @@ from zoobench.sim.kernels.splines import (
     QUADRATIC,
     base_node,
     pick,
-    weight_curves,
-    weight_slopes,
+    weight_derivatives,
+    weight_second_derivatives,
     weights,
 )
 
@@ -24,32 +24,32 @@ NODES = 12
 
 @ti.kernel
 def weights_all(
-    grid: Nodes, x: Vectors, first: Scalars, w: Scalars, picked: Scalars, slope: Scalars, curve: Scalars,
+    grid: Nodes, x: Vectors, first: Scalars, w: Scalars, picked: Scalars, derivative: Scalars, second: Scalars,
     width: ti.template(),
 ):  # fmt: skip
-    """First node, weights, the same by `pick`, slopes and curvatures, at places [cells]."""
+    """First node, weights, the same by `pick`, first and second derivatives, at places [cells]."""
     for p in range(x.shape[0]):
         base = base_node(x[p], 1.0, grid, width)
-        found, rise = weights(x[p] - base, width), weight_slopes(x[p] - base, width)
-        bend = weight_curves(x[p] - base, width)
+        found, rise = weights(x[p] - base, width), weight_derivatives(x[p] - base, width)
+        bend = weight_second_derivatives(x[p] - base, width)
         for d in ti.static(range(3)):
             first[p, d] = base[d]
             for i in ti.static(range(width)):
                 w[p, i, d] = found[i, d]
-                slope[p, i, d] = rise[i, d]
-                curve[p, i, d] = bend[i, d]
+                derivative[p, i, d] = rise[i, d]
+                second[p, i, d] = bend[i, d]
             for i in range(width):
                 picked[p, i, d] = pick(found, i, d, width)
 
 
 def _weights(places: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes of the stencil, weights, slopes and curvatures, `[places, width, 3]` each."""
+    """Nodes of the stencil, weights, first and second derivatives, `[places, width, 3]` each."""
     empty = np.zeros((len(places), width, 3))
     given = tensors(64, np.zeros((1, NODES, NODES, NODES, 4)), places, np.zeros_like(places), *[empty] * 4)
     weights_all(*given, width)
-    first, w, picked, slope, curve = (tensor.numpy() for tensor in given[2:])
+    first, w, picked, derivative, second = (tensor.numpy() for tensor in given[2:])
     assert np.array_equal(w, picked)
-    return first[:, None, :] + np.arange(width)[None, :, None], w, slope, curve
+    return first[:, None, :] + np.arange(width)[None, :, None], w, derivative, second
 
 
 def _places() -> np.ndarray:
@@ -81,17 +81,17 @@ def test_moments(width: int) -> None:
 def test_weights_are_the_spline_and_its_derivatives(width: int) -> None:
     """The spline at every node's distance, and its first and, away from its knots, second central differences."""
     places = _places()[20:]
-    nodes, w, slope, curve = _weights(places, width)
+    nodes, w, derivative, second = _weights(places, width)
     arm = places[:, None, :] - nodes
     assert np.abs(w - spline(arm, width)).max() <= 1e-15
     e = 1e-6
     difference = (spline(arm + e, width) - spline(arm - e, width)) / (2 * e)
-    assert np.abs(slope - difference).max() <= 1e-6
+    assert np.abs(derivative - difference).max() <= 1e-6
     e = 1e-4
     difference = (spline(arm + e, width) - 2.0 * spline(arm, width) + spline(arm - e, width)) / e**2
     smooth = np.abs(2.0 * arm - np.round(2.0 * arm)) > 2.0 * e
     assert smooth.mean() > 0.99
-    assert np.abs(curve - difference)[smooth].max() <= 1e-6
+    assert np.abs(second - difference)[smooth].max() <= 1e-6
 
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])

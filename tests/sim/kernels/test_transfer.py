@@ -1,4 +1,4 @@
-"""The six combinations of transfer and kernel: what each keeps, how much each damps, and their exact gradients."""
+"""The six combinations of transfer and kernel: their conserved quantities, dissipation and gradients."""
 # ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 import math

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import crowding_all, tensors, water_ratio_all
+from tests.sim.kernels.law_kernels import relative_density_all, tensors, water_ratio_all
 from tests.sim.kernels.splines_numpy import spline
 from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.lattice import fill_box, particle_volume
-from zoobench.sim.model.matter import CROWDED, LARGEST_RATIO, SMALLEST_RATIO, ElasticMaterial, WaterMaterial
+from zoobench.sim.model.matter import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, ElasticMaterial, WaterMaterial
 from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.solver import Solver
 
@@ -23,13 +23,13 @@ Four = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def _states(count: int = 3000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """J, growth and crowd in every branch of the law."""
+    """J, growth and relative density in every branch of the law."""
     rng = np.random.default_rng(1)
     return rng.uniform(0.85, 1.1, count), rng.uniform(0.95, 1.05, count), rng.uniform(0.3, 3.0, count)
 
 
-def _ratio(J: np.ndarray, growth: np.ndarray, crowd: np.ndarray, pull: np.ndarray, precision: int = 64) -> Four:
-    given = tensors(precision, J, growth, crowd, pull, 0 * J, 0 * J, 0 * J, 0 * J)
+def _ratio(J: np.ndarray, growth: np.ndarray, rho: np.ndarray, adjoint: np.ndarray, precision: int = 64) -> Four:
+    given = tensors(precision, J, growth, rho, adjoint, 0 * J, 0 * J, 0 * J, 0 * J)
     water_ratio_all(*given, SHARE)
     after, *back = (tensor.double().numpy() for tensor in given[4:])
     return after, back[0], back[1], back[2]
@@ -37,39 +37,39 @@ def _ratio(J: np.ndarray, growth: np.ndarray, crowd: np.ndarray, pull: np.ndarra
 
 @pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-15), (32, 5e-7)])
 def test_ratio_agrees_with_its_twin(precision: int, tolerance: float) -> None:
-    """In spray, in a crowd, and where J already stands at a bound."""
+    """In spray, at a surplus of density, and where J is at a bound."""
     kind = np.float64 if precision == 64 else np.float32
-    J, growth, crowd = (a.astype(kind).astype(float) for a in _states())
-    found = _ratio(J, growth, crowd, J, precision)[0]
-    assert np.abs(found - twins.water_ratio(J, growth, crowd, SHARE)).max() <= tolerance
+    J, growth, rho = (a.astype(kind).astype(float) for a in _states())
+    found = _ratio(J, growth, rho, J, precision)[0]
+    assert np.abs(found - twins.water_ratio(J, growth, rho, SHARE)).max() <= tolerance
 
 
 def test_adjoint_of_ratio_matches_differences() -> None:
     """By J, by the increment and by the density, away from the bounds themselves."""
     given, e = _states(), 1e-7
     rng = np.random.default_rng(2)
-    pull = rng.normal(size=len(given[0]))
-    steps = [rng.uniform(-1, 1, len(pull)) for _ in given]
-    back = _ratio(*given, pull)[1:]
+    adjoint = rng.normal(size=len(given[0]))
+    steps = [rng.uniform(-1, 1, len(adjoint)) for _ in given]
+    back = _ratio(*given, adjoint)[1:]
     exact = sum(b * step for b, step in zip(back, steps, strict=True))
     low, high = (
         twins.water_ratio(*(a + sign * e * step for a, step in zip(given, steps, strict=True)), SHARE)
         for sign in (-1, 1)
     )
-    wrong = np.abs(pull * (high - low) / (2 * e) - exact) > 1e-7
+    wrong = np.abs(adjoint * (high - low) / (2 * e) - exact) > 1e-7
     assert wrong.mean() <= 1e-3  # those with a bound between the two
     assert all((np.abs(b) > 0).any() for b in back)
 
 
-def test_ratio_without_a_crowd_follows_the_flow() -> None:
+def test_ratio_without_a_surplus_follows_the_flow() -> None:
     """Bit for bit J det(I + dt C) wherever J is below 1 and the density no more than a fifth too high."""
-    J, growth, crowd = _states()
-    plain = (J * growth < 1.0) & (J * crowd < 1.0 + CROWDED)
+    J, growth, rho = _states()
+    plain = (J * growth < 1.0) & (J * rho < 1.0 + TOLERATED_SURPLUS)
     assert 100 < plain.sum() < 0.9 * len(J)
-    after = _ratio(J, growth, crowd, J)[0]
+    after = _ratio(J, growth, rho, J)[0]
     assert np.array_equal(after[plain], (J * growth)[plain])
     assert after.max() <= LARGEST_RATIO
-    assert (after[crowd > 1.0] <= 1.0).all()
+    assert (after[rho > 1.0] <= 1.0).all()
     assert (after >= np.minimum(J * growth, SMALLEST_RATIO)).all()
 
 
@@ -87,12 +87,12 @@ def tank_masses(places: np.ndarray, width: int) -> np.ndarray:
     return grid
 
 
-def _crowding(
-    grid: np.ndarray, places: np.ndarray, pull: np.ndarray, width: int
+def _relative_density(
+    grid: np.ndarray, places: np.ndarray, adjoint: np.ndarray, width: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Density at places [cells], and adjoints of node masses and places."""
-    given = tensors(64, grid, 0 * grid, places, pull, 0 * pull, 0 * places)
-    crowding_all(*given, 1.0, 1.0, width)
+    given = tensors(64, grid, 0 * grid, places, adjoint, 0 * adjoint, 0 * places)
+    relative_density_all(*given, 1.0, 1.0, width)
     return given[4].numpy(), given[1].numpy(), given[5].numpy()
 
 
@@ -100,8 +100,8 @@ def _crowding(
 def test_density_of_a_full_tank_is_that_at_rest_up_to_its_walls(width: int, bound: float) -> None:
     """Within 0.43 % for each of the walls that cut the stencil, as far as a lattice differs from a continuum."""
     places = fill_box(np.zeros(3), np.full(3, float(CELLS)), 1.0, 8) + WALL_NODES
-    crowd, _, _ = _crowding(tank_masses(places, width), places, np.ones(len(places)), width)
-    assert np.abs(crowd - 1.0).max() <= (1.0 + bound) ** 3 - 1.0
+    rho, _, _ = _relative_density(tank_masses(places, width), places, np.ones(len(places)), width)
+    assert np.abs(rho - 1.0).max() <= (1.0 + bound) ** 3 - 1.0
 
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
@@ -110,16 +110,18 @@ def test_adjoint_of_density_matches_differences(width: int) -> None:
     rng = np.random.default_rng(3)
     places = rng.uniform(-0.3, CELLS + 0.3, (200, 3)) + WALL_NODES
     grid = tank_masses(places, width) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
-    pull, step, change = rng.normal(size=200), rng.normal(size=places.shape), rng.normal(size=grid.shape)
-    _, grid_back, back = _crowding(grid, places, pull, width)
+    adjoint, step, change = rng.normal(size=200), rng.normal(size=places.shape), rng.normal(size=grid.shape)
+    _, grid_adjoint, back = _relative_density(grid, places, adjoint, width)
     e = 1e-6
-    values = [_crowding(grid + s * e * change, places + s * e * step, pull, width)[0] @ pull for s in (-1, 1)]
-    exact = (back * step).sum() + (grid_back * change).sum()
+    values = [
+        _relative_density(grid + s * e * change, places + s * e * step, adjoint, width)[0] @ adjoint for s in (-1, 1)
+    ]
+    exact = (back * step).sum() + (grid_adjoint * change).sum()
     assert (values[1] - values[0]) / (2 * e) == pytest.approx(exact, rel=1e-7)
-    assert not grid_back[..., :3].any()
+    assert not grid_adjoint[..., :3].any()
 
 
-def _crowded_scene() -> Scene:
+def _dense_scene() -> Scene:
     """The muscle cube on water that has twice as many particles as its volume allows for, some of them sprayed up."""
     scene = scenes.medium_scene("water")
     assert scene.medium is not None
@@ -132,13 +134,13 @@ def _crowded_scene() -> Scene:
 
 @pytest.fixture(scope="module")
 def probed() -> Probe:
-    """A few frames in the crowd."""
-    return Probe(_crowded_scene(), 3)
+    """A few frames in dense water."""
+    return Probe(_dense_scene(), 3)
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_gradient_through_a_crowd_matches_central_differences(probed: Probe, name: str) -> None:
-    """In every parameter group while the correction presses the crowd apart."""
+def test_gradient_through_dense_water_matches_central_differences(probed: Probe, name: str) -> None:
+    """In every parameter group while the correction is active."""
     gradient = probed.gradient()
     direction = np.random.default_rng(7).uniform(-1.0, 1.0, probed.base[name].shape)
     exact = float((getattr(gradient, name) * direction).sum())
@@ -182,20 +184,20 @@ def test_water_keeps_its_level_after_a_slosh() -> None:
     assert _height(solver) == pytest.approx(180 / 54, abs=0.1)
 
 
-def test_a_crowd_presses_itself_apart() -> None:
-    """Two particles in every place, neither compressed by its own account, take the room of both but for the surplus
-    that is let be, within two seconds."""
+def test_dense_water_expands() -> None:
+    """Two particles in every place, both with J = 1, take the volume of both but for the tolerated surplus within two
+    seconds."""
     solver = _tank((6, 4, 6), (6, 16, 6), copies=2)
     solver.reset()
     begin = _height(solver)
     solver.substeps(round(2.0 / solver.dt))
     assert begin == pytest.approx(4.0, rel=1e-3)
-    # J times the density over that at rest may stay at 1 + CROWDED
-    assert _height(solver) >= 8.0 * float(solver.matter.history.mean()) / (1.0 + CROWDED)
+    # J times the density over that at rest may stay at 1 + TOLERATED_SURPLUS
+    assert _height(solver) >= 8.0 * float(solver.matter.history.mean()) / (1.0 + TOLERATED_SURPLUS)
 
 
 def test_correction_does_not_depend_on_the_step() -> None:
-    """After 10 ms J of a crowd is the same with steps half as long, to a few per cent of its fall."""
+    """After 10 ms J of dense water is the same with steps half as long, to a few per cent of its fall."""
     falls = []
     for halves in (1, 2):
         solver = _tank((6, 4, 6), (6, 16, 6), copies=2)

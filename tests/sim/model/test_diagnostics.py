@@ -127,7 +127,7 @@ def test_muscles_far_beyond_the_step_limit_diverge_in_the_frame_that_breaks(monk
 
 
 def test_nan_is_found_in_the_frame_that_makes_it() -> None:
-    """Tension beyond all numbers turns the state into NaN; the stored path has none."""
+    """A tension that overflows turns the state into NaN; the stored trajectory has none."""
     scene = scenes.flight_scene()
     solver = Solver(scene, scenes.steady(scene), worlds=2)
     membership = np.repeat(scene.robot.muscle_membership[None], 2, axis=0)
@@ -182,14 +182,14 @@ def test_divergence_error_speaks_for_its_divergence() -> None:
 
 
 def test_one_strained_particle_does_not_tear_a_robot() -> None:
-    """Its F alone says nothing of gaps: the neighbours are where they were."""
+    """Its F alone is no sign of a gap: its neighbours have not moved."""
     scene = _scene(scenes.thrown_body(np.zeros(3)))
     fidelity = scenes.steady(scene, frame_seconds=FRAME)
     start = Solver(scene, fidelity, frame_seconds=FRAME).matter.copy_slot(0)
     start.F[0, 0, 0] = torch.diag(torch.tensor([3.0, 0.6, 0.6], dtype=start.F.dtype))
     solver = Solver(scene, fidelity, frame_seconds=FRAME, start=start)
     rollout = solver.run(np.zeros((1, 1, solver.muscle_count)))
-    assert Diagnostics(solver).look()[0].stretch > 2.0
+    assert Diagnostics(solver.simulation).survey()[0].stretch > 2.0
     assert not rollout.tears
 
 

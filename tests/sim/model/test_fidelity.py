@@ -1,4 +1,4 @@
-"""What a fidelity refuses."""
+"""Settings that a fidelity refuses."""
 
 import pytest
 

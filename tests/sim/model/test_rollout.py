@@ -49,7 +49,7 @@ def _energy(solver: Solver) -> float:
 
 
 def test_the_muscles_work_becomes_the_bodys_energy() -> None:
-    """Nothing else does work on it: what is missing is the transfer's dissipation, which halves with the grid."""
+    """Nothing else does work on it: the difference is the transfer's dissipation, which halves with the grid."""
     missing = []
     for spacing in (1 / 32, 1 / 64):
         solver, rollout = _swimming_bar(spacing)

@@ -1,4 +1,4 @@
-"""What a scene refuses, and the effects that follow from it."""
+"""Scenes that are refused, and the effects that follow from a scene."""
 
 from dataclasses import replace
 
@@ -124,7 +124,7 @@ def test_effects_follow_from_the_scene() -> None:
     ],
 )
 def test_effects_of_a_medium_are_its_laws(name: str, own: set[Effect]) -> None:
-    """Plasticity of the solids, fluid of what flows; mud is both."""
+    """Plasticity for solids, fluid for water; mud is both."""
     common = {Effect.ELASTICITY, Effect.MUSCLE, Effect.FRICTION}
     assert scenes.medium_scene(name).effects == common | own
 

@@ -56,7 +56,7 @@ def test_initial_state_is_that_of_the_scene() -> None:
 
 
 def test_slots_are_copied_out_and_in() -> None:
-    """A checkpoint is a copy: later changes do not reach it, and it comes back as it was."""
+    """A checkpoint is a copy: later changes do not reach it, and it is restored unchanged."""
     matter = Matter.zeros(3, 2, 4, 5, 5, torch.float64, "cpu")
     for tensor in matter.tensors():
         tensor[1] = 7

@@ -1,4 +1,4 @@
-"""The step: its formula, the whole number of substeps and what is refused."""
+"""The step: its formula, the whole number of substeps and the steps that are refused."""
 
 from dataclasses import replace
 from typing import get_args
@@ -39,7 +39,7 @@ def test_limit_is_that_of_the_isolated_particle() -> None:
 
 @pytest.mark.parametrize("name", scenes.MEDIA)
 def test_stiffness_of_a_medium_is_that_of_its_law(name: str) -> None:
-    """kappa is the slope of the stress by an equal strain in all directions, at the stiffest state meant."""
+    """kappa is the derivative of the stress by an equal strain in all directions, at the stiffest intended state."""
     material, at, plastic = scenes.MEDIA[name], -1e-6, 1.0
     if isinstance(material, SnowMaterial):
         at, plastic = np.log(1 + material.critical_stretch), SMALLEST_PLASTIC
@@ -68,7 +68,7 @@ def test_bounds_of_the_design_count_not_only_its_present_state() -> None:
 
 @pytest.mark.parametrize("courant", [0.1, 0.37, 0.5, 0.9])
 def test_frame_is_a_whole_number_of_substeps(courant: float) -> None:
-    """The step divides the frame, stays at or below what was asked for, and one substep less would not."""
+    """The step divides the frame, is at most the requested one, and with one substep less it would not be."""
     limit = choose_step(scenes.medium_scene(), scenes.fidelity(courant=courant), 0.008)
     n = limit.substeps_per_frame
     assert limit.dt * n == pytest.approx(0.008, rel=1e-14)
@@ -117,7 +117,7 @@ def test_isolated_particle_stays_bounded_near_the_limit() -> None:
     largest = []
     for _ in range(50):
         solver.substeps(100, 0.9 * dt_iso)
-        largest.append(float((solver.matter.F[0, 0, 0] - solver.tensor(np.eye(3))).norm()))
+        largest.append(float((solver.matter.F[0, 0, 0] - solver.simulation.tensor(np.eye(3))).norm()))
     # symplectic Euler swings at omega = 2 / dt_iso with the amplitude of its first speed over sqrt(1 - 0.9^2)
     assert 0 < max(largest) < 1.02 * rate * dt_iso / 2 / np.sqrt(1 - 0.9**2)
 
@@ -128,7 +128,7 @@ def test_isolated_particle_beyond_the_limit_grows() -> None:
     solver.reset()
     solver.substeps(500, 1.05 * solver.current_limit()[0].dt_iso)
     F = solver.matter.F[0, 0, 0]
-    assert not float((F - solver.tensor(np.eye(3))).norm()) < 1.0
+    assert not float((F - solver.simulation.tensor(np.eye(3))).norm()) < 1.0
 
 
 def test_limit_by_kernel_and_transfer() -> None:
@@ -155,7 +155,7 @@ def test_limit_is_sharp(transfer: Transfer, kernel: Kernel, viscosity: float) ->
     for share in (0.98, 1.02):
         solver.reset()
         solver.matter.C.zero_()
-        solver.matter.F[0, 0, 0] += solver.tensor(stretch)
+        solver.matter.F[0, 0, 0] += solver.simulation.tensor(stretch)
         solver.substeps(400, share * solver.current_limit()[0].dt_iso)
         found = solver.matter.F[0, 0, 0].numpy() - np.eye(3)
         growth.append(float(np.linalg.norm(found) / np.linalg.norm(stretch)))

@@ -88,7 +88,7 @@ def test_gradient_on_hills_matches_central_differences() -> None:
     solver = Solver(scene, scenes.fidelity(), gradients=True)
     weights, actuation = scenes.path_weights(solver, frames), scenes.actuation(solver, frames)
     rollout = solver.run(actuation)
-    slope = solver.backward(rollout, *weights).actuation
+    gradient = solver.backward(rollout, *weights).actuation
     direction = np.random.default_rng(3).uniform(-1.0, 1.0, actuation.shape)
     errors = []
     for e in (1e-4, 1e-5, 1e-6):
@@ -99,7 +99,7 @@ def test_gradient_on_hills_matches_central_differences() -> None:
                 ((path.positions - rollout.positions) * weights[0]).sum() + (path.velocities * weights[1]).sum()
             )
         difference = (value[0] - value[1]) / (2 * e)
-        errors.append(abs(difference - (slope * direction).sum()) / abs(difference))
+        errors.append(abs(difference - (gradient * direction).sum()) / abs(difference))
     assert min(errors) < 1e-5
     # the body touches the hills, else this says nothing about them
     assert rollout.velocities[-1, 0, :, 1].mean() > -0.8 * 9.81 * 0.008 * frames

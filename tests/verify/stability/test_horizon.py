@@ -6,7 +6,7 @@ import torch
 
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
-from zoobench.sim.solver import Solver
+from zoobench.sim.simulation import Simulation
 from zoobench.verify.stability.base import Probe
 from zoobench.verify.stability.horizon import WholePath, judge, measure, walker, wave
 
@@ -43,14 +43,14 @@ def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest
 @pytest.mark.slow
 def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """In mid-air, where the whole difference counts."""
-    set_tension = Solver.set_tension
+    set_tension = Simulation.set_tension
 
-    def wrong(solver: Solver, *where: object) -> None:
-        set_tension(solver, *where)  # type: ignore[arg-type]
-        if solver.fidelity.precision == 32:
-            solver.parameters.tension *= 1.01
+    def wrong(simulation: Simulation, *where: object) -> None:
+        set_tension(simulation, *where)  # type: ignore[arg-type]
+        if simulation.fidelity.precision == 32:
+            simulation.parameters.tension *= 1.01
 
-    monkeypatch.setattr(Solver, "set_tension", wrong)
+    monkeypatch.setattr(Simulation, "set_tension", wrong)
     assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
 
 

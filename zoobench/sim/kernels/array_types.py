@@ -1,8 +1,8 @@
-"""How kernels name the tensors that they take."""
+"""Types of the tensors that kernels take."""
 
 import taichi as ti
 
-# The element type says only what an element's shape is: Taichi takes the precision from the tensor that is passed.
+# `float` here gives only the shape of an element: Taichi takes the precision from the tensor that is passed.
 Scalars = ti.types.ndarray()
 Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
 Matrices = ti.types.ndarray(dtype=ti.types.matrix(3, 3, float))

@@ -4,28 +4,31 @@ The wall planes run through the nodes `WALL_NODES` from the grid's edge: those n
 that the wall seen by matter lies at that node up to a first-order error. The ground is such a plane, or a height field:
 then every node at or below the field is constrained along the field's normal, exact to the nearest node.
 
-Where there is a fluid, walls and level ground are `tight`: `press` gives them the pressure on all the nodes that a
-spline cut off by them reaches. Otherwise a fluid at rest finds no equilibrium near them, and circulates for ever.
+Where there is a fluid, walls and level ground are `tight`: `press` exerts their pressure on all the nodes that a spline
+cut off by them reaches. Otherwise a fluid at rest finds no equilibrium near them, and circulates for ever.
 
-`ground` says at compile time what there is: NONE, or a PLANE or TERRAIN with Coulomb friction. The terrain is given by
-node columns `[nx, nz]`: height above the grid's first node [cells], and unit normal.
+`ground` selects at compile time: NONE, or a PLANE or TERRAIN with Coulomb friction. The terrain is given by node
+columns `[nx, nz]`: height above the grid's first node [cells], and unit normal.
 """
 
 import taichi as ti
 
-WALL_NODES = 3  # the stencil of a particle on the wall reaches two nodes past it
+WALL_NODES = 3
+"""Nodes between the grid's edge and the wall planes: the stencil of a particle on a wall reaches two nodes past it."""
 
 NONE, PLANE, TERRAIN = 0, 1, 2
 
 
 @ti.func
 def coulomb(v, normal, friction):
-    """Node velocity after frictional contact with a surface below; a separating node (v . n >= 0) is free."""
+    """Node velocity after Coulomb friction with a surface below; a separating node (v . n >= 0) is free."""
     u = v
     approach = v.dot(normal)
     if approach < 0.0:
         along = v - approach * normal
         speed = along.norm()
+        # the impulse that stops the approach, -m v.n, allows a tangential one of up to friction times it: the node
+        # slides with what is left of its speed, or sticks (Stomakhin et al. 2013)
         keep = 0.0
         if speed > -friction * approach:
             keep = 1.0 + friction * approach / speed
@@ -34,26 +37,27 @@ def coulomb(v, normal, friction):
 
 
 @ti.func
-def coulomb_adjoint(v, adjoint, normal, friction):
+def coulomb_adjoint(v, u_adjoint, normal, friction):
     """Adjoint of `coulomb` at the velocity v before contact."""
-    pull = adjoint
+    v_adjoint = u_adjoint
     approach = v.dot(normal)
     if approach < 0.0:
         along = v - approach * normal
         speed = along.norm()
-        pull = 0.0 * adjoint
+        v_adjoint = 0.0 * u_adjoint  # a sticking node rests whatever its velocity was
         if speed > -friction * approach:
             keep = 1.0 + friction * approach / speed
-            work = along.dot(adjoint) / speed
+            # u = along + friction (v.n) along / |along|: by the direction of sliding, then by the approach
+            work = along.dot(u_adjoint) / speed
             turn = friction * approach * work / (speed * speed)
-            slide = keep * adjoint - turn * along
-            pull = slide + (friction * work - slide.dot(normal)) * normal
-    return pull
+            slide = keep * u_adjoint - turn * along
+            v_adjoint = slide + (friction * work - slide.dot(normal)) * normal
+    return v_adjoint
 
 
 @ti.func
 def surface(terrain: ti.template(), index, ground: ti.template()):
-    """Whether a node lies at or below the ground, and the ground's unit normal there."""
+    """True for a node at or below the ground, and the ground's unit normal there."""
     below, normal = index[1] <= WALL_NODES, ti.Vector([0.0, 1.0, 0.0])
     if ti.static(ground == TERRAIN):
         column = terrain[index[0], index[2]]
@@ -65,7 +69,7 @@ def surface(terrain: ti.template(), index, ground: ti.template()):
 
 @ti.func
 def hits_wall(v, index, count, d: ti.template(), ground: ti.template()):
-    """Whether a wall stops the node's velocity in direction d; the ground is not a wall."""
+    """True if a wall stops the node's velocity in direction d; the ground is not a wall."""
     low = index <= WALL_NODES and v < 0.0
     if ti.static(ground == PLANE and d == 1):
         low = False
@@ -89,7 +93,7 @@ def behind_wall(index, count, d: ti.template(), ground: ti.template()):
 def contact(v, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template()):
     """Node velocity after ground and walls. `index` and `shape` are the node's and the grid's, `[3]`.
 
-    Where walls are `tight` the velocity of the first nodes behind them, along their normal, is left to `press`.
+    Where walls are `tight`, `press` sets the normal velocity of the first nodes behind them.
     """
     u = v
     if ti.static(ground != NONE):
@@ -109,7 +113,7 @@ def contact(v, index, shape, friction, terrain: ti.template(), ground: ti.templa
 
 @ti.func
 def contact_adjoint(
-    v, adjoint, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template()
+    v, u_adjoint, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template()
 ):  # fmt: skip
     """Adjoint of `contact` at the velocity v before it."""
     below, normal = False, 0.0 * v
@@ -118,30 +122,31 @@ def contact_adjoint(
         below, normal = surface(terrain, index, ground)
         if below:
             u = coulomb(v, normal, friction)
-    pull, passed = adjoint, 0.0 * adjoint
+    v_adjoint, free_adjoint = u_adjoint, 0.0 * u_adjoint
     for d in ti.static(range(3)):
         if ti.static(tight):
             if behind_wall(index[d], shape[d], d, ground) != 0:
-                passed[d] = adjoint[d]
-                pull[d] = 0.0
+                # this component by-passes friction: u[d] = v[d]
+                free_adjoint[d] = u_adjoint[d]
+                v_adjoint[d] = 0.0
             elif hits_wall(u[d], index[d], shape[d], d, ground):
-                pull[d] = 0.0
+                v_adjoint[d] = 0.0
         elif hits_wall(u[d], index[d], shape[d], d, ground):
-            pull[d] = 0.0
+            v_adjoint[d] = 0.0
     if ti.static(ground != NONE):
         if below:
-            pull = coulomb_adjoint(v, pull, normal, friction)
-    return pull + passed
+            v_adjoint = coulomb_adjoint(v, v_adjoint, normal, friction)
+    return v_adjoint + free_adjoint
 
 
 @ti.func
 def press(behind, before, mass_behind, mass_before):
-    """Velocities into the room of the nodes one behind and one before a wall, after it has pressed them apart.
+    """Normal velocities, positive into the arena, of the nodes one behind and one before a wall after its pressure.
 
-    A spline that a wall cuts off misses its matter behind it, whose pressure would hold the node before the wall back.
-    The wall stands for it: the least impulse, the same on both, by which behind + before >= 0, so that the velocity in
-    its plane is nowhere into it. Pressed matter then moves as if it met its mirror image, which is exact for a fluid
-    at rest; where it would part from the wall nothing is done.
+    A spline that a wall cuts off lacks the matter behind it, whose pressure would hold back the node before the wall.
+    The wall replaces it by the least impulse, the same on both nodes, by which behind + before >= 0: then the velocity
+    interpolated in its plane is nowhere into it. Matter moves as if it met its mirror image, which is exact for a fluid
+    at rest; nothing is done where it separates from the wall.
     """
     u_behind, u_before = behind, before
     if behind + before < 0.0:
@@ -154,17 +159,17 @@ def press(behind, before, mass_behind, mass_before):
 
 
 @ti.func
-def press_adjoint(behind, after_behind, after_before, mass_behind, mass_before, pull_behind, pull_before):
-    """Adjoint of `press`: pulls on (behind, before, mass_behind, mass_before), from what it gave.
+def press_adjoint(behind, after_behind, after_before, mass_behind, mass_before, behind_adjoint, before_adjoint):
+    """Adjoint of `press` by (behind, before, mass_behind, mass_before), from its results.
 
-    Nodes that were pressed are known by velocities that are opposite to the last bit.
+    A pair that was pressed is recognised by velocities that are exactly opposite.
     """
-    back = ti.Vector([pull_behind, pull_before, 0.0 * behind, 0.0 * behind])
+    adjoints = ti.Vector([behind_adjoint, before_adjoint, 0.0 * behind, 0.0 * behind])
     if after_behind + after_before == 0.0:
-        back[0], back[1] = 0.0, 0.0
+        adjoints[0], adjoints[1] = 0.0, 0.0
         if mass_before > 0.0:
-            share = (pull_before - pull_behind) / (mass_behind + mass_before)
+            share = (before_adjoint - behind_adjoint) / (mass_behind + mass_before)
             change = share * (behind + after_before)
-            back[0], back[1] = -share * mass_behind, share * mass_before
-            back[2], back[3] = -change, change * mass_behind / mass_before
-    return back
+            adjoints[0], adjoints[1] = -share * mass_behind, share * mass_before
+            adjoints[2], adjoints[3] = -change, change * mass_behind / mass_before
+    return adjoints

@@ -1,51 +1,55 @@
-"""Constitutive laws as pure functions for kernels, with their adjoints. `materials_numpy` holds their twins.
+"""Constitutive laws of the robot as pure functions for kernels, with their adjoints; NumPy twins in `laws_numpy`.
 
-Stresses are Kirchhoff stresses tau = J sigma [Pa]. Isotropic functions of a tensor are differentiated as such, by
-divided differences of their principal values, never through the factors of a decomposition: those have no derivative
-where principal values meet, which is the state of rest.
+Stresses are Kirchhoff stresses tau = J sigma [Pa]. An adjoint takes the adjoint of the stress, symmetric, and returns
+those of the law's arguments.
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.linalg import cofactor, identity, matmul, matvec, outer
 
-SMALLEST_J = 0.05  # below it log J is held; the survey counts the particles that are
+SMALLEST_J = 0.05
+"""J below which log J is held, so that an inverted particle does not make everything NaN; the survey counts them."""
 
 
 @ti.func
 def neo_hookean(F, mu, lam):
-    """tau = mu (F F^T - I) + lambda log(J) I; zero at rest."""
+    """tau = mu (F F^T - I) + lambda log(J) I, zero at rest: neo-Hookean (Bonet and Wood 2008, sec. 6.4.3)."""
     log_j = ti.log(ti.max(F.determinant(), SMALLEST_J))
     return mu * matmul(F, F.transpose()) + (lam * log_j - mu) * identity()
 
 
 @ti.func
-def neo_hookean_adjoint(F, pull, mu, lam):
-    """Adjoint of `neo_hookean` with respect to F for the stress adjoint `pull` (symmetric)."""
+def neo_hookean_adjoint(F, tau_adjoint, mu, lam):
+    """Adjoint of `neo_hookean` by F."""
     J = F.determinant()
-    volumetric = 0.0
+    volumetric = 0.0  # while log J is held its derivative is zero
     if J > SMALLEST_J:
-        volumetric = lam * pull.trace() / J
-    return (2.0 * mu) * matmul(pull, F) + volumetric * cofactor(F)
+        volumetric = lam * tau_adjoint.trace() / J
+    # d(F F^T) gives (A + A^T) F = 2 A F for a symmetric A; d log J = F^-T = cof(F) / J
+    return (2.0 * mu) * matmul(tau_adjoint, F) + volumetric * cofactor(F)
 
 
 @ti.func
 def fibre_stress(F, tension, fibre):
-    """Active stress tension (F d)(F d)^T along the unit rest direction d; tension [Pa] is strength times actuation."""
+    """Active stress tension (F d)(F d)^T along the unit rest direction d.
+
+    The tension [Pa] is muscle strength times actuation, and may be negative: a muscle can push.
+    """
     stretched = matvec(F, fibre)
     return tension * outer(stretched, stretched)
 
 
 @ti.func
-def fibre_stress_adjoint(F, pull, tension, fibre):
-    """Adjoints of `fibre_stress` with respect to F, the tension and the fibre, for a symmetric `pull`."""
+def fibre_stress_adjoint(F, tau_adjoint, tension, fibre):
+    """Adjoint of `fibre_stress` by F, the tension and the fibre."""
     stretched = matvec(F, fibre)
-    pulled = matvec(pull, stretched)
-    stretched_adjoint = (2.0 * tension) * pulled
-    return outer(stretched_adjoint, fibre), stretched.dot(pulled), matvec(F.transpose(), stretched_adjoint)
+    turned = matvec(tau_adjoint, stretched)
+    stretched_adjoint = (2.0 * tension) * turned
+    return outer(stretched_adjoint, fibre), stretched.dot(turned), matvec(F.transpose(), stretched_adjoint)
 
 
 @ti.func
 def viscous(C, eta):
-    """Viscous stress 2 eta D of the velocity gradient C, D its symmetric part (Kelvin-Voigt); it is its own adjoint."""
+    """Kelvin-Voigt stress 2 eta D, D the symmetric part of the velocity gradient C [1/s]; it is its own adjoint."""
     return eta * (C + C.transpose())

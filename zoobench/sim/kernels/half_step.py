@@ -1,4 +1,4 @@
-"""The first half of a substep alone: what the nodes hold before gravity and contact, for those who keep accounts."""
+"""The first half of a substep alone: the nodes' momentum before gravity and contact, for energy balances."""
 
 import taichi as ti
 

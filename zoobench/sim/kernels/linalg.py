@@ -1,12 +1,13 @@
 """Small dense algebra for kernels, written out by element.
 
-Taichi's own `@` compiles several times slower when it is unrolled, and its `sym_eig` is wrong by 3e-2 near equal
-eigenvalues, which is where sand lives.
+Taichi's own `@` compiles several times slower when it is unrolled, and its `sym_eig` has errors of 3e-2 near equal
+eigenvalues, which are the usual ones of sand: its elastic strains are small.
 """
 
 import taichi as ti
 
-LARGEST_SWEEPS = 8  # convergence is quadratic: two or three are usual, five are enough for strains of order one
+LARGEST_SWEEPS = 8
+"""Sweeps of Jacobi rotations; convergence is quadratic, so that two or three are usual and five do for strains of 1."""
 
 
 @ti.func
@@ -47,7 +48,7 @@ def assemble(frame, values):
 
 @ti.func
 def cofactor(a):
-    """cof(a) = det(a) a^-T, finite for singular a."""
+    """cof(a) = det(a) a^-T, the derivative of det(a) (Jacobi's formula), finite for singular a."""
     c0, c1, c2 = column(a, 0), column(a, 1), column(a, 2)
     return ti.Matrix.cols([c1.cross(c2), c2.cross(c0), c0.cross(c1)])
 
@@ -57,6 +58,7 @@ def _rotate(a, u, p: ti.template(), q: ti.template(), r: ti.template()):
     """One Jacobi rotation that annihilates a_pq; r is the third index."""
     apq = a[p, q]
     if apq != 0.0:
+        # t = tan of the smaller angle that annihilates a_pq, without cancellation (Golub and Van Loan, 8.5)
         theta = (a[q, q] - a[p, p]) / (2.0 * apq)
         t = 1.0 / (ti.abs(theta) + ti.sqrt(theta * theta + 1.0))
         if theta < 0.0:
@@ -66,6 +68,7 @@ def _rotate(a, u, p: ti.template(), q: ti.template(), r: ti.template()):
         a[p, p] -= t * apq
         a[q, q] += t * apq
         a[p, q] = 0.0
+        # rows and columns p and q of the third index, in the upper triangle alone
         arp, arq = a[r, p], a[r, q]
         if ti.static(r < p):
             arp, arq = a[r, p], a[r, q]
@@ -95,7 +98,7 @@ def eigen_symmetric(a):
     u = identity()
     trace = a.trace()
     sweep = 0
-    # negligible means: lost when added to the trace, in whichever precision this is
+    # converged when the off-diagonal is lost in rounding beside the trace, in either precision; b is positive definite
     while sweep < LARGEST_SWEEPS and trace + ti.abs(a[0, 1]) + ti.abs(a[0, 2]) + ti.abs(a[1, 2]) > trace:
         a, u = _rotate(a, u, 0, 1, 2)
         a, u = _rotate(a, u, 0, 2, 1)
@@ -106,7 +109,10 @@ def eigen_symmetric(a):
 
 @ti.func
 def sinhc(x):
-    """sinh(x) / x, 1 at 0; the series below 0.1 is exact to 1e-16 relative."""
+    """sinh(x) / x, 1 at 0.
+
+    Below 0.1 by its Taylor series to x^8, which is exact to 1e-16 relative; the quotient would cancel.
+    """
     square = x * x
     value = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
     if ti.abs(x) > 0.1:

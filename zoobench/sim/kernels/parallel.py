@@ -1,6 +1,6 @@
-"""The substep and its reverse for many threads (CUDA): one substep of all worlds at once, each in its slab of the grid.
+"""The substep and its adjoint for many threads (CUDA): one substep of all worlds at once, each in its slab of the grid.
 
-Arrays are those of `kernels`. The adds are atomic, so that the last bits change from run to run.
+Arrays are those of `serial`. The sums are atomic, so that results differ in the last bits from run to run.
 """
 
 import taichi as ti
@@ -23,7 +23,7 @@ from zoobench.sim.kernels.transfer import AFLIP
 
 @ti.func
 def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
-    """Whether a node lies in the window of world w, `ahead` slots after its first."""
+    """True if a node lies in the window of world w, `ahead` slots after its first."""
     s = plan[w, 0] + ahead
     inside = window[s, w, 0] <= i and i < window[s, w, 3]
     inside = inside and window[s, w, 1] <= j and j < window[s, w, 4]
@@ -59,14 +59,15 @@ def advance_parallel(
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-            push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid, w, i, j, k, push, mu_ground, terrain, ground, law)
+            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node(grid, grid, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node(before, before, w, i, j, k)
     if ti.static(law == WATER):
         for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
             if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
                 press_node(grid, w, i, j, k, ground)
+    # an empty window of the next slot, which the particles extend below
     for w, d in ti.ndrange(x.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride
@@ -122,8 +123,8 @@ def reverse_parallel(
             )  # fmt: skip
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid_velocity, w, i, j, k, push, mu_ground, terrain, ground, law)
+            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node(grid, grid_velocity, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node(before, before, w, i, j, k)
     if ti.static(law == WATER):
@@ -146,8 +147,8 @@ def reverse_parallel(
                 )
     for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
         if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            push = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node_adjoint(grid, grid_adjoint, w, i, j, k, push, mu_ground, terrain, ground, law)
+            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
+            update_node_adjoint(grid, grid_adjoint, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
             if ti.static(transfer == AFLIP):
                 divide_node_adjoint(before, before_adjoint, w, i, j, k)
     for w, p in ti.ndrange(x.shape[1], x.shape[2]):

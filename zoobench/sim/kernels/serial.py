@@ -1,19 +1,19 @@
-"""The substep and its reverse for one thread.
+"""The substep and its adjoint for one thread.
 
 All arrays are torch tensors, shared without copying:
 
     state      x, v [slots, worlds, particles, 3] and C [.., 3, 3]; F [slots, worlds, robot, 3, 3] of the robot;
                b, tau [slots, worlds, medium, 6] (xx yy zz xy xz yz) and history [slots, worlds, medium] of the medium
     window     [slots, worlds, 6] first and past-the-last grid node that any particle touches
-    plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world goes its own pace
+    plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world takes its own steps
     terrain    [nx, nz, 4] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
     before     the same of the motion before forces, for AFLIP; empty with other transfers
     ratios     [slabs, nx, ny, nz, 2] mass times J, and mass, of water; empty without
 
-The worlds are taken in turn through one slab. A launch does a whole run of substeps, because it costs as much as the
-work of a thousand particles. The adds are plain ones in a fixed order, and so are bit-reproducible and six times faster
-than atomic ones.
+The worlds are taken in turn through one slab. A launch does many substeps, because it costs as much as the work on a
+thousand particles. The sums are not atomic and in a fixed order, and so are bit-reproducible and six times faster than
+atomic ones.
 """
 
 import taichi as ti
@@ -45,7 +45,7 @@ def clear_window(grid: ti.template(), window: ti.template(), s, w):
 
 @ti.func
 def clear_ratios(ratios: ti.template(), window: ti.template(), s, w):
-    """`clear_window` of the water's volume ratios."""
+    """`clear_window` for the water's volume ratios."""
     for i in range(window[s, w, 0], window[s, w, 3]):
         for j in range(window[s, w, 1], window[s, w, 4]):
             for k in range(window[s, w, 2], window[s, w, 5]):
@@ -64,11 +64,11 @@ def advance(
     width: ti.template(), transfer: ti.template(),
 ):  # fmt: skip
     """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=True)  # the outermost loop would become parallel, its sums atomic
     for w in range(x.shape[1]):
         inverse_spacing = 1.0 / h
         dt = dts[w]
-        push = dt * ti.Vector([g_x, g_y, g_z])
+        dt_g = dt * ti.Vector([g_x, g_y, g_z])
         constants = ti.Vector([m0, m1, m2, m3, m4])
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
@@ -87,7 +87,7 @@ def advance(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid, 0, i, j, k, push, mu_ground, terrain, ground, law)
+                        update_node(grid, grid, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node(before, before, 0, i, j, k)
             if ti.static(law == WATER):
@@ -95,6 +95,7 @@ def advance(
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
                             press_node(grid, 0, i, j, k, ground)
+            # the window of the next substep, as the grid is cleared only where particles are
             low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
             high = ti.Vector([0, 0, 0])
             for p in range(x.shape[2]):
@@ -132,7 +133,7 @@ def reverse(
     for w in range(x.shape[1]):
         inverse_spacing = 1.0 / h
         dt = dts[w]
-        push = dt * ti.Vector([g_x, g_y, g_z])
+        dt_g = dt * ti.Vector([g_x, g_y, g_z])
         constants = ti.Vector([m0, m1, m2, m3, m4])
         for n in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - n
@@ -155,7 +156,7 @@ def reverse(
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid_velocity, 0, i, j, k, push, mu_ground, terrain, ground, law)
+                        update_node(grid, grid_velocity, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node(before, before, 0, i, j, k)
             if ti.static(law == WATER):
@@ -173,11 +174,11 @@ def reverse(
                 for i in range(window[s, w, 0], window[s, w, 3]):
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
-                            press_node_adjoint(grid, grid_velocity, grid_adjoint, 0, i, j, k, push, ground)
+                            press_node_adjoint(grid, grid_velocity, grid_adjoint, 0, i, j, k, dt_g, ground)
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, push, mu_ground, terrain, ground, law)
+                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
                         if ti.static(transfer == AFLIP):
                             divide_node_adjoint(before, before_adjoint, 0, i, j, k)
             for p in range(x.shape[2]):

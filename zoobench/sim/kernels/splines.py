@@ -2,7 +2,7 @@
 
 The quadratic spline reaches over 3 nodes in each direction, the cubic one over 4 (Steffen, Kirby and Berzins 2008).
 Their weights sum to one, have the first moment x_p, and the second moment h^2/4 or h^2/3 times the identity wherever
-the particle is (Jiang et al. 2016, sec. 5.3): `INVERSE_MOMENT` by width.
+the particle is (Jiang et al. 2016, sec. 5.3): `INVERSE_MOMENT` holds 4 or 3 by width.
 """
 
 import taichi as ti
@@ -17,6 +17,7 @@ INVERSE_MOMENT = {spline.width: spline.inverse_moment for spline in SPLINES.valu
 @ti.func
 def base_node(position, inverse_spacing, grid: ti.template(), width: ti.template()):
     """First node of the stencil, kept inside the grid: an escaped particle must not write out of bounds."""
+    # the stencil is centred: a quadratic one begins half a cell, a cubic one a cell before the particle's own cell
     base = ti.cast(position * inverse_spacing - ti.static(0.5 * width - 1.0), ti.i32)
     last = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]]) - width
     return ti.max(0, ti.min(base, last))
@@ -25,8 +26,9 @@ def base_node(position, inverse_spacing, grid: ti.template(), width: ti.template
 @ti.func
 def weights(offset, width: ti.template()):
     """w[i, d]: weight of stencil node i in direction d, at `offset` [cells] from the base node."""
-    if ti.static(width == QUADRATIC):
+    if ti.static(width == QUADRATIC):  # offset in [0.5, 1.5)
         return ti.Matrix.rows([0.5 * (1.5 - offset) ** 2, 0.75 - (offset - 1.0) ** 2, 0.5 * (offset - 0.5) ** 2])
+    # offset in [1, 2): u and v are the distances to the two inner nodes
     u, v = offset - 1.0, 2.0 - offset
     near, far = 2.0 / 3.0 - u**2 + 0.5 * u**3, 2.0 / 3.0 - v**2 + 0.5 * v**3
     return ti.Matrix.rows([v**3 / 6.0, near, far, u**3 / 6.0])
@@ -43,7 +45,7 @@ def pick(w, i, d: ti.template(), width: ti.template()):
 
 
 @ti.func
-def weight_slopes(offset, width: ti.template()):
+def weight_derivatives(offset, width: ti.template()):
     """d w[i, d] / d offset_d."""
     if ti.static(width == QUADRATIC):
         return ti.Matrix.rows([offset - 1.5, -2.0 * (offset - 1.0), offset - 0.5])
@@ -52,7 +54,7 @@ def weight_slopes(offset, width: ti.template()):
 
 
 @ti.func
-def weight_curves(offset, width: ti.template()):
+def weight_second_derivatives(offset, width: ti.template()):
     """d^2 w[i, d] / d offset_d^2."""
     one = 0.0 * offset + 1.0
     if ti.static(width == QUADRATIC):

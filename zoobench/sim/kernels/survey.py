@@ -1,4 +1,4 @@
-"""The survey of a frame: the worst values of every world, by which its health is judged and its next step chosen."""
+"""The survey after a frame: the worst values of every world, from which divergence and the next step are found."""
 
 import taichi as ti
 
@@ -12,7 +12,7 @@ from zoobench.sim.kernels.media import SNOW, WATER
 def largest_square(F):
     """Upper bound of the largest squared stretch, exact if the two others are equal (Wolkowicz and Styan 1980).
 
-    With mean m and standard deviation s of the three it is m + sqrt(2) s: no decomposition.
+    With mean m and standard deviation s of the three it is m + sqrt(2) s, without a decomposition.
     """
     b = matmul(F, F.transpose())
     mean = b.trace() / 3.0
@@ -22,17 +22,19 @@ def largest_square(F):
 
 @ti.func
 def medium_kappa(history, constants, law: ti.template()):
-    """Stiffness [Pa] of an isolated particle in its state: 2 mu + 3 lambda in Hencky strain.
+    """Stiffness [Pa] of an isolated particle in its state (see `step_limits`): 2 mu + 3 lambda in Hencky strain.
 
-    Snow as hard as it is, at its largest elastic stretch; water as dense as it is.
+    That of snow is at its present hardening and largest elastic stretch, that of water at its present J.
     """
     kappa = 2.0 * constants[0] + 3.0 * constants[1]
     if ti.static(law == SNOW):
+        # derivative of the corotated stress by log stretch, equal in all directions, at s = 1 + theta_s
         s = 1.0 + constants[3]
         soft = 2.0 * constants[0] * (2.0 * s - 1.0) * s + 3.0 * constants[1] * (2.0 * s**3 - 1.0) * s**3
         kappa = ti.exp(constants[4] * (1.0 - history)) * soft
     if ti.static(law == WATER):
         bulk, gamma = constants[1], constants[2]
+        # -3 d(J p)/d log J of the Tait pressure
         J = ti.min(history, 1.0)
         kappa = 3.0 * bulk / gamma * ((gamma - 1.0) * ti.pow(J, 1.0 - gamma) + J)
     return kappa
@@ -46,11 +48,10 @@ def survey(
     h: float, mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
     law: ti.template(),
 ):  # fmt: skip
-    """Fill the `report` of every world alive with its `stepping.Condition`, from slot 0.
+    """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
 
-    `culprit[w]` names the particle of each of the first four, among which a NaN wins every comparison and stays, and
-    of the stretch.
-    Massless particles take no part.
+    `culprit[w]` holds the particle of each of the first four, where the first NaN is kept, and of the stretch.
+    Massless particles are left out.
     """
     for w in range(x.shape[1]):
         constants = ti.Vector([m0, m1, m2, m3, m4])
@@ -62,7 +63,7 @@ def survey(
                 place = x[0, w, p]
                 beyond = ti.max(low - place, place - ti.Vector([high_x, high_y, high_z])) / h
                 largest = ti.max(beyond[0], beyond[1], beyond[2])
-                # max drops a NaN, a sum keeps it
+                # max drops a NaN, a difference keeps it
                 spread = place.sum() - place.sum()
                 values = ti.Vector([v[0, w, p].norm(), C[0, w, p].norm(), largest + spread, -1e30])
                 per_mass = volume[w, p] / mass[w, p]
@@ -76,11 +77,13 @@ def survey(
                         square = stretched
                         widest = p
                     viscosity = ti.max(viscosity, eta * per_mass)
+                    # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
                     active = 2.0 * (k * mu + ti.max(tension[w, p], 0.0)) * stretched
                     robot = ti.max(robot, (active + 3.0 * k * lam) * per_mass)
                 elif ti.static(law):
                     medium = ti.max(medium, medium_kappa(history[0, w, p - F.shape[2]], constants, law) * per_mass)
                 for q in ti.static(range(4)):
+                    # negated, as a NaN fails every comparison; worst is equal to itself unless it is a NaN already
                     if not (values[q] <= worst[q]) and worst[q] == worst[q]:
                         worst[q] = values[q]
                         who[q] = p

@@ -1,21 +1,21 @@
 """Particles to grid, grid to particles (MLS-MPM with APIC), and the adjoints of both, for one particle at a time.
 
 The splines' moment matrix is M, h^2/4 or h^2/3, times the identity, so that one affine matrix carries both the APIC
-velocity and the stress (Hu et al. 2018, eq. 17-18). Positions are relative to the grid's first node [m]. The loops
-over the nodes of the stencil are factored: what depends on one index is computed in that index's loop.
+velocity (Jiang et al. 2015) and the stress (Hu et al. 2018, eq. 17-18). Positions are relative to the grid's first
+node [m]. The loops over the nodes of the stencil are factored: terms of one index are computed in that index's loop.
 """
 
 import taichi as ti
 
 from zoobench.sim.kernels.linalg import column, matvec, outer
-from zoobench.sim.kernels.splines import INVERSE_MOMENT, QUADRATIC, base_node, pick, weight_slopes, weights
+from zoobench.sim.kernels.splines import INVERSE_MOMENT, QUADRATIC, base_node, pick, weight_derivatives, weights
 
 APIC, PIC, AFLIP = 0, 1, 2
-"""What the kernels compile. With PIC a particle's own affine motion is not scattered; AFLIP is in `flip`."""
+"""Transfers, chosen at compile time. With PIC a particle's affine motion is not scattered; for AFLIP see `flip`."""
 
 
 def is_unrolled(width: int, transfer: int) -> bool:
-    """Whether the loops over all nodes of a stencil are unrolled, or only those over the nodes of one of its planes.
+    """True if the loops over all nodes of a stencil are unrolled, False if only those over the nodes of one plane.
 
     The time to compile grows with the square of what is unrolled: a minute or more for cubic splines or AFLIP.
     """
@@ -41,29 +41,30 @@ def scatter(
     base = base_node(position, inverse_spacing, grid, width)
     offset = position * inverse_spacing - base
     w = weights(offset, width)
-    slope = affine * (1.0 / inverse_spacing)
-    origin = momentum - matvec(slope, offset)
+    # momentum at node (i, j, k) of the stencil: origin + i, j, k times the columns of per_cell
+    per_cell = affine * (1.0 / inverse_spacing)
+    origin = momentum - matvec(per_cell, offset)
     if ti.static(is_unrolled(width, transfer)):
         for i in ti.static(range(width)):
-            scatter_plane(grid, g, base, i, w[i, 0], w, origin, slope, mass, width)
+            scatter_plane(grid, g, base, i, w[i, 0], w, origin, per_cell, mass, width)
     else:
         for i in range(width):
-            scatter_plane(grid, g, base, i, pick(w, i, 0, width), w, origin, slope, mass, width)
+            scatter_plane(grid, g, base, i, pick(w, i, 0, width), w, origin, per_cell, mass, width)
 
 
 @ti.func
 def scatter_plane(
     grid: ti.template(), g, base: ti.template(), i: ti.template(), w_i, w: ti.template(),
-    origin: ti.template(), slope: ti.template(), mass, width: ti.template(),
+    origin: ti.template(), per_cell: ti.template(), mass, width: ti.template(),
 ):  # fmt: skip
-    """What `scatter` adds to the nodes of plane i."""
-    plane = origin + i * column(slope, 0)
+    """The part of `scatter` for the nodes of plane i."""
+    plane = origin + i * column(per_cell, 0)
     for j in ti.static(range(width)):
-        line = plane + j * column(slope, 1)
+        line = plane + j * column(per_cell, 1)
         w_ij = w_i * w[j, 1]
         for k in ti.static(range(width)):
             share = w_ij * w[k, 2]
-            value = share * (line + k * column(slope, 2))
+            value = share * (line + k * column(per_cell, 2))
             added = ti.Vector([value[0], value[1], value[2], share * mass])
             grid[g, base[0] + i, base[1] + j, base[2] + k] += added
 
@@ -82,6 +83,7 @@ def gather(grid: ti.template(), g, position, inverse_spacing, width: ti.template
     else:
         for i in range(width):
             gather_plane(grid, g, base, i, pick(w, i, 0, width), w, velocity, moment_x, moment_y, moment_z, width)
+    # first moments about the base node, then about the particle: sum w v_i (x_i - x_p)^T
     moments = ti.Matrix.cols([moment_x, moment_y, moment_z])
     return velocity, (ti.static(INVERSE_MOMENT[width]) * inverse_spacing) * (moments - outer(velocity, offset))
 
@@ -92,13 +94,14 @@ def gather_plane(
     velocity: ti.template(), moment_x: ti.template(), moment_y: ti.template(), moment_z: ti.template(),
     width: ti.template(),
 ):  # fmt: skip
-    """Adds what the nodes of plane i give to the sums of `gather`."""
+    """Adds the contributions of the nodes of plane i to the sums of `gather`."""
     zero = 0.0 * velocity
     plane, plane_y, plane_z = zero, zero, zero
     for j in ti.static(range(width)):
         row = w[0, 2] * node(grid, g, base, i, j, 0)
         near = w[1, 2] * node(grid, g, base, i, j, 1)
         row, row_z = row + near, near
+        # k = 0 and 1 are written out: their factors 0 and 1 in the first moment cost nothing
         for k in ti.static(range(2, width)):
             far = w[k, 2] * node(grid, g, base, i, j, k)
             row += far
@@ -125,30 +128,33 @@ def gather_adjoint(
     """
     base = base_node(position, inverse_spacing, grid, width)
     offset = position * inverse_spacing - base
-    w, slopes = weights(offset, width), weight_slopes(offset, width)
+    w, dw = weights(offset, width), weight_derivatives(offset, width)
     moment = (ti.static(INVERSE_MOMENT[width]) * inverse_spacing) * affine_adjoint
+    # adjoint of the velocity at node (i, j, k) by its weight: origin + i, j, k times the columns of moment
     origin = velocity_adjoint - matvec(moment, offset)
-    pull = 0.0 * offset
+    offset_adjoint = 0.0 * offset
     if ti.static(is_unrolled(width, transfer)):
         for i in ti.static(range(width)):
             gather_plane_adjoint(
-                grid, grid_adjoint, g, base, i, w[i, 0], slopes[i, 0], w, slopes, origin, moment, pull, width
+                grid, grid_adjoint, g, base, i, w[i, 0], dw[i, 0], w, dw, origin, moment, offset_adjoint, width
             )
     else:
         for i in range(width):
-            w_i, slope_i = pick(w, i, 0, width), pick(slopes, i, 0, width)
-            gather_plane_adjoint(grid, grid_adjoint, g, base, i, w_i, slope_i, w, slopes, origin, moment, pull, width)
+            w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
+            gather_plane_adjoint(
+                grid, grid_adjoint, g, base, i, w_i, dw_i, w, dw, origin, moment, offset_adjoint, width
+            )
     # the offset also stands in C = moments - velocity offset^T
-    return inverse_spacing * (pull - matvec(moment.transpose(), velocity))
+    return inverse_spacing * (offset_adjoint - matvec(moment.transpose(), velocity))
 
 
 @ti.func
 def gather_plane_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), g, base: ti.template(), i: ti.template(), w_i, slope_i,
-    w: ti.template(), slopes: ti.template(), origin: ti.template(), moment: ti.template(), pull: ti.template(),
+    grid: ti.template(), grid_adjoint: ti.template(), g, base: ti.template(), i: ti.template(), w_i, dw_i,
+    w: ti.template(), dw: ti.template(), origin: ti.template(), moment: ti.template(), offset_adjoint: ti.template(),
     width: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `gather_plane`; adds to the `pull` on the offset."""
+    """Adjoint of `gather_plane`; adds to the offset's adjoint."""
     plane = origin + i * column(moment, 0)
     sum_0, sum_y, sum_z = 0.0, 0.0, 0.0
     for j in ti.static(range(width)):
@@ -157,16 +163,17 @@ def gather_plane_adjoint(
         line_0, line_z = 0.0, 0.0
         for k in ti.static(range(width)):
             value = line + k * column(moment, 2)
+            # derivative by the node's weight; those by the offset follow from dw, direction by direction
             work = node(grid, g, base, i, j, k).dot(value)
             share = w_ij * w[k, 2]
             added = share * ti.Vector([value[0], value[1], value[2], 0.0])
             grid_adjoint[g, base[0] + i, base[1] + j, base[2] + k] += added
             line_0 += w[k, 2] * work
-            line_z += slopes[k, 2] * work
+            line_z += dw[k, 2] * work
         sum_0 += w[j, 1] * line_0
-        sum_y += slopes[j, 1] * line_0
+        sum_y += dw[j, 1] * line_0
         sum_z += w[j, 1] * line_z
-    pull += ti.Vector([slope_i * sum_0, w_i * sum_y, w_i * sum_z])
+    offset_adjoint += ti.Vector([dw_i * sum_0, w_i * sum_y, w_i * sum_z])
 
 
 @ti.func
@@ -180,64 +187,68 @@ def scatter_adjoint(
     """
     base = base_node(position, inverse_spacing, grid_adjoint, width)
     offset = position * inverse_spacing - base
-    w, slopes = weights(offset, width), weight_slopes(offset, width)
-    slope = affine * (1.0 / inverse_spacing)
-    origin = momentum - matvec(slope, offset)
+    w, dw = weights(offset, width), weight_derivatives(offset, width)
+    per_cell = affine * (1.0 / inverse_spacing)
+    origin = momentum - matvec(per_cell, offset)
     zero = 0.0 * offset
-    pull, total, first_x, first_y, first_z, mass_adjoint = zero, zero, zero, zero, zero, 0.0
+    offset_adjoint, total, first_x, first_y, first_z, mass_adjoint = zero, zero, zero, zero, zero, 0.0
     if ti.static(is_unrolled(width, transfer)):
         for i in ti.static(range(width)):
             scatter_plane_adjoint(
-                grid_adjoint, g, base, i, w[i, 0], slopes[i, 0], w, slopes, origin, slope, mass,
-                pull, total, first_x, first_y, first_z, mass_adjoint, width,
+                grid_adjoint, g, base, i, w[i, 0], dw[i, 0], w, dw, origin, per_cell, mass,
+                offset_adjoint, total, first_x, first_y, first_z, mass_adjoint, width,
             )  # fmt: skip
     else:
         for i in range(width):
-            w_i, slope_i = pick(w, i, 0, width), pick(slopes, i, 0, width)
+            w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
             scatter_plane_adjoint(
-                grid_adjoint, g, base, i, w_i, slope_i, w, slopes, origin, slope, mass,
-                pull, total, first_x, first_y, first_z, mass_adjoint, width,
+                grid_adjoint, g, base, i, w_i, dw_i, w, dw, origin, per_cell, mass,
+                offset_adjoint, total, first_x, first_y, first_z, mass_adjoint, width,
             )  # fmt: skip
-    position_adjoint = inverse_spacing * (pull - matvec(slope.transpose(), total))
+    # x_p acts through the weights and through x_i - x_p
+    position_adjoint = inverse_spacing * (offset_adjoint - matvec(per_cell.transpose(), total))
     affine_adjoint = (ti.Matrix.cols([first_x, first_y, first_z]) - outer(total, offset)) * (1.0 / inverse_spacing)
     return position_adjoint, total, affine_adjoint, mass_adjoint
 
 
 @ti.func
 def scatter_plane_adjoint(
-    grid_adjoint: ti.template(), g, base: ti.template(), i: ti.template(), w_i, slope_i,
-    w: ti.template(), slopes: ti.template(), origin: ti.template(), slope: ti.template(), mass,
-    pull: ti.template(), total: ti.template(), first_x: ti.template(), first_y: ti.template(), first_z: ti.template(),
-    mass_adjoint: ti.template(), width: ti.template(),
+    grid_adjoint: ti.template(), g, base: ti.template(), i: ti.template(), w_i, dw_i,
+    w: ti.template(), dw: ti.template(), origin: ti.template(), per_cell: ti.template(), mass,
+    offset_adjoint: ti.template(), total: ti.template(),
+    first_x: ti.template(), first_y: ti.template(), first_z: ti.template(), mass_adjoint: ti.template(),
+    width: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `scatter_plane`: adds to the `pull` on the offset, and to the sums of what the nodes hold."""
-    plane = origin + i * column(slope, 0)
+    """Adjoint of `scatter_plane`: adds to the adjoints of offset and mass, and to the weighted sums `total` and
+    `first_*` (times i, j, k) of the nodes' momentum adjoints."""
+    plane = origin + i * column(per_cell, 0)
     zero = 0.0 * total
     sum_0, sum_y, sum_z, sum_m = 0.0, 0.0, 0.0, 0.0
     plane_0, plane_y, plane_z = zero, zero, zero
     for j in ti.static(range(width)):
-        line = plane + j * column(slope, 1)
+        line = plane + j * column(per_cell, 1)
         line_0, line_z, line_m = 0.0, 0.0, 0.0
         row_0, row_z = zero, zero
         for k in ti.static(range(width)):
             stored = grid_adjoint[g, base[0] + i, base[1] + j, base[2] + k]
+            # w enters momentum and mass of the node alike
             held, node_mass = ti.Vector([stored[0], stored[1], stored[2]]), stored[3]
-            work = (line + k * column(slope, 2)).dot(held) + mass * node_mass
+            work = (line + k * column(per_cell, 2)).dot(held) + mass * node_mass
             line_0 += w[k, 2] * work
-            line_z += slopes[k, 2] * work
+            line_z += dw[k, 2] * work
             line_m += w[k, 2] * node_mass
             row_0 += w[k, 2] * held
             if ti.static(k > 0):
                 row_z += (k * w[k, 2]) * held
         sum_0 += w[j, 1] * line_0
-        sum_y += slopes[j, 1] * line_0
+        sum_y += dw[j, 1] * line_0
         sum_z += w[j, 1] * line_z
         sum_m += w[j, 1] * line_m
         plane_0 += w[j, 1] * row_0
         plane_z += w[j, 1] * row_z
         if ti.static(j > 0):
             plane_y += (j * w[j, 1]) * row_0
-    pull += ti.Vector([slope_i * sum_0, w_i * sum_y, w_i * sum_z])
+    offset_adjoint += ti.Vector([dw_i * sum_0, w_i * sum_y, w_i * sum_z])
     mass_adjoint += w_i * sum_m
     total += w_i * plane_0
     first_x += (i * w_i) * plane_0

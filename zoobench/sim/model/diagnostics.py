@@ -1,4 +1,4 @@
-"""Detection of a simulation that has left the range in which its numbers mean anything, once per control frame."""
+"""Checks of a world after every control frame: a state out of range has diverged, a robot in pieces has torn."""
 
 import math
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ LARGEST_ESCAPE = 1.0
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong with a world.
+    """A quantity of a world that is out of its range.
 
     Attributes:
-        quantity: what left its range, `value` against `limit`.
-        column: which of the survey's culprits it is.
-        advice: what to do about it.
+        quantity: its name; `value` is beyond `limit`.
+        column: index of the particle responsible among the survey's culprits.
+        advice: a remedy, for the message.
     """
 
     quantity: str
@@ -30,8 +30,8 @@ class Finding:
     advice: str
 
 
-def judge(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
-    """The worst that is wrong with a world after a frame of steps `dt` [s]; None if nothing is."""
+def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
+    """The gravest finding in a world's condition after a frame of steps `dt` [s]; None for a healthy one."""
     slower = "Matter {} too fast for the step: use a smaller Courant fraction."
     checks = (
         ("distance beyond the arena in cells", condition.beyond, LARGEST_ESCAPE, 2,
@@ -53,10 +53,10 @@ def judge(condition: Condition, dt: float, grid_spacing: float) -> Finding | Non
 
 
 def torn(growth: float, fidelity: Fidelity) -> Finding | None:
-    """Whether a robot comes apart: neighbours are more than a cell, and twice their distance at rest, apart.
+    """The finding that a robot is torn: neighbours are more than a cell, and twice their distance at rest, apart.
 
-    `growth` is what `separation` found. From there on the grid feels gaps (numerical fracture), and what moves is soon
-    no robot but its pieces.
+    `growth` is from `separation`. Beyond this limit the grid resolves gaps between the particles (numerical fracture),
+    and the robot soon moves in pieces.
     """
     limit = largest_separation(fidelity)
     if growth <= limit:
@@ -66,14 +66,14 @@ def torn(growth: float, fidelity: Fidelity) -> Finding | None:
 
 
 def largest_separation(fidelity: Fidelity) -> float:
-    """How many times farther apart than at rest neighbours may be."""
+    """Largest admissible distance of neighbours by that at rest [-]: the larger of 2 and one cell."""
     return float(max(2.0, fidelity.particles_per_cell ** (1 / 3)))
 
 
 def separation(rest: Array, now: Array) -> float:
-    """The most that the distance of two neighbours of the lattice has grown [-], from `[count, 3]` to `[count, 3]`.
+    """Largest ratio of two lattice neighbours' distance now to that at rest [-], of places `[count, 3]`.
 
-    A single particle's F is no measure of it: the grid does not see what differs between the particles of one cell,
+    A single particle's F is no measure of it: the grid does not resolve differences between the particles of one cell,
     and F there may be stretched by 2 where its neighbours are 1.3 times as far away as at rest.
     """
     from scipy.spatial import cKDTree

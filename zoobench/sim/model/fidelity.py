@@ -1,4 +1,4 @@
-"""How finely a scene is simulated: the knobs that trade accuracy for time."""
+"""Fidelity: the numerical settings that trade accuracy for time."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
@@ -8,14 +8,14 @@ from zoobench.errors import UsageError
 PARTICLES_PER_CELL = (1, 4, 8, 27)
 
 SHIFT_ASIDE = 0.618
-"""The golden ratio: places along both directions are even for any even series of shifts."""
+"""The golden ratio: evenly spaced shifts give evenly distributed places along both directions."""
 
 Transfer = Literal["apic", "pic", "aflip"]
 Kernel = Literal["quadratic", "cubic"]
 
 
 class Spline(NamedTuple):
-    """What of a B-spline the rest of the simulator has to know.
+    """Properties of a B-spline that the rest of the simulator needs.
 
     Attributes:
         width: nodes of a particle's stencil in each direction.
@@ -35,17 +35,17 @@ class Fidelity:
 
     Attributes:
         grid_spacing: h [m].
-        courant: the step as a fraction of the largest safe one, dt_iso = h sqrt(rho0 / kappa); above 0.9 it is refused.
+        courant: the step as a fraction of the largest safe one, dt_iso = h sqrt(rho0 / kappa); refused above 0.9.
         particles_per_cell: 1, 4 (face-centred), 8 or 27; 8 is enough, 1 is unusable for accuracy.
         precision: 32 or 64 bits for every real number of the simulation.
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
-        transfer: what of their motion particles give to the grid and take from it: `apic` an affine velocity field
-            (Jiang et al. 2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and all but a
-            hundredth of what the grid did not resolve (Fei et al. 2021), which damps least.
+        transfer: of velocity between particles and grid: `apic` an affine velocity field (Jiang et al. 2015), `pic`
+            the velocity alone, which damps heavily, `aflip` an affine field and 99 % of the velocity that the grid does
+            not resolve (Fei et al. 2021), which damps least.
         kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes or `cubic` over 4 in each direction.
-        shift: where on the grid the robot starts [cells]: by so much further along x, and by `SHIFT_ASIDE` of it along
-            z. A converged simulation does not depend on it; what it changes is the noise floor.
+        shift: displacement of the robot on the grid [cells] along x, and `SHIFT_ASIDE` times it along z. A converged
+            simulation does not depend on it; the scatter over several shifts is the noise floor.
     """
 
     grid_spacing: float
@@ -93,5 +93,5 @@ class Fidelity:
 
     @property
     def displacement(self) -> tuple[float, float, float]:
-        """How far `shift` moves the robot [m]."""
+        """Displacement of the robot by `shift` [m]."""
         return (self.shift * self.grid_spacing, 0.0, SHIFT_ASIDE * self.shift * self.grid_spacing)

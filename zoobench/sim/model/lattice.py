@@ -1,7 +1,7 @@
-"""Particles on a lattice: the seeding whose quadrature error converges (random seeding does not).
+"""Particles on a lattice, whose quadrature error converges (that of random seeding does not).
 
-Each particle stands for the cell volume divided by the particles per cell, so that mass is density
-times volume whatever the sampling.
+Each particle stands for the cell volume divided by the particles per cell, so that mass is density times volume at any
+sampling.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell
     """Lattice particles `[particle_count, 3]` [m] inside the box, in grid-cell order (x slowest).
 
     The lattice starts at `lower`, so that a body seeded on the ground plane has its lowest particles half a particle
-    spacing above it, as the first-order wall asks for.
+    spacing above it, as the first-order wall requires.
 
     Raises:
         SceneError: the box is thinner than one particle spacing in some direction.

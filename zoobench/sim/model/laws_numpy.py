@@ -1,4 +1,4 @@
-"""NumPy twins of the constitutive laws: the same formulas without Taichi, for tests and for the host's own use.
+"""NumPy twins of the constitutive laws: the same formulas without Taichi, for tests and for scenes and energies.
 
 Arrays may have leading axes; the last two are the tensor's.
 """
@@ -7,11 +7,11 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import (
-    CROWDED,
     LARGEST_PLASTIC,
     LARGEST_RATIO,
     SMALLEST_PLASTIC,
     SMALLEST_RATIO,
+    TOLERATED_SURPLUS,
     ClayMaterial,
     Law,
     Medium,
@@ -109,13 +109,10 @@ def water_pressure(material: WaterMaterial, J: Array) -> Array:
     return result
 
 
-def water_ratio(J: Array, growth: Array, crowd: Array, share: float) -> Array:
-    """New volume ratio of water from the old one, det(I + dt C) and the surrounding density (see `water.water_ratio`).
-
-    In a crowd it falls by `share` of the surplus.
-    """
-    held = np.minimum(J * growth, np.clip(1.0 / crowd, 1.0, LARGEST_RATIO))
-    surplus = np.maximum(crowd * J - 1.0 - CROWDED, 0.0)
+def water_ratio(J: Array, growth: Array, rho: Array, share: float) -> Array:
+    """New volume ratio of water from the old one, det(I + dt C) and the relative density (see `water.water_ratio`)."""
+    held = np.minimum(J * growth, np.clip(1.0 / rho, 1.0, LARGEST_RATIO))
+    surplus = np.maximum(rho * J - 1.0 - TOLERATED_SURPLUS, 0.0)
     result: Array = np.maximum(held - share * surplus, np.minimum(held, SMALLEST_RATIO))
     return result
 

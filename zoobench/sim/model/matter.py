@@ -1,6 +1,6 @@
-"""What things are made of: the constants of every constitutive law, with their elastic moduli and step limits.
+"""Materials: the constants of every constitutive law, with their elastic moduli and step limits.
 
-SI units. `law` selects the kernel functions in `media`, `constants` are what those take.
+SI units. `law` selects the kernel functions in `media`, which take `constants`.
 """
 
 import math
@@ -19,22 +19,22 @@ class Law(IntEnum):
 
 
 DECOMPOSED = frozenset({Law.SAND, Law.CLAY, Law.MUD, Law.SNOW})
-"""Laws that need the principal values of strain; the robot's and water's do not."""
+"""Laws that need the principal values of strain; those of the robot and of water do not."""
 
 SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.8, 20.0
 """Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe.
 
-0.8 is the largest of 0.6, 0.7, 0.8 and 0.9 that leaves scores alone. Square waves of full strength and mixed phases do
-not meet it in 200 frames, all muscles in unison do in 2e-5 of the particle-frames, and the scores of random
-controllers are those with 0.6 to 5e-5 m/s; 0.9 changes them by millimetres per second. The declared step is 59 to a
-frame instead of 158; an ordinary episode takes 25 to 33 either way, as the step follows the state.
+0.8 is the largest of 0.6, 0.7, 0.8 and 0.9 that does not change scores. Square waves of full strength and mixed phases
+do not reach it in 200 frames, all muscles in unison do in 2e-5 of the particle-frames, and the scores of random
+controllers agree with those at 0.6 to 5e-5 m/s; 0.9 changes them by millimetres per second. The declared step is 59 to
+a frame instead of 158; an ordinary episode takes 25 to 33 either way, as the step follows the state.
 """
 
-CROWDED = 0.2
-"""Surplus of density that water lets be [-]: the noise of stirred particles and a robot of a little other density."""
+TOLERATED_SURPLUS = 0.2
+"""Surplus of density that water tolerates [-]: noise of stirred particles, and a robot of slightly other density."""
 
 SMALLEST_RATIO, LARGEST_RATIO = 0.9, 1.05
-"""Bounds on J of water: how far a crowd is pressed, where the step is still safe, and what is remembered of spray."""
+"""Bounds on J of water: surplus density lowers it to 0.9, where the step is still safe; spray raises it to 1.05."""
 
 Constants = tuple[float, float, float, float, float]
 
@@ -55,7 +55,7 @@ class ElasticMaterial:
         poissons_ratio: nu [-].
         density: rho [kg/m^3].
         muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
-        viscosity: eta [Pa s] of the Kelvin-Voigt stress 2 eta D, which damps oscillations; 0 for matter that rings.
+        viscosity: eta [Pa s] of the Kelvin-Voigt stress 2 eta D, which damps oscillations; 0 for undamped matter.
     """
 
     youngs_modulus: float
@@ -126,7 +126,7 @@ class ClayMaterial:
 
 @dataclass(frozen=True)
 class MudMaterial:
-    """Wet mud: a Bingham-like solid in shear, a fluid in volume (pressure K (1 - J), no tension).
+    """Wet mud: Bingham-like in shear, a fluid in volume (pressure K (1 - J), no tension).
 
     Attributes:
         yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa].
@@ -177,7 +177,7 @@ class SnowMaterial:
 
     @property
     def kappa(self) -> float:
-        """Stiffness of the isolated particle at the most hardening [Pa]: corotated, at the largest elastic stretch."""
+        """Stiffness of the isolated particle [Pa] at the most hardening: corotated, at the largest elastic stretch."""
         mu, lam, s = self.constants[0], self.constants[1], 1.0 + self.critical_stretch
         hardest = math.exp(self.hardening * (1.0 - SMALLEST_PLASTIC))
         return hardest * (2.0 * mu * (2.0 * s**2 - s) + 3.0 * lam * (2.0 * s**6 - s**3))
@@ -188,7 +188,7 @@ class WaterMaterial:
     """Weakly compressible water with the Tait pressure K/gamma (J^-gamma - 1).
 
     Attributes:
-        bulk_modulus: K [Pa], low enough to be affordable and high enough that the density varies by about 1 %.
+        bulk_modulus: K [Pa], low enough for affordable steps and high enough that the density varies by about 1 %.
         exponent: gamma.
         viscosity: eta [Pa s].
     """
@@ -206,7 +206,7 @@ class WaterMaterial:
 
     @property
     def kappa(self) -> float:
-        """Stiffness of the isolated particle at J = 0.9 [Pa], twice compressed beyond what is meant."""
+        """Stiffness of the isolated particle [Pa] at J = 0.9, a compression beyond that of the intended use."""
         J, gamma = 0.9, self.exponent
         return float(3.0 * self.bulk_modulus / gamma * ((gamma - 1.0) * J ** (1.0 - gamma) + J))
 

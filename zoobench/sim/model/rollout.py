@@ -1,4 +1,4 @@
-"""What a simulation gives back: the path of the robot, what went wrong, and the gradient."""
+"""Results of a simulation: the robot's trajectory, divergences and tears, and the gradient."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,12 +16,13 @@ Feedback = Callable[[int, FloatArray, FloatArray], NDArray[np.float64]]
 beginning, `[worlds, robot, 3]` each."""
 
 FeedbackAdjoint = Callable[[int, NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
-"""Pulls on the positions and velocities at the beginning of a frame, from its number and the pull on its actuation."""
+"""Gives the adjoints of the positions and velocities at the beginning of a frame, `[worlds, robot, 3]` each, from its
+number and the adjoint of its actuation."""
 
 
 @dataclass
 class SubstepMeter:
-    """World-substeps simulated so far, the currency of budgets."""
+    """World-substeps simulated so far, in which budgets are counted."""
 
     forward: int = 0
     recomputed: int = 0
@@ -41,14 +42,14 @@ class Rollout:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
         muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
-        divergences: the worlds that blew up; their remaining frames repeat the last healthy state.
-        tears: the worlds whose robot came apart, as it was first seen; they were simulated on, in pieces.
-        counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; each is as long as the others
-            of its frame.
-        retries: `[worlds]` how many times a frame was put back and repeated with half the step.
-        guarded: `[worlds]` particle-frames in which log J was held at its guard.
+        divergences: the worlds that diverged; their remaining frames repeat the last healthy state.
+        tears: the worlds whose robot tore, as it was first found; they were simulated on, in pieces.
+        counts: `[frames, worlds]` substeps taken, 0 for a world that had diverged before; those of a frame are of equal
+            length.
+        retries: `[worlds]` how many times a frame was repeated with half the step.
+        guarded: `[worlds]` particle-frames in which J was below its guard (`elastic.SMALLEST_J`).
         smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
-        checkpoints: state at every `interval` frames, kept when gradients were asked for.
+        checkpoints: the state at every `interval` frames, if the solver was made with gradients.
     """
 
     positions: FloatArray
@@ -81,7 +82,7 @@ class Rollout:
 
         The active stress a s (F d)(F d)^T derives from the energy a Q with Q = s / 2 sum w V |F d|^2 over a muscle's
         particles (`muscle_potential`). The activity a is held through a frame, so that the work of that stress over it
-        is -a times the change of Q, whatever happened in between.
+        is -a times the change of Q, whatever the motion in between.
         """
         work: NDArray[np.float64] = -self.actuation * np.diff(self.muscle_potential, axis=0)
         return work
@@ -89,14 +90,14 @@ class Rollout:
 
 @dataclass(frozen=True)
 class Gradient:
-    """Derivatives of a scalar of the path, in float64: zero in worlds that diverged.
+    """Derivatives of the loss by the parameters, in float64; zero in worlds that diverged.
 
     Attributes:
         actuation: `[frames, worlds, muscles]`.
         stiffness, density_ratio, occupancy: `[worlds, robot]`.
         muscle_membership: `[worlds, robot, muscles]`.
         fibres: `[worlds, robot, 3]`.
-        fault: where the reverse pass first met an adjoint that is not finite; empty if it never did.
+        fault: where the backward pass first met an adjoint that is not finite; empty if it never did.
     """
 
     actuation: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""What is simulated: matter, ground and arena, as plain data. The effects a scene calls for are derived from it.
+"""Scenes: matter, ground and arena, as plain data, from which the physical effects to simulate are derived.
 
 SI units; y is up; the ground plane is y = 0.
 """
@@ -19,7 +19,7 @@ EARTH_GRAVITY = (0.0, -9.81, 0.0)
 
 
 class Effect(StrEnum):
-    """A physical effect that costs kernels, fields and time; simulated only where a scene calls for it."""
+    """A physical effect, compiled and simulated only where a scene calls for it."""
 
     ELASTICITY = "elasticity"
     MUSCLE = "muscle"
@@ -70,12 +70,12 @@ class ElasticBody:
 
     @property
     def particle_count(self) -> int:
-        """How many particles the body has."""
+        """Number of particles."""
         return len(self.positions)
 
     @property
     def muscle_count(self) -> int:
-        """How many muscles move it; 0 for passive matter."""
+        """Number of muscles; 0 for passive matter."""
         return int(self.muscle_membership.shape[1])
 
     @classmethod
@@ -97,17 +97,17 @@ class ElasticBody:
 
 @dataclass(frozen=True)
 class MediumBed:
-    """Matter that the robot moves on or in. Arrays run over its particles; the state is that at time zero.
+    """The medium that the robot moves on or in, at time zero. Arrays run over its particles.
 
     Attributes:
         positions: `[particle_count, 3]` [m].
         volumes: `[particle_count]` rest volume [m^3].
         left_cauchy_green: `[particle_count, 6]` elastic b (xx yy zz xy xz yz); not used by water.
-        history: `[particle_count]` what the law remembers: surplus (sand), plastic volume ratio (snow), J (water).
+        history: `[particle_count]` log-volume gained (sand), plastic volume ratio (snow) or J (water).
         stress: `[particle_count, 6]` Kirchhoff stress that goes with b [Pa]; not used by water.
         velocities: `[particle_count, 3]` [m/s]; None for rest.
-        hosts: `[particle_count]` the robot particle whose place it shares, -1 for none: it has the share of its volume
-            that the robot's occupancy leaves; None if none does.
+        hosts: `[particle_count]` index of the robot particle whose place it shares, -1 for none: its volume is the
+            share that the robot's occupancy leaves; None if no particle shares one.
     """
 
     material: Medium
@@ -121,7 +121,7 @@ class MediumBed:
 
     @property
     def particle_count(self) -> int:
-        """How many particles the bed has."""
+        """Number of particles."""
         return len(self.positions)
 
     @classmethod
@@ -153,15 +153,15 @@ class Ground:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that the simulator needs to know about the world.
+    """Everything that the simulator simulates.
 
     Attributes:
-        robot: the elastic body that moves itself.
-        medium: what it moves on or in, or None.
+        robot: the elastic body with muscles.
+        medium: the matter that it moves on or in, or None.
         ground: the plane under both, or None for free flight.
         gravity: [m/s^2]; tilted gravity is an incline.
-        lower, upper: corners of the arena [m]; its walls are frictionless and let go freely. With a ground,
-            lower y is 0.
+        lower, upper: corners of the arena [m]; its walls have no friction and matter separates from them freely. With
+            a ground, lower y is 0.
     """
 
     robot: ElasticBody
@@ -204,7 +204,7 @@ class Scene:
 
     @property
     def effects(self) -> frozenset[Effect]:
-        """What this scene calls for; never set by hand."""
+        """The effects to simulate, derived from the other attributes."""
         found = {Effect.ELASTICITY}
         if self.robot.muscle_count and self.robot.material.muscle_strength > 0:
             found.add(Effect.MUSCLE)
@@ -240,7 +240,7 @@ def _check_elastic(body: ElasticBody) -> None:
             raise SceneError(f"The body's {name} must be positive; the smallest is {getattr(body, name).min():g}.")
     if body.occupancy.min() < 0 or body.occupancy.max() > 1:
         raise SceneError(
-            f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; 0 to 1 is meant."
+            f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; it must be in [0, 1]."
         )
     _check_material("body", body.material)
 

@@ -1,4 +1,4 @@
-"""The tensors of a simulation: matter that moves, parameters that do not, and the adjoints of both."""
+"""The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
 
 from dataclasses import dataclass, fields
 from typing import Self
@@ -24,7 +24,7 @@ class Matter:
         C: `[slots, worlds, particles, 3, 3]` APIC matrix [1/s].
         F: `[slots, worlds, robot, 3, 3]` deformation gradient of the robot.
         b: `[slots, worlds, medium, 6]` elastic left Cauchy-Green tensor of a solid medium (xx yy zz xy xz yz).
-        history: `[slots, worlds, medium]` what the medium's law remembers: surplus, plastic volume ratio or J.
+        history: `[slots, worlds, medium]` the medium's log-volume gained, plastic volume ratio or J.
         tau: `[slots, worlds, medium, 6]` Kirchhoff stress of a solid medium [Pa].
         window: `[slots, worlds, 6]` first and past-the-last node in use.
     """
@@ -84,7 +84,7 @@ class Matter:
 
 @dataclass
 class Parameters:
-    """What a particle is: constant through an episode but for the tension, which changes with every control frame.
+    """Properties of the particles: constant through an episode but for the tension, which changes every control frame.
 
     Attributes:
         mass, volume: `[worlds, particles]` [kg], [m^3], both scaled by occupancy.
@@ -121,11 +121,11 @@ class Parameters:
 
 @dataclass
 class LaunchPlan:
-    """What a launch does in each world.
+    """The substeps of a launch in each world.
 
     Attributes:
-        slots: `[worlds, 2]` first slot read and number of substeps; a world with none is left alone.
-        dt: `[worlds]` its step [s].
+        slots: `[worlds, 2]` first slot read and number of substeps; a world with none is unchanged.
+        dt: `[worlds]` step [s].
     """
 
     slots: Tensor
@@ -150,7 +150,7 @@ class LaunchPlan:
 
 @dataclass(frozen=True)
 class BodyState:
-    """A design's arrays for every world; None takes the scene's robot as it is.
+    """A design's arrays for every world; None takes those of the scene's robot.
 
     Attributes:
         stiffness, density_ratio, occupancy: `[worlds, robot]` [-].
@@ -175,16 +175,16 @@ class BodyState:
 
 
 def medium_share(medium: MediumBed, occupancy: Array) -> Array:
-    """Share of its volume that every medium particle has `[worlds, particles]`, by the robot's `[worlds, robot]`."""
+    """Share of each medium particle's volume `[worlds, medium]` that the robot's occupancy `[worlds, robot]` leaves."""
     share = np.ones((len(occupancy), medium.particle_count))
     if medium.hosts is not None:
-        guests = medium.hosts >= 0
+        guests = medium.hosts >= 0  # medium particles that share the place of a robot particle
         share[:, guests] = 1.0 - occupancy[:, medium.hosts[guests]]
     return share
 
 
 def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str) -> Matter:
-    """Zeroed tensors of the size that the scene calls for, and no more."""
+    """Zeroed tensors of the size that the scene needs."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
     solid = count if medium and medium.material.law != Law.WATER else 0
@@ -192,7 +192,7 @@ def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, devic
 
 
 def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str) -> Matter:
-    """The scene at time zero in one slot; the window is the caller's to set."""
+    """The scene at time zero in one slot, but for the window, which the caller sets."""
     robot, medium = scene.robot, scene.medium
     matter = empty_matter(scene, 1, worlds, real, device)
 

@@ -1,11 +1,11 @@
-"""The largest stable time step: of a scene as it is declared, and of a world as it is now.
+"""The largest stable time step: of a scene as declared, and of a world in its present condition.
 
 One bound covers the explicit solver: the isolated particle, dt_iso = h sqrt(rho0 / kappa), where kappa is the stiffness
 of the particle's own stress (Sun, Shinar and Schroeder 2020; Bai and Schroeder 2022). Bulk matter tolerates more. A
 viscosity eta tightens it: with w = 4 kappa / (rho0 h^2) and d = 8 eta / (rho0 h^2), w dt^2 + 2 d dt <= 4.
 
 Cubic splines have 3 for the first 4 and 6 for the 8, and so allow 2 / sqrt(3) of the step. With PIC the particle's
-affine motion is lost between substeps: it does not swing but decays, C' = -dt (w e + d C) and e' = e + dt C', whose
+affine motion is lost between substeps: it does not oscillate but decays, C' = -dt (w e + d C) and e' = e + dt C', whose
 roots stay inside the unit circle as long as w dt^2 + 2 d dt <= 2.
 """
 
@@ -21,32 +21,32 @@ from zoobench.sim.model.scene import Scene
 LARGEST_STRETCH = 1.5
 """Principal stretch of muscle robots up to which the declared step is safe [-]; beyond it, steps become shorter.
 
-At s = 0.3 E a free fibre reaches 1.7, but by pushing, when its contraction does not add to the stiffness."""
+At s = 0.3 E a free fibre reaches 1.7, but by pushing, which does not add to the stiffness as contraction does."""
 
 LARGEST_COURANT = 0.5
 """Cells that matter may cross in one substep [-], and the bound on dt |C|: det(I + dt C) stays positive below it."""
 
 SPEED_ROOM = 0.8
-"""Share of `LARGEST_COURANT` that a step is chosen for: within a frame matter may still become faster."""
+"""Share of `LARGEST_COURANT` that a step is chosen for, as matter may become faster within a frame."""
 
 REFUSED_FRACTION = 0.9
 
 MOST_REFINEMENT = 16
-"""How many times shorter than the declared one a step may become; a world that needs more has diverged."""
+"""Largest ratio of the declared step to a repeated one; a world that needs shorter steps has diverged."""
 
 
 class Condition(NamedTuple):
-    """A world as its survey finds it.
+    """The condition of a world, from its survey.
 
     Attributes:
         speed: largest of all particles [m/s].
         shear: largest Frobenius norm of C [1/s].
-        beyond: how far matter lies beyond a wall plane [cells].
+        beyond: largest distance of matter beyond a wall plane [cells].
         smallest_j: smallest det F of the robot.
-        guarded: particles whose log J is held at its guard.
-        stretch: largest principal stretch of the robot, or a little more.
-        robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], with the actuation, stretch and hardening of
-            the moment; 0 where there is no such matter.
+        guarded: number of particles with J below its guard (`elastic.SMALLEST_J`).
+        stretch: upper bound of the robot's largest principal stretch.
+        robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], at the present actuation, stretch and
+            hardening; 0 without such matter.
         robot_viscosity: largest eta / rho0 [m^2/s].
     """
 
@@ -63,13 +63,13 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True)
 class StepLimit:
-    """What bounds the step.
+    """The bound on the step, and the step taken.
 
     Attributes:
         dt_iso: the largest stable step [s].
-        matter: which matter sets it.
+        matter: the matter that sets it.
         dt: the step taken [s].
-        substeps_per_frame: how many of them make one control frame.
+        substeps_per_frame: substeps of one control frame.
     """
 
     dt_iso: float
@@ -91,6 +91,7 @@ def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: flo
     scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
     bound = 2.0 if fidelity.transfer == "pic" else 4.0
     damping = 2.0 * viscosity * scale
+    # the positive root of scale stiffness dt^2 + 2 damping dt = bound, written without cancellation
     rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
     return bound / rate if rate > 0.0 else math.inf
 
@@ -122,12 +123,12 @@ def choose_step(
     stiffness_max: float = 1.0,
     density_ratio_min: float = 1.0,
 ) -> StepLimit:
-    """The declared step: `fidelity.courant` times dt_iso of the stiffest state meant, or the fixed step asked for.
+    """The declared step: `fidelity.courant` times dt_iso of the stiffest intended state, or the fixed step.
 
-    It divides the frame into a whole number of substeps, and is shortened to do so.
+    It is shortened to divide the frame into a whole number of substeps.
 
     Raises:
-        StepSizeError: the fixed step is above 0.9 dt_iso, where muscles and impacts are known to blow up.
+        StepSizeError: the fixed step is above 0.9 dt_iso, where simulations with muscles and impacts diverge.
     """
     limits = step_limits(scene, fidelity, stiffness_max, density_ratio_min)
     matter = min(limits, key=lambda name: limits[name])
@@ -146,15 +147,15 @@ def choose_step(
 def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition) -> StepLimit:
     """The step that a world in this condition can take through its next frame.
 
-    `matter` also names `speed` (half a cell in a substep) and `velocity gradient` (dt |C| of a half) where they bind;
-    dt_iso is then the step at which `courant` times it keeps that bound.
+    `matter` is `speed` (half a cell in a substep) or `velocity gradient` (dt |C| of a half) where these bounds are the
+    tightest; dt_iso is then chosen so that `courant` times it keeps them.
     """
     h, courant = fidelity.grid_spacing, fidelity.courant
     limits = {"robot": isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, condition.medium_stiffness)
-    room = SPEED_ROOM * LARGEST_COURANT / courant
+    room = SPEED_ROOM * LARGEST_COURANT / courant  # the step taken is courant times the limit
     if condition.speed > 0.0:
         limits["speed"] = room * h / condition.speed
     if condition.shear > 0.0:
@@ -165,7 +166,7 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
 
 
 def whole_substeps(frame_seconds: float, dt: float) -> int:
-    """How many equal substeps of at most `dt` [s] make a frame, 1e9 at most; an exact divisor is taken as it is."""
+    """Number of equal substeps of at most `dt` [s] in a frame, 1e9 at most; an exact divisor is not rounded up."""
     return max(1, math.ceil(frame_seconds / max(dt, 1e-9 * frame_seconds) - 1e-9))
 
 

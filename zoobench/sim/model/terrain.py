@@ -1,4 +1,4 @@
-"""The ground as a height field."""
+"""Terrain: the ground as a height field."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +22,7 @@ class Terrain:
     spacing: float
 
     def check(self, ceiling: float) -> None:
-        """Refuse what is no terrain in an arena up to `ceiling` [m].
+        """Refuse heights that are no terrain of an arena up to `ceiling` [m].
 
         Raises:
             SceneError: too few points, or heights that are not finite or outside the arena.
@@ -58,7 +58,7 @@ class Terrain:
         return found
 
     def _inside(self, x: Array, z: Array) -> tuple[Array, Array]:
-        """Coordinates held within the field, which goes on level beyond its edge."""
+        """Coordinates clamped to the field, which continues level beyond its edge."""
         size_x, size_z = (self.spacing * (count - 1) for count in self.heights.shape)
         return np.clip(x, 0.0, size_x), np.clip(z, 0.0, size_z)
 

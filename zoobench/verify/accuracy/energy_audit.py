@@ -101,7 +101,7 @@ def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
     solver.reset(BodyState(**rollout.body))
     before = read_entry(solver).total
     for frame, count in enumerate(rollout.counts[:, 0].tolist()):
-        solver.set_tension(rollout, frame)
+        solver.simulation.set_tension(rollout, frame)
         for _ in range(count):
             _substep(solver, solver.frame_seconds / count, losses)
     return losses, read_entry(solver).total - before
@@ -141,7 +141,7 @@ def _viscous_power(solver: Solver, rate: Array, mean_rate: Array) -> float:
     """Power of the viscous stresses [W], which follow from the velocity gradients `rate`, in `mean_rate`."""
     count, volume = solver.robot_count, to_array(solver.parameters.volume[0])
     power = 0.0
-    if Effect.DAMPING in solver.effects:
+    if Effect.DAMPING in solver.scene.effects:
         stress = 2.0 * solver.scene.robot.material.viscosity * _symmetric(rate[:count])
         power += float(volume[:count] @ (stress * mean_rate[:count]).sum((1, 2)))
     medium = solver.scene.medium

@@ -64,7 +64,7 @@ class Share:
     """What a part of a substep takes of it.
 
     Attributes:
-        part: as in `ablation.Part`; `substep` is the whole as it is launched, `sum` that of the parts.
+        part: as in `ablation.SubstepPart`; `substep` is the whole as it is launched, `sum` that of the parts.
         ns: processor time per particle and substep [ns].
         share: of the whole substep.
     """
@@ -162,21 +162,21 @@ def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
     Raises:
         DivergenceError: the simulation blew up before it could be measured.
     """
-    from zoobench.sim.ablation import Ablation, Part
+    from zoobench.sim.ablation import Ablation, SubstepPart
     from zoobench.sim.solver import Solver
 
     solver = Solver(place.scene, place.fidelity)
     whole = Trial(solver, solver.dt)
-    ablation = Ablation(solver)
+    ablation = Ablation(solver.simulation)
 
-    def timer(part: Part) -> Callable[[], float]:
+    def timer(part: SubstepPart) -> Callable[[], float]:
         return lambda: cpu_seconds(lambda: ablation.repeat(part, whole.count, solver.dt))
 
     timers = [whole.seconds, *map(timer, ablation.parts)]
     for first in timers:
         first()  # compiles
     total, *found = (whole.per_particle(seconds) for seconds in in_turn(timers, repeats))
-    contained = Part.DECOMPOSITION  # in the deformation
+    contained = SubstepPart.DECOMPOSITION  # in the deformation
     everything = sum(ns for part, ns in zip(ablation.parts, found, strict=True) if part is not contained)
     names = ["substep", "sum", *(part.name.lower() for part in ablation.parts)]
     for name, ns in zip(names, [total, everything, *found], strict=True):
@@ -250,7 +250,7 @@ def adjoint_bytes(solver: "Solver", rollout: "Rollout") -> int:
     from zoobench.sim.adjoint import Adjoint
     from zoobench.sim.model.state import Matter, Parameters
 
-    held = vars(Adjoint(solver, rollout)).values()
+    held = vars(Adjoint(solver.simulation, rollout)).values()
     return sum(tensor_bytes(item.tensors()) for item in held if isinstance(item, Matter | Parameters)) // solver.worlds
 
 

@@ -169,11 +169,11 @@ class Cell:
         shift = rng.normal(size=(solver.particle_count, 3))
         shift *= nudge * solver.fidelity.grid_spacing / np.sqrt((shift[: solver.robot_count] ** 2).sum(1).mean())
         solver.reset(_body_state(rollout))
-        solver.matter.x[0, 0] += solver.tensor(shift)
-        solver.refresh_window()
+        solver.matter.x[0, 0] += solver.simulation.tensor(shift)
+        solver.simulation.refresh_window()
         apart = [self._distance(rollout, 0)]
         for frame, count in enumerate(rollout.counts[:, 0].tolist()):
-            solver.set_tension(rollout, frame)
+            solver.simulation.set_tension(rollout, frame)
             solver.substeps(count, FRAME_SECONDS / count)
             apart.append(self._distance(rollout, frame + 1))
         return np.concatenate([[0], np.cumsum(rollout.counts[:, 0])]), np.array(apart)

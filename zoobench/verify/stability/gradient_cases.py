@@ -74,13 +74,13 @@ def solver_pull(name: str, frames: Array, squares: Array, pulls: Array, precisio
     device, real = str(solver.matter.x.device), solver.matter.x.dtype
     tape = empty_matter(scene, 2, 1, real, device)
     tape.load_slot(0, solver.matter.copy_slot(0))
-    tape.b[0, 0] = solver.tensor(_pack(b))
+    tape.b[0, 0] = solver.simulation.tensor(_pack(b))
     first, counts = np.zeros(1, np.int64), np.ones(1, np.int64)
-    solver.advance(tape, first, counts, stride=1)
+    solver.simulation.advance(tape, first, counts, stride=1)
     adjoint = empty_matter(scene, 1, 1, real, device)
-    adjoint.tau[0, 0] = solver.tensor(_pack(np.einsum("nij,njk,nlk->nil", frames, pulls, frames)))
+    adjoint.tau[0, 0] = solver.simulation.tensor(_pack(np.einsum("nij,njk,nlk->nil", frames, pulls, frames)))
     parameters = Parameters.zeros(1, 1, solver.particle_count, real, device)
-    solver.launcher.reverse(tape, solver.parameters, solver.plan(first, counts), adjoint, parameters)
+    solver.launcher.reverse(tape, solver.parameters, solver.simulation.plan(first, counts), adjoint, parameters)
     packed = to_array(adjoint.b[0, 0])
     found = packed[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
     turned: Array = np.einsum("nji,njk,nkl->nil", frames, found, frames)

@@ -71,7 +71,7 @@ class WholePath(Adjoint):
     """
 
     def __init__(self, solver: "Solver", rollout: "Rollout", path: "Matter | None" = None) -> None:
-        super().__init__(solver, rollout)
+        super().__init__(solver.simulation, rollout)
         self.path = path
 
     def _recompute(self, segment: int) -> None:

@@ -112,7 +112,7 @@ def _is_stable(solver: "Solver", state: "Matter", dt: float) -> bool:
     rng = np.random.default_rng(12)
     rate = _DISTURBANCE / solver.limit.dt_iso
     for tensor, size in ((solver.matter.v[0], rate * solver.fidelity.grid_spacing), (solver.matter.C[0], rate)):
-        tensor += solver.tensor(size * rng.normal(size=tuple(tensor.shape)))
+        tensor += solver.simulation.tensor(size * rng.normal(size=tuple(tensor.shape)))
     first = _motion(solver)
     for _ in range(8):
         solver.substeps(_STEPS // 8, dt)
@@ -177,7 +177,7 @@ def _contracted(body: ElasticBody) -> "Solver":
     )
     solver = Solver(scenes.flight(body, 1.0), scenes.fidelity(64))
     solver.reset()
-    solver.matter.F[0, 0] = solver.tensor(F)
+    solver.matter.F[0, 0] = solver.simulation.tensor(F)
     solver.parameters.tension[:] = strength
     return solver
 

@@ -83,10 +83,10 @@ def march(probe: Probe, solver: "Solver", count: int, dt: float, every: int) -> 
 
 def flagged(solver: "Solver", dt: float) -> str:
     """What the solver's health check says of the present state after steps of `dt` [s]; empty if it finds nothing."""
-    from zoobench.sim.model.diagnostics import judge
+    from zoobench.sim.model.diagnostics import diagnose
     from zoobench.sim.step_control import Diagnostics
 
-    for condition in Diagnostics(solver).look():
-        if (finding := judge(condition, dt, solver.fidelity.grid_spacing)) is not None:
+    for condition in Diagnostics(solver.simulation).survey():
+        if (finding := diagnose(condition, dt, solver.fidelity.grid_spacing)) is not None:
             return f"{finding.quantity} {finding.value:.3g}"
     return ""

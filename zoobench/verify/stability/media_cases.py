@@ -74,7 +74,7 @@ def sand_lift_off(probe: Probe) -> None:
     for throw in (1.0, 1.5):
         solver = Solver(scene, scenes.fidelity(64), start=start)
         solver.reset()
-        solver.matter.v[0, 0, 1:, 1] = solver.tensor(throw * rest / (8 * h))
+        solver.matter.v[0, 0, 1:, 1] = solver.simulation.tensor(throw * rest / (8 * h))
         centre, tension = [], []
         for _ in range(250):
             march(probe, solver, 6, solver.dt, every=6)
@@ -116,7 +116,7 @@ def snow_load_cycles(probe: Probe) -> None:
         rates = amplitude / (0.5 * steps * dt) * np.where((np.arange(steps) // (steps // 4)) % 3 == 0, -1.0, 1.0)
         for rate in rates:
             C = np.diag([rate, 0.6 * rate, 0.4 * rate]) / 2.0
-            solver.matter.C[0, 0, 1] = solver.tensor(C)
+            solver.matter.C[0, 0, 1] = solver.simulation.tensor(C)
             before = to_array(solver.matter.tau[0, 0, 0])
             solver.substeps(1, dt)
             after = to_array(solver.matter.tau[0, 0, 0])

@@ -56,7 +56,7 @@ def lone_elastic_particle(probe: Probe) -> None:
 
     solver = Solver(lone_elastic(), scenes.fidelity(64))
     solver.reset()
-    solver.matter = scenes.strained(solver, np.diag([1.0 + 1e-5, 1.0, 1.0 + 0.5e-5]))
+    solver.matter.load_slot(0, scenes.strained(solver, np.diag([1.0 + 1e-5, 1.0, 1.0 + 0.5e-5])))
     _stays_bounded(probe, solver, NEAR, _LONG)
 
 
@@ -73,7 +73,7 @@ def stretched_particle(probe: Probe) -> None:
     for share, steps in ((0.5, 2000), (0.7, _LONG)):
         solver = Solver(lone_elastic(), scenes.fidelity(64))
         solver.reset()
-        solver.matter = scenes.strained(solver, np.diag([1.1, 1.0, 1.05]))
+        solver.matter.load_slot(0, scenes.strained(solver, np.diag([1.1, 1.0, 1.05])))
         _stays_bounded(probe, solver, share, steps)
 
 
@@ -127,7 +127,7 @@ def spray(probe: Probe) -> None:
         solver = Solver(spray_scene(), scenes.fidelity(64))
         solver.reset()
         disorder = np.random.default_rng(6).normal(size=(solver.robot_count, 3, 3))
-        solver.matter = scenes.strained(solver, np.eye(3) + strain * disorder)
+        solver.matter.load_slot(0, scenes.strained(solver, np.eye(3) + strain * disorder))
         dt = fraction * solver.current_limit()[0].dt_iso
         ledger = march(probe, solver, 2000, dt, every=5)
         probe.below(
@@ -147,7 +147,7 @@ def beyond_the_limit(probe: Probe) -> None:
         solver = Solver(scene, scenes.fidelity(64))
         solver.reset()
         if name == "elastic":
-            solver.matter = scenes.strained(solver, np.diag([1.001, 1.0, 1.0]))
+            solver.matter.load_slot(0, scenes.strained(solver, np.diag([1.001, 1.0, 1.0])))
         dt = BEYOND * solver.current_limit()[0].dt_iso
         found, steps = "", 0
         while not found and steps < 400:

@@ -83,5 +83,5 @@ def bystander(place: tuple[float, float, float]) -> ElasticBody:
 def strained(solver: "Solver", F: Array) -> "Matter":
     """The scene's initial state with these deformation gradients of the robot, `[3, 3]` or `[robot, 3, 3]`."""
     state = solver.matter.copy_slot(0)
-    state.F[0, 0] = solver.tensor(F)
+    state.F[0, 0] = solver.simulation.tensor(F)
     return state

@@ -103,7 +103,7 @@ class Stage:
     def place(self, index: slice | NDArray[np.intp], positions: Array) -> None:
         """Put particles at positions [m]; `advance` then looks for the grid nodes in use anew."""
         self.solver.matter.x[0, 0].numpy()[index] = positions - self.solver.origin
-        self.solver.refresh_window()
+        self.solver.simulation.refresh_window()
 
     def times(self, count: int, every: int = 1) -> Array:
         """The ends `[count + 1]` of each `every` substeps, from 0 on [s]."""

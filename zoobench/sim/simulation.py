@@ -1,0 +1,153 @@
+"""The state of one scene in a number of worlds, and the primitive operations on it that need no choice."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from zoobench.arrays import Array
+from zoobench.errors import UsageError
+from zoobench.sim import runtime
+from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.launcher import Launcher
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
+from zoobench.sim.model.scene import Effect, Scene
+from zoobench.sim.model.state import BodyState, IntArray, LaunchPlan, Matter, Parameters, initial_matter, medium_share
+from zoobench.sim.model.step_limits import StepLimit
+
+
+class Simulation:
+    """Tensors and launcher of one scene, shared by the solver, its step control and its adjoint.
+
+    Args:
+        limit: the declared step.
+        start: the state of one world at time zero; the scene's own if None.
+        parallel: all worlds at once with atomic adds; the default on CUDA only.
+
+    Attributes:
+        origin: the grid's first node [m], from which the positions of `matter` are measured.
+        matter: the present state, one slot.
+        parameters: mass, volume, stiffness, fibres and the tension of the present control frame.
+        alive: `[worlds]` 0 for a world that has diverged.
+        start: the state of all worlds at time zero, one slot.
+
+    Raises:
+        SceneError: the arena has more grid nodes than can be held.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        fidelity: Fidelity,
+        worlds: int,
+        limit: StepLimit,
+        *,
+        frame_seconds: float,
+        start: Matter | None,
+        device: runtime.Device,
+        parallel: bool | None,
+    ) -> None:
+        self._generation = runtime.start(fidelity.precision, device)
+        self._real, self._device = runtime.real(fidelity.precision), device
+        self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
+        self.limit, self.frame_seconds = limit, frame_seconds
+        self.robot_count, self.particle_count = scene.robot.particle_count, scene.particle_count
+        self.muscle_count = scene.robot.muscle_count if Effect.MUSCLE in scene.effects else 0
+        self.meter = SubstepMeter()
+        self.launcher = Launcher(
+            scene, fidelity, worlds, self._real, device, device == "cuda" if parallel is None else parallel
+        )
+        self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
+        self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
+        self.refresh_window()
+        if start is not None:
+            self.matter.load_slot(0, start)
+        self.start = self.matter.copy_slot(0)
+        self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
+        self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
+        self._plan = LaunchPlan.none(worlds, self._real, device)
+        self.set_body(BodyState().filled(scene, worlds))
+
+    def check_runtime(self) -> None:
+        """Refuse to go on after the runtime was restarted.
+
+        Raises:
+            UsageError: the tensors and kernels are of a runtime that has ended.
+        """
+        if self._generation != runtime.generation():
+            raise UsageError("The runtime was restarted with another precision. Make a new solver.")
+
+    def tensor(self, value: FloatArray) -> Tensor:
+        """An array in the simulation's precision on its device."""
+        return torch.as_tensor(np.ascontiguousarray(value), dtype=self._real, device=self._device)
+
+    def rewind(self) -> None:
+        """Put all worlds back to the initial state, alive and with all muscles at rest."""
+        self.matter.load_slot(0, self.start)
+        self.alive.fill_(1)
+        self.parameters.tension.zero_()
+
+    def restart(self, world: int) -> None:
+        """Put one world back to the initial state, alive; the others are unchanged."""
+        self.matter.copy_world(world, self.start)
+        self.alive[world] = 1
+
+    def plan(self, first: IntArray, counts: IntArray) -> LaunchPlan:
+        """The launch of frames of `counts` substeps from the slots `first` on, `[worlds]` each."""
+        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts, 1))
+        return self._plan
+
+    def advance(self, matter: Matter, first: IntArray, counts: IntArray, stride: int) -> None:
+        """A frame of `counts` substeps from the slots `first` on, `[worlds]` each, to `stride` slots further."""
+        self.launcher.advance(matter, self.parameters, self.plan(first, counts), stride)
+
+    def substeps(self, count: int, dt: float) -> None:
+        """Move `matter` on in place by `count` steps of `dt` [s] in every world."""
+        self._plan.set(np.zeros(self.worlds, np.int64), np.full(self.worlds, count), np.full(self.worlds, dt))
+        self.launcher.advance(self.matter, self.parameters, self._plan, 0)
+
+    def refresh_window(self) -> None:
+        """Find the grid nodes that the particles touch, after their positions were set from outside."""
+        width = self.fidelity.spline.width
+        # the first node of each particle's stencil, as `splines.base_node` has it
+        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
+        self.matter.window[0, :, :3] = base.amin(1)
+        self.matter.window[0, :, 3:] = base.amax(1) + width
+
+    def set_body(self, arrays: dict[str, Array]) -> None:
+        """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
+        robot, medium, count = self.scene.robot, self.scene.medium, self.robot_count
+        # occupancy scales mass and volume together: an absent particle has neither inertia nor stress
+        volume = arrays["occupancy"] * robot.volumes
+        mass = volume * arrays["density_ratio"] * robot.material.density
+        self.parameters.volume[:, :count] = self.tensor(volume)
+        self.parameters.mass[:, :count] = self.tensor(mass)
+        self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
+        self.parameters.fibre[0] = self.tensor(arrays["fibres"])
+        if medium is not None:
+            room = medium.volumes * medium_share(medium, arrays["occupancy"])
+            self.parameters.volume[:, count:] = self.tensor(room)
+            self.parameters.mass[:, count:] = self.tensor(room * medium.material.density)
+
+    def set_tension(self, rollout: Rollout, frame: int) -> None:
+        """Apply a control frame's actuation: the active stress of every robot particle."""
+        if self.muscle_count:
+            share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
+            self.parameters.tension[:] = self.tensor(share * self.scene.robot.material.muscle_strength)
+
+    def record(self, rollout: Rollout, frame: int) -> None:
+        """Write the robot's present state into the rollout as that at the beginning of a frame."""
+        count = self.robot_count
+        rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
+        rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()
+        if self.muscle_count:
+            rollout.muscle_potential[frame] = self._muscle_potential(rollout)
+
+    def _muscle_potential(self, rollout: Rollout) -> Array:
+        """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
+        deformation = self.matter.F[0, :, : self.robot_count].double()
+        stretched = torch.einsum("wpij,wpj->wpi", deformation, self.parameters.fibre[0].double())
+        volume = self.parameters.volume[:, : self.robot_count].double()
+        density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
+        potential: Array = np.einsum("wpk,wp->wk", rollout.body["muscle_membership"], density.cpu().numpy())
+        return potential
