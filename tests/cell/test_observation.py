@@ -35,9 +35,9 @@ def test_a_rigid_turn_changes_what_tells_the_heading_only() -> None:
     rng = np.random.default_rng(0)
     positions = REST + torch.as_tensor(0.002 * rng.normal(size=REST.shape))
     velocities = torch.as_tensor(0.1 * rng.normal(size=REST.shape))
-    turn, senses = _turn(0.7), ObservationModel(BODY)
-    before = senses.observe(positions, velocities, positions, WHOLE)
-    after = senses.observe(positions @ turn.T, velocities @ turn.T, positions @ turn.T, WHOLE)
+    turn, model = _turn(0.7), ObservationModel(BODY)
+    before = model.observe(positions, velocities, positions, WHOLE)
+    after = model.observe(positions @ turn.T, velocities @ turn.T, positions @ turn.T, WHOLE)
     np.testing.assert_allclose(after[[0, 1, 2]], before[[0, 1, 2]], atol=1e-9)
     np.testing.assert_allclose(after[8:], before[8:], atol=1e-9)
     angles = [math.atan2(float(seen[7]), float(seen[6])) for seen in (before, after)]
@@ -55,20 +55,20 @@ def test_velocity_and_displacement_are_those_of_the_centre_of_mass() -> None:
 
 
 def test_what_is_not_there_is_not_felt() -> None:
-    """A particle without presence may be anywhere; its muscle goes by the others, and an absent muscle is still."""
+    """A particle without occupancy may be anywhere; its muscle goes by the others, and an absent muscle is still."""
     gone = torch.as_tensor((BODY.muscle_membership[:, 0] == 0.0).astype(np.float64))
     wild = torch.where(gone[:, None] > 0, REST, 1e3 * torch.ones_like(REST))
-    senses = ObservationModel(BODY)
-    seen = senses.observe(wild, torch.zeros_like(REST), REST, gone)
+    model = ObservationModel(BODY)
+    seen = model.observe(wild, torch.zeros_like(REST), REST, gone)
     assert torch.isfinite(seen).all()
-    np.testing.assert_allclose(seen, senses.observe(REST, torch.zeros_like(REST), REST, gone), atol=1e-9)
+    np.testing.assert_allclose(seen, model.observe(REST, torch.zeros_like(REST), REST, gone), atol=1e-9)
 
 
 def test_the_derivative_is_right_on_a_robot_that_stands_on_its_head() -> None:
     """By automatic differentiation against differences, where the level heading has no direction."""
     stand = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], dtype=torch.float64)
     positions = (REST @ stand.T).requires_grad_()
-    senses = ObservationModel(BODY)
-    seen = senses.observe(positions, torch.zeros_like(REST), REST, WHOLE)
+    model = ObservationModel(BODY)
+    seen = model.observe(positions, torch.zeros_like(REST), REST, WHOLE)
     (slope,) = torch.autograd.grad(seen.sum(), positions)
     assert torch.isfinite(slope).all()

@@ -10,7 +10,7 @@ from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot, elongation
 from zoobench.errors import DivergenceError, Unbuildable, UsageError
-from zoobench.methods.base import Champion
+from zoobench.methods.base import Incumbent
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
@@ -100,12 +100,12 @@ def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
 
 
 def test_a_run_whose_designs_all_fail_says_why() -> None:
-    """The champion's error is that of the last design, also after a checkpoint."""
+    """The incumbent's error is that of the last design, also after a checkpoint."""
     problem = Problem(cell(design="voxel", frames=3))
-    champion = Champion()
-    champion.offer(_empty(problem), problem.evaluate(_empty(problem)))
+    incumbent = Incumbent()
+    incumbent.offer(_empty(problem), problem.evaluate(_empty(problem)))
     with pytest.raises(DivergenceError, match="cannot be built"):
-        Champion.from_state(champion.state()).solution()
+        Incumbent.from_state(incumbent.state()).solution()
 
 
 @pytest.mark.parametrize("env", ["ground", "ocean"])

@@ -115,5 +115,5 @@ def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch,
 
 def test_a_body_without_a_form_is_refused() -> None:
     """A policy moves a body; a design space has none before it is given parameters."""
-    with pytest.raises(UsageError, match="no design space"):
+    with pytest.raises(UsageError, match="is a design space"):
         new_session(Problem(cell(design="particle")), 1)
