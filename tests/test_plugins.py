@@ -23,7 +23,7 @@ import torch
 
 from zoobench.designs.block import Block
 from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
-from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
+from zoobench.methods.base import Incumbent, RunContext, Solution, keep, resume
 from zoobench.cell.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
@@ -67,13 +67,13 @@ class Content:
     """Draw once."""
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        champion = resume(problem, context)
+        incumbent = resume(problem, context)
         params = problem.initial(context.rng)
-        champion.offer(params, problem.evaluate(params))
+        incumbent.offer(params, problem.evaluate(params))
         problem.meter.iterations += 1
-        context.report(1, score=champion.score)
-        keep(problem, context, champion)
-        return champion.solution()
+        context.report(1, score=incumbent.score)
+        keep(problem, context, incumbent)
+        return incumbent.solution()
 '''
 
 GOOD_POINTS = {"envs": "moon", "tasks": "hopping", "designs": "brick", "methods": "content"}

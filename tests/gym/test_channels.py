@@ -32,10 +32,10 @@ def test_muscles_do_what_they_are_told() -> None:
 def test_what_is_seen_ends_with_the_phase() -> None:
     """After the observation, in every world's own time."""
     session = Mirror(worlds=2)
-    felt = session.begin()
-    seen = Channels(session, "waves").seen(felt)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(seen[:, :-2], felt.astype(np.float32))
+    observations = session.begin()
+    seen = Channels(session, "waves").inputs(observations)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(seen[:, :-2], observations.astype(np.float32))
     assert seen[:, -2:].tolist() == [[0.0, 1.0], [0.0, 1.0]]
     session.step(np.zeros((2, 1)))
-    later = Channels(session, "waves").seen(felt)  # type: ignore[arg-type]
+    later = Channels(session, "waves").inputs(observations)  # type: ignore[arg-type]
     assert later[0, -2:].tolist() == pytest.approx([np.sin(0.16), np.cos(0.16)])

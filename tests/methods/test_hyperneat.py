@@ -38,7 +38,7 @@ def test_a_pattern_is_the_networks_output_at_every_place() -> None:
     bodies = Bodies(problem, np.random.default_rng(0), 10)  # type: ignore[arg-type]
     fitness = np.random.default_rng(1)
     for _ in range(20):
-        bodies.learn(fitness.normal(size=10).tolist())
+        bodies.tell(fitness.normal(size=10).tolist())
     places = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 7))
     genomes = list(bodies._neat.population.values())
     ours = [patterns(genome, bodies._config, places) for genome in genomes]
@@ -76,19 +76,19 @@ def test_no_fortune_ends_the_population(seed: int) -> None:
         points = bodies.ask()
         assert len(points) == 10
         assert np.isfinite(points).all()
-        bodies.learn(bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores.tolist()]))
+        bodies.tell(bodies.digest([Evaluation(score, {}, np.zeros(0)) for score in scores.tolist()]))
 
 
 def test_what_failed_is_less_fit_than_all_others() -> None:
     """As far below the worst as the best is above it: the unit of the score does not matter."""
     bodies = Bodies(Quadratic(Budget("episodes", 1)), np.random.default_rng(0), 10)  # type: ignore[arg-type]
 
-    def lesson(*scores: float) -> object:
-        return bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores])
+    def told(*scores: float) -> object:
+        return bodies.digest([Evaluation(score, {}, np.zeros(0)) for score in scores])
 
-    assert lesson(3.0, -np.inf, 1.0) == [3.0, -1.0, 1.0]
-    assert lesson(np.nan, 2.0) == [1.0, 2.0]
-    assert lesson(-np.inf, -np.inf) == [-1e6, -1e6]
+    assert told(3.0, -np.inf, 1.0) == [3.0, -1.0, 1.0]
+    assert told(np.nan, 2.0) == [1.0, 2.0]
+    assert told(-np.inf, -np.inf) == [-1e6, -1e6]
 
 
 @pytest.mark.parametrize("design", ["voxel", "particle[base=caterpillar]"])
