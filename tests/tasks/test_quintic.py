@@ -46,5 +46,5 @@ def test_it_ends_where_it_ends() -> None:
 )
 def test_what_makes_no_path_is_refused(times: list[float], states: tuple[int, ...]) -> None:
     """One state, equal times or another shape."""
-    with pytest.raises(UsageError, match="make no path"):
+    with pytest.raises(UsageError, match="are no path"):
         Quintic(np.array(times), np.zeros(states))
