@@ -31,7 +31,7 @@ def test_a_changed_file_is_refused_and_makes_another_run(tmp_path: Path) -> None
     assert registry.resolve(Kind.DESIGN, first) == first == Ref.parse(str(first))
     path.write_bytes(b"abd")
     assert registry.resolve(Kind.DESIGN, ref) != first
-    with pytest.raises(UsageError, match="not the one that was meant"):
+    with pytest.raises(UsageError, match="has changed"):
         registry.create(Kind.DESIGN, first)
 
 

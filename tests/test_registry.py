@@ -103,14 +103,14 @@ def test_a_name_is_kebab_case(name: str) -> None:
 
 def test_a_factory_that_hides_its_parameters_is_refused() -> None:
     """Parameters must have names, and defaults that a key can hold."""
-    with pytest.raises(UsageError, match="name every parameter"):
+    with pytest.raises(UsageError, match="Name every parameter"):
         register(Kind.TASK, "loose")(lambda **anything: anything)
     with pytest.raises(UsageError, match="has no type"):
         register(Kind.TASK, "vague")(lambda where="here": where)
 
     def nowhere(*, where: str | None = None) -> None: ...
 
-    with pytest.raises(UsageError, match="no bool, int, float or str"):
+    with pytest.raises(UsageError, match="not a bool, int, float or str"):
         register(Kind.TASK, "nowhere")(nowhere)
     assert not {"loose", "vague", "nowhere"} & set(registry.names(Kind.TASK))
 

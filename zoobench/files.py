@@ -1,14 +1,14 @@
-"""Files that are replaced as wholes: what is there already may be the only copy."""
+"""Atomic replacement of files, since an existing file may be the only copy."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 
 def replace_files(contents: Mapping[Path, bytes]) -> None:
-    """Write these files beside their places and rename them only when all are whole.
+    """Write these files under temporary names and rename them when all are complete.
 
     Raises:
-        OSError: a file cannot be written; those that were there are as they were.
+        OSError: a file cannot be written; existing files are unchanged.
     """
     parts = {path: path.with_name(f"{path.name}.part") for path in contents}
     try:
