@@ -7,14 +7,20 @@ import pytest
 import trimesh
 
 from zoobench import registry
+from zoobench.designs.base import Body
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.designs.workspace import extent, features, workspace
+from zoobench.designs.workspace import BasedSpace, extent, features
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 DRAFT = Fidelity(1 / 64)
+
+
+def workspace(base: str, fidelity: Fidelity) -> Body:
+    """Of a design space on this base."""
+    return BasedSpace(base=base).body(fidelity)
 
 
 def test_it_is_the_whole_base() -> None:
@@ -47,7 +53,7 @@ def test_a_file_must_be_named_with_its_content(tmp_path: Path) -> None:
     """A run's key holds the base's name, which must tell what is in the file; the message has the name to use."""
     path = tmp_path / "ball.stl"
     trimesh.creation.icosphere(radius=0.03).export(path)
-    with pytest.raises(UsageError, match="is in its file") as refusal:
+    with pytest.raises(UsageError, match="digest of the content") as refusal:
         workspace(f"mesh[path={path}]", DRAFT)
     whole = str(refusal.value).rpartition("base=")[2].removesuffix(".")
     assert workspace(whole, DRAFT).particle_count > 50
