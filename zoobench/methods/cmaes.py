@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -43,11 +44,9 @@ class CmaEs:
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the budget does not suffice for another generation."""
-
-        def create() -> Strategies:
-            return Strategies(self.sigma, self.population, lambda: problem.initial(context.rng), context.rng)
-
-        return evolve(problem, context, create, population=self.population)
+        draw = partial(problem.initial, context.rng)
+        strategies = partial(Strategies, self.sigma, self.population, draw, context.rng)
+        return evolve(problem, context, strategies, population=self.population)
 
 
 def check_strategy(sigma: float, population: int) -> None:

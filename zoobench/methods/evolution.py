@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -43,11 +44,8 @@ class Evolution:
             UsageError: the design is not a design space with a row of parameters for every site.
             DivergenceError, BudgetExhaustedError: as for every method.
         """
-
-        def create() -> _Pairs:
-            return _Pairs(self, problem, context.rng)
-
-        return evolve(problem, context, create, population=self.population, generations=self.generations)
+        pairs = partial(_Pairs, self, problem, context.rng)
+        return evolve(problem, context, pairs, population=self.population, generations=self.generations)
 
 
 class _Pairs:

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -50,11 +51,8 @@ class HyperNeat:
             UsageError: the design is not a design space with a row of parameters for every site.
             DivergenceError, BudgetExhaustedError: as for every method.
         """
-
-        def create() -> _Neat:
-            return _Neat(problem, context.rng, self.population)
-
-        return evolve(problem, context, create, population=self.population, generations=self.generations)
+        neat = partial(_Neat, problem, context.rng, self.population)
+        return evolve(problem, context, neat, population=self.population, generations=self.generations)
 
 
 def check_generations(population: int, generations: int) -> None:
