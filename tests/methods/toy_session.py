@@ -1,4 +1,4 @@
-"""A toy to decide on frame by frame: a muscle that is to do as the robot is told."""
+"""A toy session: the activity of a muscle is to follow an order in the observation."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -23,7 +23,7 @@ FAILURE = Divergence(0, 0, 1, "det F", -1.0, 0.0, 0, (0.0, 0.0, 0.0), "Try somet
 
 
 def orders(episodes: int) -> Array:
-    """What the robot is told in the frames of its episodes `[episodes, FRAMES + 1]`, in [-0.8, 0.8]."""
+    """The orders in the frames of each episode `[episodes, FRAMES + 1]`, in [-0.8, 0.8]."""
     return np.random.default_rng(7).uniform(-0.8, 0.8, (episodes, FRAMES + 1))
 
 
