@@ -1,4 +1,4 @@
-"""Files as settings: known by content, refused when they change."""
+"""Files as settings: identified by content, refused if changed."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from zoobench.spec import Ref
 
 
 def test_a_pin_is_the_name_with_the_digest(tmp_path: Path) -> None:
-    """It reads back as the path and the bytes, and pinning twice changes nothing."""
+    """Path and content can be read from it, and pinning twice changes nothing."""
     path = tmp_path / "a.stl"
     path.write_bytes(b"abc")
     pinned = pin(str(path))
@@ -23,7 +23,7 @@ def test_a_pin_is_the_name_with_the_digest(tmp_path: Path) -> None:
 
 
 def test_a_changed_file_is_refused_and_makes_another_run(tmp_path: Path) -> None:
-    """The resolved reference, and so the key of a run, says what was in the file."""
+    """The resolved reference, and so the run's key, contains the digest."""
     path = tmp_path / "a.stl"
     path.write_bytes(b"abc")
     ref = Ref("mesh", params=(("path", str(path)),))
@@ -31,12 +31,12 @@ def test_a_changed_file_is_refused_and_makes_another_run(tmp_path: Path) -> None
     assert registry.resolve(Kind.DESIGN, first) == first == Ref.parse(str(first))
     path.write_bytes(b"abd")
     assert registry.resolve(Kind.DESIGN, ref) != first
-    with pytest.raises(UsageError, match="not the one that was meant"):
+    with pytest.raises(UsageError, match="has changed"):
         registry.create(Kind.DESIGN, first)
 
 
 @pytest.mark.parametrize("name", ["nowhere.stl", "a,b.stl", "."])
 def test_a_file_that_cannot_be_a_setting_is_refused(name: str) -> None:
-    """It is missing, a folder, or its name would break the reference apart."""
+    """It is missing, a folder, or its name contains reserved characters."""
     with pytest.raises(UsageError, match=r"cannot be read|cannot be a setting"):
         pin(name)

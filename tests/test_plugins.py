@@ -1,4 +1,4 @@
-"""Components from a distribution that somebody else has written, installed by pip, in real processes."""
+"""Components of a distribution of a third party, installed by pip, in real processes."""
 
 import base64
 import hashlib
@@ -23,7 +23,7 @@ import torch
 
 from zoobench.designs.block import Block
 from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
-from zoobench.methods.base import Champion, RunContext, Solution, keep, resume
+from zoobench.methods.base import Incumbent, RunContext, Solution, keep, resume
 from zoobench.cell.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
@@ -67,13 +67,13 @@ class Content:
     """Draw once."""
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        champion = resume(problem, context)
+        incumbent = resume(problem, context)
         params = problem.initial(context.rng)
-        champion.offer(params, problem.evaluate(params))
+        incumbent.offer(params, problem.evaluate(params))
         problem.meter.iterations += 1
-        context.report(1, score=champion.score)
-        keep(problem, context, champion)
-        return champion.solution()
+        context.report(1, score=incumbent.score)
+        keep(problem, context, incumbent)
+        return incumbent.solution()
 '''
 
 GOOD_POINTS = {"envs": "moon", "tasks": "hopping", "designs": "brick", "methods": "content"}
@@ -91,7 +91,7 @@ BROKEN = {
 
 
 def install(name: str, modules: Mapping[str, str], entry_points: str, target: Path) -> None:
-    """A wheel of these modules, made here and installed by pip."""
+    """Build a wheel of these modules and install it by pip."""
     info = f"{name}-1.0.dist-info"
     files = {f"{module}.py": source for module, source in modules.items()} | {
         f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\nRequires-Dist: zoobench\n",
@@ -114,7 +114,7 @@ def _digest(text: str) -> str:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where a sound and a broken distribution are installed."""
+    """A folder with a working and a broken distribution."""
     target = tmp_path_factory.mktemp("plugins") / "site"
     sound = "".join(f"[zoobench.{kind}]\n{name} = zoo_moon\n" for kind, name in GOOD_POINTS.items())
     install("zoo_moon", {"zoo_moon": GOOD}, sound, target)
@@ -125,7 +125,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def zoobench(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """A command line in a process that finds the plug-ins."""
+    """The command line in a process that finds the plug-ins."""
     path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
     environ = {**os.environ, "PYTHONPATH": path, "ZOOBENCH_DB": str(site.parent / "zoobench.db")}
     command = [sys.executable, "-m", "zoobench", *words]
@@ -152,7 +152,7 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
 
 
 def test_the_doctor_names_what_is_broken(site: Path) -> None:
-    """Each entry point with its reason, and exit code 1; nothing is said of the sound ones."""
+    """Each broken entry point with its reason, and exit code 1; working ones are not listed."""
     reply = zoobench(site, "doctor", "--format", "json")
     assert reply.returncode == 1
     (check,) = (check for check in json.loads(reply.stdout) if check["check"] == "plug-ins")

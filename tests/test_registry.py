@@ -1,4 +1,4 @@
-"""The registry: discovery, references made whole, and refusals that help."""
+"""The registry: discovery, resolved references, and refusals with a remedy."""
 
 import importlib.metadata
 from typing import Literal
@@ -35,7 +35,7 @@ def _own_registry(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_component_is_described_by_its_factory() -> None:
-    """Summary, tags and defaults come from docstring, decorator and signature."""
+    """Summary and defaults come from docstring and signature, tags from the decorator."""
     component = registry.get(Kind.TASK, "hopping", 1)
     assert component.summary == "Hop on one foot."
     assert component.tags == {"new"}
@@ -48,7 +48,7 @@ def test_the_newest_version_is_the_default() -> None:
 
 
 def test_a_resolved_reference_states_everything() -> None:
-    """Defaults are filled in and values take the parameter's type, so that equal runs have equal keys."""
+    """Defaults are filled in and values have the parameter's type, so that equal runs have equal keys."""
     whole = registry.resolve(Kind.TASK, Ref.parse("hopping-v1[height=2,count=4.0]"))
     assert whole == Ref.parse("hopping-v1[height=2.0,count=4,side=left,soft=true]")
     assert isinstance(whole.kwargs["height"], float)
@@ -57,7 +57,7 @@ def test_a_resolved_reference_states_everything() -> None:
 
 
 def test_create_calls_the_factory_with_the_parameters() -> None:
-    """A reference becomes the component that it describes."""
+    """Values of the reference and defaults."""
     assert registry.create(Kind.TASK, Ref.parse("hopping-v1[side=right]")) == "1.0 3 right True"
 
 
@@ -75,20 +75,20 @@ def test_create_calls_the_factory_with_the_parameters() -> None:
     ],
 )
 def test_a_reference_that_does_not_fit_is_refused(text: str, told: str) -> None:
-    """Each mistake in a reference is told with what would be right."""
+    """The message of each mistake has the remedy."""
     with pytest.raises(UsageError) as caught:
         registry.resolve(Kind.TASK, Ref.parse(text))
     assert told in str(caught.value)
 
 
 def test_an_unknown_name_suggests_the_nearest() -> None:
-    """A misspelt name gets "did you mean"."""
+    """With "did you mean"."""
     with pytest.raises(UnknownNameError, match=r"Unknown task 'hoping'\. Did you mean 'hopping'\?"):
         registry.get(Kind.TASK, "hoping")
 
 
 def test_a_name_is_registered_once() -> None:
-    """A second component of the same name and version is refused, and the first one stays."""
+    """A second component of the same name and version is refused, and the first is kept."""
     with pytest.raises(UsageError, match="registered already"):
         register(Kind.TASK, "hopping")(lambda: None)
     assert registry.create(Kind.TASK, Ref("hopping", 1)).startswith("1.0")
@@ -102,15 +102,15 @@ def test_a_name_is_kebab_case(name: str) -> None:
 
 
 def test_a_factory_that_hides_its_parameters_is_refused() -> None:
-    """Parameters must have names, and defaults that a key can hold."""
-    with pytest.raises(UsageError, match="name every parameter"):
+    """Parameters need names and types, and defaults that a key can contain."""
+    with pytest.raises(UsageError, match="Name every parameter"):
         register(Kind.TASK, "loose")(lambda **anything: anything)
     with pytest.raises(UsageError, match="has no type"):
         register(Kind.TASK, "vague")(lambda where="here": where)
 
     def nowhere(*, where: str | None = None) -> None: ...
 
-    with pytest.raises(UsageError, match="no bool, int, float or str"):
+    with pytest.raises(UsageError, match="not a bool, int, float or str"):
         register(Kind.TASK, "nowhere")(nowhere)
     assert not {"loose", "vague", "nowhere"} & set(registry.names(Kind.TASK))
 
@@ -126,7 +126,7 @@ class _EntryPoint:
 
 
 def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plug-in that cannot be imported is a failure to show; those beside it are loaded."""
+    """It is a failure to show; other plug-ins are loaded."""
     points = {"zoobench.envs": [_EntryPoint("broken", ImportError("no such thing")), _EntryPoint("moon", None)]}
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.get(group, []))
     monkeypatch.setattr(registry, "_discovered", set(Kind) - {Kind.ENV})

@@ -1,4 +1,4 @@
-"""Libraries round alike on different processors."""
+"""Equal rounding of libraries on different processors."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ from zoobench.rounding import CHOICES, unify
 
 @pytest.fixture(autouse=True)
 def _nothing_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever a test chooses is gone after it: on a processor without AVX2 later tests would crash of it."""
+    """Restore the variables after the test: without AVX2 later tests would crash."""
     for name in CHOICES:
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
@@ -23,7 +23,7 @@ def _nothing_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     [("fpu sse2 avx avx2 fma bmi2 avx512f", True), ("fpu sse2 avx", False), ("", False)],
 )
 def test_only_what_the_processor_can_do_is_asked_for(tmp_path: Path, flags: str, chosen: bool) -> None:
-    """AVX2 code needs AVX2; where nothing is known nothing is chosen."""
+    """AVX2 code needs AVX2; on unknown processors nothing is set."""
     (tmp_path / "cpuinfo").write_text(f"processor\t: 0\nvendor_id\t: any\nflags\t\t: {flags}\n\nflags\t: fpu\n")
     unify(tmp_path / "cpuinfo")
     assert {name: os.environ.get(name) for name in CHOICES} == {
@@ -33,7 +33,7 @@ def test_only_what_the_processor_can_do_is_asked_for(tmp_path: Path, flags: str,
 
 
 def test_what_the_user_has_set_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of one variable, the others are chosen."""
+    """A variable of the user is kept, the others are set."""
     monkeypatch.setenv("OPENBLAS_CORETYPE", "Zen")
     (tmp_path / "cpuinfo").write_text("flags: avx2 fma\n")
     unify(tmp_path / "cpuinfo")
@@ -41,7 +41,7 @@ def test_what_the_user_has_set_stays(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_the_libraries_heed_it() -> None:
-    """In a process that imports zoobench first, and in its children: torch says which code it takes."""
+    """In a process that imports zoobench first, and in its children: torch reports the code that it uses."""
     look = "import torch; print(torch.backends.cpu.get_cpu_capability())"
     child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {look!r}], check=True)"
     flags = Path("/proc/cpuinfo")

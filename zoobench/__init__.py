@@ -1,7 +1,7 @@
-"""zoobench: which body, which brain and which algorithm wins in which environment."""
+"""zoobench: a benchmark of bodies, controllers and methods for simulated soft robots."""
 
 from zoobench.rounding import unify
 
 __version__ = "0.1.0"
 
-unify()  # before any library is loaded that it is for
+unify()  # before the libraries that it configures are loaded

@@ -1,10 +1,10 @@
-"""`zoobench` and `python -m zoobench`: the command line, which an interrupt ends in silence while it still loads."""
+"""`zoobench` and `python -m zoobench`: the command line; an interrupt during loading ends it silently."""
 
 import sys
 
 
 def main() -> int:
-    """Run the command line of the process; returns its exit code."""
+    """Run the command line; returns the exit code."""
     try:
         from zoobench.cli.main import main as run
 

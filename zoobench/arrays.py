@@ -1,7 +1,7 @@
-"""Types of arrays that every package shares."""
+"""Array types of all packages."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-"""Real numbers in double precision; the docstring beside it states shape and unit."""
+"""Real numbers in double precision; docstrings state shape and unit."""

@@ -1,6 +1,6 @@
-"""Every error that zoobench raises on purpose.
+"""The errors that zoobench raises on purpose.
 
-A message says what was given, what was expected, and what to do next. `exit_code` is what the command line returns.
+A message names what was given, what was expected, and what to do. `exit_code` is that of the command line.
 """
 
 from collections.abc import Iterable
@@ -15,11 +15,11 @@ class ZoobenchError(Exception):
 
 
 class UsageError(ZoobenchError):
-    """The input cannot be used as it is: a malformed selector, a negative seed, a value out of range."""
+    """Invalid input: a malformed selector, a negative seed, a value out of range."""
 
 
 class UnknownNameError(UsageError):
-    """A name that is not registered; suggests the nearest known ones."""
+    """A name that is not registered; the message suggests similar ones."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         names = sorted(known)
@@ -35,7 +35,7 @@ class SceneError(UsageError):
 
 
 class StepSizeError(UsageError):
-    """A time step was asked for that is above what the scene's stiffest particle allows."""
+    """The given time step exceeds the stability limit of the scene's stiffest particle."""
 
 
 class StorageError(ZoobenchError):
@@ -43,24 +43,24 @@ class StorageError(ZoobenchError):
 
 
 class StorageFullError(StorageError):
-    """No room is left on the disk that holds the database; nothing already stored is lost."""
+    """The disk of the database is full; data already stored is kept."""
 
     exit_code = 1
 
 
 class BudgetExhaustedError(ZoobenchError):
-    """A method asked for more simulation than its budget holds; methods ask `Problem.affords` first."""
+    """The budget does not suffice for a simulation; methods call `Problem.affords` first."""
 
     exit_code = 1
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """Where and how a simulation blew up.
+    """Where and how a simulation diverged.
 
-    `quantity` names what left its bounds (`finite state`, `det F`, `Courant number`, ...), `value` its worst value and
-    `limit` the bound, `place` the particle's position [m], `step` the substep counted from the start of
-    the episode, `frame` its control frame.
+    `quantity` is the one that left its bounds (`finite state`, `det F`, `Courant number`, ...), `value` its worst value
+    and `limit` the bound, `place` the particle's position [m], `step` the substep counted from the start of the
+    episode, `frame` its control frame.
     """
 
     world: int
@@ -84,7 +84,7 @@ class Divergence:
 
 @dataclass(frozen=True)
 class Unbuildable:
-    """Why a design makes no robot: `fault` says what it lacks and what to do about it."""
+    """Why a design cannot be built: `fault` names the defect and the remedy."""
 
     fault: str
 
@@ -97,7 +97,7 @@ Failure = Divergence | Unbuildable
 
 
 class DivergenceError(ZoobenchError):
-    """No simulation gave numbers that mean anything; recorded as a DIVERGED run."""
+    """All simulations of a run failed; the run is recorded as DIVERGED."""
 
     exit_code = 1
 

@@ -1,7 +1,6 @@
-"""The named fidelities: how finely a run is simulated. Numbers of different fidelities are never mixed.
+"""The named fidelities: resolutions of the simulation. Results of different fidelities are never mixed.
 
-They differ in the grid; a finer one has proportionally shorter steps. docs/accuracy.md says how far each is from a
-converged simulation, and what it costs.
+They differ in the grid spacing; the time step is proportional to it. For their errors and costs see docs/accuracy.md.
 """
 
 from typing import Literal
@@ -11,7 +10,7 @@ from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
 
 
 def _name(name: str, spacing: float, summary: str) -> None:
-    """Register a fidelity of this grid spacing [m], every other knob at its default."""
+    """Register a fidelity of this grid spacing [m]."""
 
     def fidelity(
         *,
@@ -30,9 +29,9 @@ def _name(name: str, spacing: float, summary: str) -> None:
     register(Kind.FIDELITY, name)(fidelity)
 
 
-_name("smoke", 1 / 32, "Two cells across a robot: every moving part moves, no number means anything.")
-_name("draft", 1 / 64, "Three cells across a robot: a first answer within minutes on a laptop.")
+_name("smoke", 1 / 32, "Two cells across a robot: for tests of the software; the results are meaningless.")
+_name("draft", 1 / 64, "Three cells across a robot: for first results within minutes on a laptop.")
 _name("standard", 1 / 96, "Five cells across a robot: for comparisons on a laptop.")
 _name("paper", 1 / 128, "The grid of the published benchmark: six cells across a robot.")
-_name("fine", 1 / 192, "Ten cells across a robot: to see whether a result stands.")
-_name("reference", 1 / 256, "Thirteen cells across a robot: what the others are judged by.")
+_name("fine", 1 / 192, "Ten cells across a robot: to confirm a result.")
+_name("reference", 1 / 256, "Thirteen cells across a robot: the reference for the others.")

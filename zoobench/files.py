@@ -1,4 +1,4 @@
-"""Files that are replaced as wholes: a reader, or a writer that is killed, leaves or finds the old ones or the new."""
+"""Atomic replacement of files, since an existing file may be the only copy."""
 
 import secrets
 from collections.abc import Mapping

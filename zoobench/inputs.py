@@ -1,9 +1,8 @@
-"""Settings that stand for more than they say: a file, `body.stl@sha256-1f3a0c...`, or a run, `run-1f3a0c5d7e9b2a46`.
+"""Parameters that refer to a file, `body.stl@sha256-1f3a0c...`, or to a stored run, `run-1f3a0c5d7e9b2a46`.
 
-A run is known by a key made of its settings. A file's name says nothing about its content, and a run's number in one
-database says nothing in another. So a setting names a file by the digest of its bytes and a run by its key, and both
-become part of the key of the run that uses them. A file that changed after it was pinned is refused, and its bare name
-makes a new run.
+A run is identified by a key made of its settings. They therefore contain the digest of a file's content and the key of
+a stored run, which do not depend on folder or database. A file that changed after its name was pinned is refused; its
+name without digest makes a new run.
 """
 
 import hashlib
@@ -14,11 +13,11 @@ from pathlib import Path
 from zoobench.errors import UsageError
 from zoobench.spec import Ref, RunSpec
 
-_DIGITS = 16  # 64 bits: enough to tell files and runs apart, short enough for a table
+_DIGITS = 16  # 64 bits: unique in practice, short enough for a table
 
 
 class InputFile(str):
-    """The type of a parameter that names a file, to annotate it with."""
+    """Annotation of a parameter that names a file."""
 
     __slots__ = ()
 
@@ -27,15 +26,15 @@ _MARK = "@sha256-"
 
 
 def pin(name: str) -> str:
-    """The name with the digest of the file's bytes; a name that is pinned already stays as it is.
+    """The name with the digest of the file's content; a name with a digest is returned unchanged.
 
     Raises:
-        UsageError: the file cannot be read, or its name cannot stand in a setting.
+        UsageError: the file cannot be read, or its name contains reserved characters.
     """
     if _MARK in name:
         return name
     if any(sign in name for sign in ",[]="):
-        raise UsageError(f"The file name {name!r} holds one of the signs , [ ] = and cannot be a setting. Rename it.")
+        raise UsageError(f"The file name {name!r} cannot be a setting: it contains one of , [ ] =. Rename the file.")
     return f"{name}{_MARK}{_digest(_bytes(name))}"
 
 
@@ -45,17 +44,17 @@ def path_of(pinned: str) -> Path:
 
 
 def read(name: str) -> bytes:
-    """What is in a file, pinned or not.
+    """The content of a file, given with or without digest.
 
     Raises:
-        UsageError: it cannot be read, or is not what was pinned.
+        UsageError: the file cannot be read, or has another digest.
     """
     path, _, digest = name.partition(_MARK)
     content = _bytes(path)
     if digest and _digest(content) != digest:
         raise UsageError(
-            f"The file {path!r} is not the one that was meant: its sha256 begins with {_digest(content)}, {digest} was "
-            f"expected. Put the old file back, or name it without {_MARK}... to make a new run."
+            f"The file {path!r} has changed: its sha256 begins with {_digest(content)}, {digest} was expected. "
+            f"Restore the old file, or give its name without {_MARK}... to make a new run."
         )
     return content
 
@@ -76,10 +75,9 @@ _RUN_NAME = re.compile(f"{_RUN_MARK}[0-9a-f]{{{_DIGITS}}}")
 
 
 class StoredRun(str):
-    """The type of a method's parameter that names a stored run, to annotate it with.
+    """Annotation of a method's parameter that names a stored run, for a warm start.
 
-    It is empty by default, which is no part of a run's key. A method needs to do nothing with it: where it is given,
-    the first draw begins there.
+    The empty default is not part of a run's key. The method need not use the parameter: `Problem.initial` does.
     """
 
     __slots__ = ()
@@ -90,11 +88,11 @@ FROM_NONE = StoredRun("")
 
 @dataclass(frozen=True)
 class Start:
-    """What a stored run has found.
+    """The solution of a stored run.
 
     Attributes:
         spec: of that run.
-        params: its solution `[parameter_count]`.
+        params: `[parameter_count]`.
     """
 
     spec: RunSpec
@@ -102,25 +100,25 @@ class Start:
 
 
 def run_name(key: str) -> str:
-    """The name of the run with this key, as a setting has it."""
+    """The name of the run with this key in a setting."""
     return f"{_RUN_MARK}{key[:_DIGITS]}"
 
 
 def checked_run_name(name: str) -> str:
-    """The name of a stored run as it is, or the empty one.
+    """The name unchanged, if it is empty or of the form that `run_name` gives.
 
     Raises:
-        UsageError: it is not of the form that `run_name` gives.
+        UsageError: it is neither.
     """
     if name and not _RUN_NAME.fullmatch(name):
         raise UsageError(
-            f"{name!r} names no stored run. A setting has {_RUN_MARK} and the first {_DIGITS} digits of the run's "
-            "key; `zoobench run` makes it of a number."
+            f"{name!r} names no stored run. Write {_RUN_MARK} and the first {_DIGITS} digits of the run's key; "
+            "`zoobench run` also accepts a run's number."
         )
     return name
 
 
 def named_run(method: Ref) -> str:
-    """The beginning of the key of the run that a method is to start from; empty if from none."""
+    """The beginning of the key of the run from which a method starts; empty without a warm start."""
     names = (value for _, value in method.params if isinstance(value, str) and _RUN_NAME.fullmatch(value))
     return next(names, "").removeprefix(_RUN_MARK)

@@ -1,8 +1,8 @@
-"""Names to components: environments, tasks, designs, controllers, methods and fidelities.
+"""The registry of components: environments, tasks, designs, controllers, methods and fidelities.
 
-A component is a class or function behind `@register(Kind.TASK, "turning", version=1)` in a module of the
-package `zoobench.<kind>`, or in a module that an installed plug-in names as an entry point of the group
-`zoobench.<kind>`. Nothing is imported before the first question about a kind.
+A component is a class or function with the decorator `@register(Kind.TASK, "turning", version=1)`, in a module of the
+package `zoobench.<kind>` or in a module that an installed plug-in names as an entry point of the group
+`zoobench.<kind>`. The modules of a kind are imported at the first query.
 """
 
 import importlib
@@ -24,7 +24,7 @@ _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
 class Kind(StrEnum):
-    """The axes of the benchmark that are filled by registered components; the value names the package."""
+    """The kinds of components, one for each axis of the benchmark; the value is the name of the package."""
 
     ENV = "envs"
     TASK = "tasks"
@@ -35,7 +35,7 @@ class Kind(StrEnum):
 
     @property
     def noun(self) -> str:
-        """What one component of this kind is called in a message."""
+        """The word for a component of this kind in messages."""
         return _NOUNS[self]
 
 
@@ -54,10 +54,10 @@ class Component:
     """One registered version of one component.
 
     Attributes:
-        factory: called with the parameters of a `Ref` as keywords.
+        factory: called with the parameters of a `Ref` as keyword arguments.
         summary: the first line of the factory's docstring.
-        defaults: the parameters that have a default, with it.
-        parameters: the expected type of every parameter, as annotated.
+        defaults: of the parameters that have one.
+        parameters: the annotated type of every parameter.
     """
 
     kind: Kind
@@ -71,12 +71,12 @@ class Component:
 
     @property
     def required(self) -> frozenset[str]:
-        """The parameters without a default, which a reference has to give."""
+        """The parameters without a default, which a reference must give."""
         return frozenset(self.parameters) - frozenset(self.defaults)
 
     @property
     def ref(self) -> Ref:
-        """The reference to this component with all defaults stated."""
+        """The reference to this component with all defaults."""
         return Ref(self.name, self.version, tuple(sorted(self.defaults.items())))
 
 
@@ -94,7 +94,7 @@ _discovered: set[Kind] = set()
 _failures: list[PluginFailure] = []
 
 _TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked_run_name}
-"""Types of parameters that are text, and what makes a setting of what was typed."""
+"""Types of text parameters, with the function that turns input into a setting."""
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -102,13 +102,14 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = ()) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
-    Bump `version` whenever the component's numbers change: results of different versions are never mixed.
+    Increase `version` whenever the component's numbers change: results of different versions are never mixed.
 
     Raises:
-        UsageError: the name is taken or malformed, or a default is not a bool, int, float or str.
+        UsageError: the name is taken or malformed, or a parameter has no type or a default that is not a bool, int,
+            float or str.
     """
     if not _NAME.fullmatch(name) or version < 1:
-        raise UsageError(f"Cannot register {name!r} version {version}: write kebab-case and count from 1.")
+        raise UsageError(f"Cannot register {name!r} version {version}. Use kebab-case, and versions from 1.")
 
     def decorate(factory: _F) -> _F:
         known = _components[kind].get(name, {})
@@ -116,9 +117,9 @@ def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] =
             other = known[version].factory
             raise UsageError(
                 f"The {kind.noun} {name!r} version {version} is registered already, by {other.__module__}."
-                f"{other.__qualname__}. Choose another name or bump the version."
+                f"{other.__qualname__}. Choose another name or increase the version."
             )
-        component = _describe(kind, name, version, factory, frozenset(tags))  # before the name is known to anybody
+        component = _describe(kind, name, version, factory, frozenset(tags))
         _components[kind].setdefault(name, {})[version] = component
         return factory
 
@@ -132,11 +133,11 @@ def names(kind: Kind) -> list[str]:
 
 
 def get(kind: Kind, name: str, version: int = 0) -> Component:
-    """The component of that name; version 0 means the newest.
+    """The component with this name; version 0 is the newest.
 
     Raises:
-        UnknownNameError: no component has this name; suggests the nearest.
-        UsageError: the name exists, but not in this version.
+        UnknownNameError: no component has this name.
+        UsageError: the component does not have this version.
     """
     _discover(kind)
     versions = _components[kind].get(name)
@@ -151,11 +152,11 @@ def get(kind: Kind, name: str, version: int = 0) -> Component:
 
 
 def resolve(kind: Kind, ref: Ref) -> Ref:
-    """The same reference with its version and all parameters stated, so that its key says everything.
+    """The same reference with version and all parameters, as it enters a run's key.
 
     Raises:
-        UnknownNameError: unknown name.
-        UsageError: unknown version or parameter, a value of the wrong type, or a required parameter missing.
+        UnknownNameError: unknown name or parameter.
+        UsageError: unknown version, a value of the wrong type, or a required parameter missing.
     """
     component = get(kind, ref.name, ref.version)
     given = {key: _coerce(component, key, value) for key, value in ref.params}
@@ -163,23 +164,23 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
     stated = {**component.defaults, **given}
-    # a run that starts from none keeps the key that it had before its method could start from one
+    # without a warm start the key is that of versions without the parameter
     unset = [key for key, kind in component.parameters.items() if kind is StoredRun and not stated[key]]
     return Ref(ref.name, component.version, tuple(sorted(item for item in stated.items() if item[0] not in unset)))
 
 
 def create(kind: Kind, ref: Ref) -> Any:
-    """Build the component that the reference names, with its parameters.
+    """Create the component with the parameters of the reference.
 
     Raises:
-        UsageError: as `resolve`.
+        UnknownNameError, UsageError: as `resolve`.
     """
     resolved = resolve(kind, ref)
     return get(kind, resolved.name, resolved.version).factory(**resolved.kwargs)
 
 
 def failures() -> list[PluginFailure]:
-    """The installed plug-ins that could not be loaded, over all kinds."""
+    """The installed plug-ins of all kinds that could not be loaded."""
     for kind in Kind:
         _discover(kind)
     return list(_failures)
@@ -190,21 +191,21 @@ def _describe(kind: Kind, name: str, version: int, factory: Callable[..., Any], 
     parameters: dict[str, Any] = {}
     for key, parameter in inspect.signature(factory, eval_str=True).parameters.items():
         if parameter.kind not in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD):
-            raise UsageError(f"The {kind.noun} {name!r} takes *{key}: name every parameter, with its type.")
+            raise UsageError(f"The {kind.noun} {name!r} takes *{key}. Name every parameter and annotate its type.")
         if parameter.annotation is parameter.empty:
             raise UsageError(f"The parameter {key!r} of {name!r} has no type. Annotate it.")
         parameters[key] = parameter.annotation
         if parameter.default is parameter.empty:
             continue
         if not isinstance(parameter.default, bool | int | float | str):
-            raise UsageError(f"The default of {key!r} of {name!r} is no bool, int, float or str.")
+            raise UsageError(f"The default of {key!r} of {name!r} is not a bool, int, float or str.")
         defaults[key] = float(parameter.default) if parameter.annotation is float else parameter.default
     summary = (inspect.getdoc(factory) or "").partition("\n")[0]
     return Component(kind, name, version, factory, summary, tags, defaults, parameters)
 
 
 def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
-    """The value in the parameter's own type (`lr=1` and `lr=1.0` are one run), or a clear refusal."""
+    """The value in the parameter's type, so that `lr=1` and `lr=1.0` are the same run."""
     if key not in component.parameters:
         raise UnknownNameError(f"parameter of {component.name!r}:", key, component.parameters)
     expected = component.parameters[key]
@@ -239,6 +240,6 @@ def _discover(kind: Kind) -> None:
     for entry_point in importlib.metadata.entry_points(group=group):
         try:
             entry_point.load()
-        except (Exception, SystemExit) as error:  # a stranger's module fails in any way it likes, alone
+        except (Exception, SystemExit) as error:  # a plug-in may raise anything; it must not affect other components
             _failures.append(PluginFailure(group, entry_point.name, f"{type(error).__name__}: {error}"))
     _discovered.add(kind)

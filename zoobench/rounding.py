@@ -1,8 +1,8 @@
-"""The same rounding on processors of different makes.
+"""Equal rounding on different processors.
 
-The libraries beneath look at the processor and choose their code by it: with wider vectors, sums are added up in
-another order, and the last digits differ. A method that decides by them, as CMA-ES does with its eigenvectors, makes
-other scores of that. So they are asked for the code that every x86 processor since about 2015 can run.
+Numerical libraries choose their code by the processor: with wider vector registers they sum in another order, and
+results differ in the last bits. Methods amplify such differences, as CMA-ES does by its eigenvectors. The libraries are
+therefore set to code that every x86 processor since about 2015 can run.
 """
 
 import os
@@ -11,18 +11,18 @@ from pathlib import Path
 CHOICES = {
     "OPENBLAS_CORETYPE": "Haswell",  # NumPy's and SciPy's linear algebra
     "ATEN_CPU_CAPABILITY": "avx2",  # torch's sums
-    "MKL_CBWR": "COMPATIBLE",  # torch's products: the only choice that Intel promises for other makes, too
+    "MKL_CBWR": "COMPATIBLE",  # torch's products: the only setting that Intel guarantees on other processors, too
 }
 _NEEDS = {"avx2", "fma"}
 
 
 def unify(processor: Path = Path("/proc/cpuinfo")) -> None:
-    """Choose for libraries that are not loaded yet, here and in child processes; what is set already stays.
+    """Set the choices for libraries not yet loaded, here and in child processes; variables already set are kept.
 
-    Nothing is done where the processor's description is not found or lacks what the code needs.
+    Does nothing if the processor's description is missing or lacks the required features.
     """
     try:
-        with processor.open(encoding="utf-8", errors="replace") as lines:  # to the first core's flags, no further
+        with processor.open(encoding="utf-8", errors="replace") as lines:  # the first core's flags are enough
             flags = next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), [])
     except OSError:
         return

@@ -1,6 +1,6 @@
-"""What a run is: frozen data with one canonical JSON form and one key.
+"""The specification of a run: immutable data with a canonical JSON form and a key.
 
-A `RunSpec` holds everything that a result may depend on and nothing else: no commit, machine, thread count or path.
+A `RunSpec` holds everything that a result may depend on, and nothing else: no commit, machine, thread count or path.
 """
 
 import hashlib
@@ -21,13 +21,13 @@ FRAME_SECONDS = 0.008
 """Length of a control frame [s], as in SoftZoo."""
 
 _LARGEST = 2**31 - 1
-"""The largest whole number in a column of every database that is supported."""
+"""The largest whole number in a column of every supported database."""
 
 _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0-9]+))?(?:\[(?P<params>.*)\])?$")
 
 
 def canonical_json(value: Any) -> str:
-    """The one JSON text of a value: sorted keys, no spaces, no NaN. Equal values give equal text."""
+    """The JSON text of a value with sorted keys, without spaces and NaN; equal values give equal text."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
@@ -45,9 +45,9 @@ def _parse_scalar(text: str) -> Scalar:
 
 @dataclass(frozen=True)
 class Ref:
-    """A registered component with its version and parameters, written `diffphysics-v1[lr=0.1]`.
+    """A reference to a registered component with version and parameters, written `diffphysics-v1[lr=0.1]`.
 
-    `version` 0 means "the newest registered one" and is replaced when the registry resolves the reference.
+    Version 0 is the newest and is replaced when the registry resolves the reference.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Ref:
         """Read `name`, `name-v2` or `name[key=value,key=value]`.
 
         Raises:
-            UsageError: the text has another shape.
+            UsageError: the text has another form.
         """
         match = _REF.match(text.strip())
         if match is None:
@@ -78,7 +78,7 @@ class Ref:
         return dict(self.params)
 
     def with_defaults(self, **defaults: Scalar) -> Self:
-        """This reference with parameters filled in where it names none."""
+        """This reference with these values for parameters that it does not give."""
         return type(self)(self.name, self.version, tuple(sorted({**defaults, **self.kwargs}.items())))
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class Ref:
 
 @dataclass(frozen=True)
 class Budget:
-    """How much a method may spend. `substeps` counts forward, recomputed and backward substeps together."""
+    """The budget of a method; `substeps` are forward, recomputed and backward substeps together."""
 
     kind: BudgetKind
     amount: float
@@ -107,7 +107,7 @@ class Budget:
         """Read `200000`, `200000 substeps`, `50episodes` or `60 seconds`; a bare number means substeps.
 
         Raises:
-            UsageError: no positive number, an unknown kind, or a part of what is counted whole.
+            UsageError: the amount is not positive or not whole where it must be, or the kind is unknown.
         """
         match = re.match(r"^\s*([-+0-9.eE_]+)\s*([a-z]*)\s*$", text)
         try:
@@ -129,12 +129,12 @@ class Budget:
 
 
 AXES = ("env", "task", "design", "controller", "method", "fidelity")
-"""The components of a run, as its spec names them."""
+"""The fields of a `RunSpec` that refer to components."""
 
 
 @dataclass(frozen=True)
 class RunSpec:
-    """One cell of the benchmark with one seed. `frames` is the episode's length in control frames."""
+    """One cell of the benchmark with a seed; `frames` is the length of an episode in control frames."""
 
     env: Ref
     task: Ref
@@ -154,7 +154,7 @@ class RunSpec:
             raise UsageError(f"An episode of {self.frames} frames is empty. Give at least 1.")
         for name in ("seed", "frames"):
             if (number := getattr(self, name)) > _LARGEST:
-                raise UsageError(f"{name}={number} is more than a database can hold. Give at most {_LARGEST}.")
+                raise UsageError(f"{name}={number} is too large for a database. Give at most {_LARGEST}.")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the inverse of `from_dict`."""
@@ -175,7 +175,7 @@ class RunSpec:
         return hashlib.sha256(canonical_json(self.to_dict()).encode()).hexdigest()
 
     def cell(self) -> tuple[str, ...]:
-        """What the table groups by: everything but the seed."""
+        """Everything but the seed, by which tables group runs."""
         return (*(str(getattr(self, axis)) for axis in AXES), str(self.frames), str(self.budget))
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Closed loops: what is felt decides what is done, and gradients go through both."""
+"""Closed loops: observations change the motion, and gradients flow through both."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from zoobench.cell.problem import Problem
 
 
 def test_feedback_changes_what_the_robot_does() -> None:
-    """The same basis, with the network and without it, gives different episodes."""
+    """The same basis gives different episodes with the network and without it."""
     problem = Problem(cell(controller="sine-feedback", frames=10))
     params = problem.initial(np.random.default_rng(0))
     blind = params.copy()
@@ -17,12 +17,12 @@ def test_feedback_changes_what_the_robot_does() -> None:
     assert problem.evaluate(blind).score == Problem(cell(frames=10)).evaluate(blind[:basis]).score
 
 
-def test_every_robot_feels_itself_alone() -> None:
-    """Robots side by side give what each gives alone, gradients too."""
+def test_worlds_have_independent_feedback() -> None:
+    """Scores and gradients of robots side by side are those of each robot alone, bit for bit."""
     problem = Problem(cell(controller="sine-feedback", frames=6))
     draws = [problem.initial(np.random.default_rng(seed)) for seed in range(3)]
     together = problem.loss_and_grad_batch(draws)
-    for draw, (evaluation, slope) in zip(draws, together, strict=True):
-        alone, alone_slope = problem.loss_and_grad(draw)
+    for draw, (evaluation, gradient) in zip(draws, together, strict=True):
+        alone, alone_gradient = problem.loss_and_grad(draw)
         assert alone.score == evaluation.score
-        np.testing.assert_array_equal(alone_slope, slope)
+        np.testing.assert_array_equal(alone_gradient, gradient)

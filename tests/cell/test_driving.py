@@ -1,4 +1,4 @@
-"""What drives the robots of studies."""
+"""Actuation of studies."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from zoobench.spec import Ref
 
 
 def test_all_muscles_are_driven_in_turn() -> None:
-    """The wave has the muscles' phases spread over one period and stays in bounds."""
+    """The phases of the muscles are spread over one period, and the wave stays in bounds."""
     wave = travelling_wave(100, 4)
     assert wave.shape == (100, 1, 4)
     assert abs(wave).max() <= 1.0
@@ -20,7 +20,7 @@ def test_all_muscles_are_driven_in_turn() -> None:
 
 
 def test_random_controllers_follow_the_seed() -> None:
-    """The first world is the same, to rounding, however many there are; no two are alike, nor are two seeds."""
+    """The first world is the same, up to rounding, for any number of worlds; worlds and seeds differ."""
     driver = registry.create(Kind.CONTROLLER, Ref("sine-basis"))
     three = random_actuation(driver, 4, 50, 3, seed=1)
     assert three.shape == (50, 3, 4)
@@ -30,6 +30,6 @@ def test_random_controllers_follow_the_seed() -> None:
 
 
 def test_a_closed_loop_has_no_actuation_of_its_own() -> None:
-    """What acts by what it feels is refused with what to do instead."""
+    """A closed loop is refused, with the remedy."""
     with pytest.raises(UsageError, match="open-loop"):
         random_actuation(SineFeedback(), 4, 50, 1, seed=1)

@@ -1,4 +1,4 @@
-"""The memory of a process, in the same unit on every system."""
+"""The memory of a process, in bytes on every system."""
 
 import resource
 import sys
@@ -18,13 +18,13 @@ def test_peak_memory_is_in_bytes(monkeypatch: pytest.MonkeyPatch, system: str, t
 
 
 def test_a_system_that_does_not_tell_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Windows has no such module."""
+    """Windows does not have the module."""
     monkeypatch.setitem(sys.modules, "resource", None)
     assert peak_memory() is None
 
 
 def test_memory_that_was_used_is_in_the_peak() -> None:
-    """Also after it was given back."""
+    """The peak includes memory that was released."""
     block = bytearray(50 * 2**20)
     del block
     found = peak_memory()

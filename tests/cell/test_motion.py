@@ -1,4 +1,4 @@
-"""From the simulator's arrays to what tasks read."""
+"""The motion of a rollout."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from zoobench.sim.model.rollout import Rollout
 
 
 def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
-    """Path, labels and work of those worlds; leaves only where a gradient is asked for."""
+    """Trajectory, labels and work of these worlds; leaves only if a gradient is needed."""
     body = Problem(cell()).body
     rng = np.random.default_rng(0)
     shape = (4, 3, body.particle_count, 3)

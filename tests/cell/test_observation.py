@@ -1,4 +1,4 @@
-"""What a robot feels of itself."""
+"""Observations."""
 
 import math
 
@@ -22,7 +22,7 @@ def _turn(angle: float) -> torch.Tensor:
     return torch.tensor([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], dtype=torch.float64)
 
 
-def test_a_body_as_it_was_made_feels_nothing_but_its_heading() -> None:
+def test_a_body_at_rest_observes_its_heading_only() -> None:
     """Zeros, and a heading of 1 and 0."""
     seen = ObservationModel(BODY).observe(REST, torch.zeros_like(REST), REST, WHOLE).numpy()
     assert len(seen) == observation_count(BODY.muscle_count)
@@ -30,14 +30,14 @@ def test_a_body_as_it_was_made_feels_nothing_but_its_heading() -> None:
     assert np.delete(seen, [6, 7]) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_rigid_turn_changes_what_tells_the_heading_only() -> None:
-    """Velocities and muscles are felt along the body; place and heading are told in the world's directions."""
+def test_a_rigid_rotation_changes_heading_and_displacement_only() -> None:
+    """Velocities and muscles are observed in the body's frame."""
     rng = np.random.default_rng(0)
     positions = REST + torch.as_tensor(0.002 * rng.normal(size=REST.shape))
     velocities = torch.as_tensor(0.1 * rng.normal(size=REST.shape))
-    turn, senses = _turn(0.7), ObservationModel(BODY)
-    before = senses.observe(positions, velocities, positions, WHOLE)
-    after = senses.observe(positions @ turn.T, velocities @ turn.T, positions @ turn.T, WHOLE)
+    turn, model = _turn(0.7), ObservationModel(BODY)
+    before = model.observe(positions, velocities, positions, WHOLE)
+    after = model.observe(positions @ turn.T, velocities @ turn.T, positions @ turn.T, WHOLE)
     np.testing.assert_allclose(after[[0, 1, 2]], before[[0, 1, 2]], atol=1e-9)
     np.testing.assert_allclose(after[8:], before[8:], atol=1e-9)
     angles = [math.atan2(float(seen[7]), float(seen[6])) for seen in (before, after)]
@@ -45,7 +45,7 @@ def test_a_rigid_turn_changes_what_tells_the_heading_only() -> None:
 
 
 def test_velocity_and_displacement_are_those_of_the_centre_of_mass() -> None:
-    """In body lengths and in 20 of them a second; muscles feel nothing of a common motion."""
+    """In units of the body length L and of 20 L/s; muscles do not observe a common motion."""
     shift = torch.tensor([0.03, 0.01, -0.02], dtype=torch.float64)
     seen = ObservationModel(BODY).observe(REST + shift, torch.zeros_like(REST) + shift, REST, WHOLE).numpy()
     length = float(np.ptp(BODY.positions[:, 0]))
@@ -54,21 +54,21 @@ def test_velocity_and_displacement_are_those_of_the_centre_of_mass() -> None:
     assert seen[8:] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_what_is_not_there_is_not_felt() -> None:
-    """A particle without presence may be anywhere; its muscle goes by the others, and an absent muscle is still."""
+def test_empty_particles_are_not_observed() -> None:
+    """A particle without occupancy may be anywhere, and an empty muscle is at rest."""
     gone = torch.as_tensor((BODY.muscle_membership[:, 0] == 0.0).astype(np.float64))
     wild = torch.where(gone[:, None] > 0, REST, 1e3 * torch.ones_like(REST))
-    senses = ObservationModel(BODY)
-    seen = senses.observe(wild, torch.zeros_like(REST), REST, gone)
+    model = ObservationModel(BODY)
+    seen = model.observe(wild, torch.zeros_like(REST), REST, gone)
     assert torch.isfinite(seen).all()
-    np.testing.assert_allclose(seen, senses.observe(REST, torch.zeros_like(REST), REST, gone), atol=1e-9)
+    np.testing.assert_allclose(seen, model.observe(REST, torch.zeros_like(REST), REST, gone), atol=1e-9)
 
 
 def test_the_derivative_is_right_on_a_robot_that_stands_on_its_head() -> None:
-    """By automatic differentiation against differences, where the level heading has no direction."""
+    """It is finite where the horizontal heading has no direction."""
     stand = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], dtype=torch.float64)
     positions = (REST @ stand.T).requires_grad_()
-    senses = ObservationModel(BODY)
-    seen = senses.observe(positions, torch.zeros_like(REST), REST, WHOLE)
-    (slope,) = torch.autograd.grad(seen.sum(), positions)
-    assert torch.isfinite(slope).all()
+    model = ObservationModel(BODY)
+    seen = model.observe(positions, torch.zeros_like(REST), REST, WHOLE)
+    (gradient,) = torch.autograd.grad(seen.sum(), positions)
+    assert torch.isfinite(gradient).all()

@@ -1,4 +1,4 @@
-"""The door to physics: counting, refusing, and the same numbers however many worlds run side by side."""
+"""Problems: metering, budgets, and results that do not depend on the number of worlds."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,7 @@ def _draws(problem: Problem, count: int) -> list[np.ndarray]:
 
 
 def test_every_substep_is_counted() -> None:
-    """Forward alone costs an episode, at most the declared one; with a gradient it costs three times that."""
+    """A forward episode costs at most the declared substeps, and a gradient three times its forward substeps."""
     problem = Problem(cell())
     meter = problem.meter
     problem.evaluate_batch(_draws(problem, 2))
@@ -36,7 +36,7 @@ def test_every_substep_is_counted() -> None:
 
 @pytest.mark.parametrize("gradient", [False, True])
 def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
-    """What the declared step would cost must fit, before anything was learnt; what is refused costs nothing."""
+    """The declared cost must fit before anything is known; what is refused costs nothing."""
     free = Problem(cell())
     cost = free.substeps_per_episode * (3 if gradient else 1)
     problem = Problem(cell(budget=Budget("substeps", 2 * cost)))
@@ -52,7 +52,7 @@ def test_what_the_budget_does_not_hold_is_not_started(gradient: bool) -> None:
 
 
 def test_what_episodes_cost_is_learnt_from_them() -> None:
-    """Declared before the first; then a quarter more than the costliest, but no more than declared unless it was."""
+    """Declared before the first; then 1.25 times the costliest, up to the declared cost or the costliest."""
     problem = Problem(cell())
     declared = problem.substeps_per_episode
     assert problem.expected_substeps == declared
@@ -64,7 +64,7 @@ def test_what_episodes_cost_is_learnt_from_them() -> None:
 
 
 def test_the_costliest_episode_is_that_of_one_world() -> None:
-    """However many run side by side, and whatever a gradient adds."""
+    """For any number of worlds, without the cost of gradients."""
     problem = Problem(cell(), worlds=4)
     draws = _draws(problem, 4)
     costs = []
@@ -78,8 +78,8 @@ def test_the_costliest_episode_is_that_of_one_world() -> None:
     assert beside.meter.costliest == max(costs)
 
 
-def test_nothing_is_learnt_from_an_episode_that_blew_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It was cheap because it was short."""
+def test_the_cost_of_a_diverged_episode_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A diverged episode is short."""
     monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
     problem = Problem(cell(frames=20))
     evaluation = problem.evaluate(40.0 * _draws(problem, 1)[0])
@@ -89,7 +89,7 @@ def test_nothing_is_learnt_from_an_episode_that_blew_up(monkeypatch: pytest.Monk
 
 
 def test_it_is_known_whether_the_budget_ended() -> None:
-    """Once something that was asked for did not fit, and when nothing is left of what is counted."""
+    """After a refused request, and when nothing is left of a counted budget."""
     problem = Problem(cell(budget=Budget("episodes", 2)))
     assert problem.affords(2)
     assert not problem.meter.has_ended(problem.spec.budget)
@@ -101,7 +101,7 @@ def test_it_is_known_whether_the_budget_ended() -> None:
 
 
 def test_a_checkpoint_of_an_earlier_version_restores() -> None:
-    """It knows nothing of what the costliest episode took, which is then learnt anew."""
+    """It has no costliest episode, which is then 0."""
     meter = Problem(cell()).meter
     state = {**meter.state(), "forward": 7}
     del state["costliest"]
@@ -110,7 +110,7 @@ def test_a_checkpoint_of_an_earlier_version_restores() -> None:
 
 
 def test_episodes_are_a_budget_too() -> None:
-    """An evaluation is an episode, with a gradient or without."""
+    """An evaluation is an episode, with or without gradient."""
     problem = Problem(cell(budget=Budget("episodes", 2)))
     problem.loss_and_grad(_draws(problem, 1)[0])
     assert problem.affords(1)
@@ -120,7 +120,7 @@ def test_episodes_are_a_budget_too() -> None:
 
 
 def test_wall_time_is_a_budget_whose_promises_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the clock allowed is done although time runs out before it begins; what comes after it is refused."""
+    """A promised evaluation is simulated although time has run out; the next one is refused."""
     now = [0.0]
     monkeypatch.setattr("zoobench.cell.meter.time", SimpleNamespace(perf_counter=lambda: now[0]))
     problem = Problem(cell(budget=Budget("seconds", 1.0)))
@@ -137,26 +137,26 @@ def test_wall_time_is_a_budget_whose_promises_are_kept(monkeypatch: pytest.Monke
 
 
 def test_results_do_not_depend_on_how_many_run_side_by_side() -> None:
-    """Score and gradient of each are the same bits in one world, in threes, and all at once."""
+    """Score and gradient are equal bit for bit in one world, in three, and in eight."""
     results = []
     for worlds in (1, 3, 8):
         problem = Problem(cell(environment="desert"), worlds=worlds)
         results.append(problem.loss_and_grad_batch(_draws(problem, 4)))
     for other in results[1:]:
-        for (evaluation, slope), (expected, expected_slope) in zip(other, results[0], strict=True):
+        for (evaluation, gradient), (expected, expected_gradient) in zip(other, results[0], strict=True):
             assert evaluation.score == expected.score
-            np.testing.assert_array_equal(slope, expected_slope)
+            np.testing.assert_array_equal(gradient, expected_gradient)
 
 
 def test_evaluating_and_differentiating_agree() -> None:
-    """The score does not depend on whether a gradient was asked for."""
+    """The score is the same with and without gradient."""
     problem = Problem(cell())
     params = _draws(problem, 1)[0]
     assert problem.evaluate(params).score == problem.loss_and_grad(params)[0].score
 
 
 def test_muscles_move_the_robot() -> None:
-    """Without activity nothing moves but the settling body, at no cost; with it the score responds."""
+    """Without activity the robot hardly moves and spends no energy; with it the score responds."""
     problem = Problem(cell(frames=20))
     still = problem.evaluate(np.zeros(problem.parameter_count))
     moved = problem.evaluate(3.0 * _draws(problem, 1)[0])
@@ -166,7 +166,7 @@ def test_muscles_move_the_robot() -> None:
 
 
 def test_parameters_that_cannot_be_used_are_refused() -> None:
-    """Another length, or a NaN, is named before anything is simulated."""
+    """Another length or a NaN is refused before anything is simulated."""
     problem = Problem(cell())
     with pytest.raises(UsageError, match="was expected"):
         problem.evaluate(np.zeros(3))
@@ -176,7 +176,7 @@ def test_parameters_that_cannot_be_used_are_refused() -> None:
 
 
 def test_what_is_watched_is_what_is_simulated() -> None:
-    """The robot's particles pass by where the motion has them, the medium's after them; the numbers do not change."""
+    """The robot's particles come first, at the positions of the motion; watching changes no number."""
     problem = Problem(cell(environment="desert"))
     (draw,) = _draws(problem, 1)
     seen: list[np.ndarray] = []
@@ -193,23 +193,23 @@ def test_what_is_watched_is_what_is_simulated() -> None:
 
 
 def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A gait too fast for the step is recorded, with a NaN gradient; the world beside it is unharmed."""
+    """A diverged world has a NaN gradient; the world beside it is unaffected."""
     monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
     problem = Problem(cell(frames=20))
     wild, calm = 40.0 * _draws(problem, 1)[0], np.zeros(problem.parameter_count)
-    (bad, bad_slope), (good, good_slope) = problem.loss_and_grad_batch([wild, calm])
-    alone, alone_slope = Problem(cell(frames=20)).loss_and_grad(calm)
+    (bad, bad_gradient), (good, good_gradient) = problem.loss_and_grad_batch([wild, calm])
+    alone, alone_gradient = Problem(cell(frames=20)).loss_and_grad(calm)
     assert bad.failure is not None
     assert bad.score == -math.inf
     assert not bad.metrics
-    assert np.isnan(bad_slope).all()
+    assert np.isnan(bad_gradient).all()
     assert good.score == alone.score
-    np.testing.assert_array_equal(good_slope, alone_slope)
+    np.testing.assert_array_equal(good_gradient, alone_gradient)
     assert problem.meter.retries > 0
 
 
 def test_an_evaluation_survives_its_checkpoint() -> None:
-    """State and back: the same numbers to the last bit."""
+    """State and back, bit for bit."""
     problem = Problem(cell())
     evaluation = problem.evaluate(_draws(problem, 1)[0])
     back = Evaluation.from_state(evaluation.state())
@@ -219,7 +219,7 @@ def test_an_evaluation_survives_its_checkpoint() -> None:
 
 
 def test_the_meter_goes_on_where_it_stopped() -> None:
-    """Counts and earlier seconds are carried over; the clock adds to them."""
+    """Counts and earlier seconds are restored, and the clock adds to them."""
     problem = Problem(cell())
     problem.evaluate(_draws(problem, 1)[0])
     state = problem.meter.state()
@@ -230,12 +230,12 @@ def test_the_meter_goes_on_where_it_stopped() -> None:
 
 
 def test_a_robot_that_is_torn_apart_has_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Throwing a piece of itself ahead must not be a way to win: the episode counts as diverged, and says why."""
+    """A torn robot counts as diverged, with the reason, so that it cannot win by throwing off a piece."""
     robot = replace(LAND_ROBOT, muscle_strength=4e3, viscosity=0.0)
     monkeypatch.setattr("zoobench.envs.base.LAND_ROBOT", robot)
     problem = Problem(cell(frames=60))
-    evaluation, slope = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
+    evaluation, gradient = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
     assert evaluation.failure is not None
     assert evaluation.failure.quantity == "distance of neighbours by that at rest"
     assert evaluation.score == -math.inf
-    assert np.isnan(slope).all()
+    assert np.isnan(gradient).all()

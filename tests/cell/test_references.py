@@ -1,4 +1,4 @@
-"""What doing nothing and random controllers give, through the real simulator."""
+"""Reference scores from the real simulator."""
 
 import math
 from dataclasses import replace
@@ -16,12 +16,12 @@ from zoobench.spec import Budget
 
 @pytest.fixture(autouse=True)
 def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is kept from another test."""
+    """A cache folder for each test."""
     monkeypatch.setattr("zoobench.sim.runtime.cache_folder", lambda: tmp_path / "kernels")
 
 
 def test_references_are_those_of_the_cell() -> None:
-    """A robot at rest and the mean of draws, with the score's unit; no run's method, seed or budget changes them."""
+    """Robot at rest and mean of draws, with the score's unit, for any method, seed and budget."""
     spec = cell(task="waypoint-following", budget=Budget("episodes", 1))
     references = reference_scores(spec)
     assert {name: metric.unit for name, metric in references.items()} == {"idle_score": "m", "random_score": "m"}
@@ -45,7 +45,7 @@ def test_references_are_those_of_the_cell() -> None:
 def test_what_diverged_is_no_reference(
     monkeypatch: pytest.MonkeyPatch, scores: list[float], expected: dict[str, float]
 ) -> None:
-    """All finite draws count alike, and with none there is no reference."""
+    """The mean is over finite scores; without any there is no reference."""
 
     left = iter(scores)
 
@@ -57,7 +57,7 @@ def test_what_diverged_is_no_reference(
 
 
 def test_references_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second question is answered from the file to the last bit; another length asks anew, a damaged file, too."""
+    """The cached values are equal bit for bit; another episode length or a damaged file is computed again."""
     calls = []
 
     def evaluate(self: Problem, batch: list[np.ndarray]) -> list[Evaluation]:
@@ -77,7 +77,7 @@ def test_references_are_computed_once(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_body_that_is_always_driven_is_idle_without_its_controller() -> None:
-    """What a fixed controller does is no rest: the reference is the first body drawn, its muscles still."""
+    """With a fixed controller the reference is the first body drawn, with muscles at rest."""
     references = reference_scores(cell(design="voxel", controller="fixed-sine"))
     assert references["idle_score"].value != references["random_score"].value
     assert abs(references["idle_score"].value) < 0.05

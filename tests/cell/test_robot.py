@@ -1,4 +1,4 @@
-"""What a parameter vector makes of a robot, in a design space and without one."""
+"""Robots as functions of parameters, with fixed bodies and design spaces."""
 
 import math
 
@@ -10,7 +10,7 @@ from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot, elongation
 from zoobench.errors import DivergenceError, Unbuildable, UsageError
-from zoobench.methods.base import Champion
+from zoobench.methods.base import Incumbent
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
@@ -22,14 +22,14 @@ def _robot(design: str) -> Robot:
 
 
 def _empty(problem: Problem) -> np.ndarray:
-    """Parameters of a voxel space in which nothing is there."""
+    """Parameters of an empty body of a voxel space."""
     parameters = problem.initial(np.random.default_rng(0))
     parameters[problem.robot.control_count :] = -30.0
     return parameters
 
 
-def test_a_body_that_is_what_it_is_takes_a_controller_alone() -> None:
-    """All parameters are the controller's, and the simulator's arrays are left as they are."""
+def test_a_fixed_body_takes_a_controller_alone() -> None:
+    """All parameters are the controller's, and the simulator's arrays are unchanged."""
     robot = _robot("caterpillar")
     draw = robot.initial(np.random.default_rng(0))
     built = robot.build(torch.as_tensor(draw)[None], TIMES)
@@ -38,7 +38,7 @@ def test_a_body_that_is_what_it_is_takes_a_controller_alone() -> None:
 
 
 def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
-    """The same draw of the controller as without it; with zeros there the body stays and no muscle moves."""
+    """The controller's draw is the same as without it; with zeros no muscle is active."""
     fixed, free = _robot("block"), _robot("voxel")
     draw = free.initial(np.random.default_rng(0))
     assert len(draw) == free.parameter_count > free.control_count == fixed.parameter_count
@@ -53,7 +53,7 @@ def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
 
 
 def test_scarce_matter_is_soft_and_weak() -> None:
-    """Elastic and active stress fall with the third power of the occupancy: the volume has one, these two more."""
+    """Elastic and active stress fall with the third power of the occupancy, one power by the volume."""
     robot = _robot("voxel")
     built = robot.build(torch.as_tensor(robot.initial(np.random.default_rng(0)))[None], TIMES)
     share = built.matter["occupancy"][0]
@@ -62,7 +62,7 @@ def test_scarce_matter_is_soft_and_weak() -> None:
 
 
 def test_stiffness_is_a_share_of_the_workspaces() -> None:
-    """The stiffest tissue of the primitives is as stiff as it is in them, also in the body that comes out."""
+    """The stiffest tissue of the primitives has its stiffness in forms and in built bodies, too."""
     robot = _robot("sdf-lerp")
     draw = robot.initial(np.random.default_rng(0))
     built = robot.build(torch.as_tensor(draw)[None], TIMES)
@@ -74,17 +74,17 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
 
 
 def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
-    """No simulation, no score, no gradient, but the cost of an episode; the design beside it is unharmed."""
+    """No score and no gradient, but the cost of an episode; other designs are unaffected."""
     problem = Problem(cell(design="voxel", frames=3))
     whole = problem.initial(np.random.default_rng(0))
-    (bad, bad_slope), (good, slope) = problem.loss_and_grad_batch([_empty(problem), whole])
+    (bad, bad_gradient), (good, gradient) = problem.loss_and_grad_batch([_empty(problem), whole])
     alone = Problem(cell(design="voxel", frames=3)).loss_and_grad(whole)
     assert isinstance(bad.failure, Unbuildable)
     assert "empty" in str(bad.failure)
     assert bad.score == -math.inf
-    assert np.isnan(bad_slope).all()
+    assert np.isnan(bad_gradient).all()
     assert (good.failure, good.score) == (None, alone[0].score)
-    np.testing.assert_array_equal(slope, alone[1])
+    np.testing.assert_array_equal(gradient, alone[1])
     assert {"body_volume", "components", "mass_kept"} <= set(good.metrics)
     assert problem.meter.episodes == 2
     only = Problem(cell(design="voxel", frames=3))
@@ -100,28 +100,28 @@ def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
 
 
 def test_a_run_whose_designs_all_fail_says_why() -> None:
-    """The champion's error is that of the last design, also after a checkpoint."""
+    """The incumbent's error is that of the last design, also after a checkpoint."""
     problem = Problem(cell(design="voxel", frames=3))
-    champion = Champion()
-    champion.offer(_empty(problem), problem.evaluate(_empty(problem)))
+    incumbent = Incumbent()
+    incumbent.offer(_empty(problem), problem.evaluate(_empty(problem)))
     with pytest.raises(DivergenceError, match="cannot be built"):
-        Champion.from_state(champion.state()).solution()
+        Incumbent.from_state(incumbent.state()).solution()
 
 
 @pytest.mark.parametrize("env", ["ground", "ocean"])
 def test_worlds_of_different_bodies_do_not_disturb_each_other(env: str) -> None:
-    """Two bodies side by side give the scores and gradients that each gives alone."""
+    """Scores and gradients of two bodies side by side are those of each body alone."""
     problem = Problem(cell(design="voxel", environment=env, frames=3))
     draws = [problem.initial(np.random.default_rng(seed)) for seed in range(2)]
     together = problem.loss_and_grad_batch(draws)
-    for draw, (evaluation, slope) in zip(draws, together, strict=True):
-        alone, alone_slope = problem.loss_and_grad(draw)
+    for draw, (evaluation, gradient) in zip(draws, together, strict=True):
+        alone, alone_gradient = problem.loss_and_grad(draw)
         assert alone.score == evaluation.score
-        np.testing.assert_array_equal(alone_slope, slope)
+        np.testing.assert_array_equal(alone_gradient, gradient)
 
 
 def test_elongation_tells_needles_from_balls() -> None:
-    """Of boxes by their edges, whose deviations are in proportion, however they are turned; weights count."""
+    """Of rotated boxes, whose deviations are proportional to their edges, with weights."""
     grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     ones = np.ones(len(grid))
@@ -133,7 +133,7 @@ def test_elongation_tells_needles_from_balls() -> None:
 
 
 def test_only_a_space_with_sites_can_be_painted_on() -> None:
-    """A fixed body and a network of its own are refused with the designs that can."""
+    """A fixed body and a network are refused, with the designs to choose."""
     assert _robot("voxel").site_space is not None
     for design in ("caterpillar", "implicit"):
         with pytest.raises(UsageError, match="--design particle or --design voxel"):

@@ -1,4 +1,4 @@
-"""Seeds depend on the axes that they may depend on, and on nothing else."""
+"""Seeds depend on the named axes only."""
 
 from dataclasses import replace
 
@@ -14,28 +14,28 @@ def _draw(axes: tuple[str, ...], **changes: object) -> float:
 
 
 def test_an_axis_that_is_not_named_does_not_matter() -> None:
-    """A study looks at the same controllers in every environment, whatever the method."""
+    """A study has the same controllers in every environment, for any method."""
     assert _draw(STUDY_AXES) == _draw(STUDY_AXES, method=Ref("diffphysics", 1), env=Ref("ice", 1))
 
 
 @pytest.mark.parametrize("axis", METHOD_AXES)
 def test_each_named_axis_matters(axis: str) -> None:
-    """A change of any axis that a stream may depend on gives other numbers."""
+    """Every named axis changes the numbers."""
     other = 5 if axis == "seed" else Ref("other", 1)
     assert _draw(METHOD_AXES) != _draw(METHOD_AXES, **{axis: other})
 
 
 def test_a_longer_run_starts_from_the_same_draws() -> None:
-    """Budget and fidelity do not move the method's numbers."""
+    """Budget and fidelity do not change the method's numbers."""
     assert _draw(METHOD_AXES) == _draw(METHOD_AXES, budget=Budget("substeps", 99), fidelity=Ref("paper", 1))
 
 
 def test_purposes_are_independent() -> None:
-    """Two purposes on the same axes get different numbers, and one gets the same ones again."""
+    """Two purposes with the same axes have different numbers, and each is reproducible."""
     assert generator(spec(), "a").random() != generator(spec(), "b").random()
     assert generator(spec(), "a").random() == generator(spec(), "a").random()
 
 
-def test_the_numbers_stay_what_they_are() -> None:
-    """A release must not move the draws of an old one; this value is part of the schema."""
+def test_the_numbers_do_not_change_between_releases() -> None:
+    """This value is part of the schema."""
     assert generator(spec(), "method", ("env", "seed")).integers(0, 2**32) == 2746865597

@@ -1,4 +1,4 @@
-"""Episodes frame by frame: the same numbers as in one piece, each substep metered, and no way past the budget."""
+"""Sessions: the same numbers as in a whole episode, metering, and budgets."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ FRAMES = 6
 
 
 def _act(problem: Problem, params: np.ndarray, session: Session, observations: np.ndarray) -> np.ndarray:
-    """What the problem's closed loop does with these parameters in every world."""
+    """The activity by the problem's closed loop with these parameters in every world."""
     controller, weights = problem.robot.controller, torch.as_tensor(params)
     felt = zip(session.times.tolist(), torch.as_tensor(observations), strict=True)
     return np.stack([controller.response(weights, time, seen, session.muscle_count).numpy() for time, seen in felt])
@@ -24,7 +24,7 @@ def _act(problem: Problem, params: np.ndarray, session: Session, observations: n
 
 @pytest.mark.parametrize("task", registry.names(Kind.TASK))
 def test_an_episode_is_the_same_as_in_one_piece(task: str) -> None:
-    """Rewards, cost and end, of a world that goes through and of one that is begun again half-way."""
+    """Rewards, cost and end, of a complete episode and of one that is begun again after two frames."""
     problem = Problem(cell(task=task, controller="sine-feedback", frames=FRAMES))
     params = problem.initial(np.random.default_rng(1))
     expected = problem.evaluate(params).reward
@@ -60,7 +60,7 @@ def test_an_episode_that_is_over_must_be_begun() -> None:
 
 @pytest.mark.parametrize("kind", ["substeps", "episodes"])
 def test_the_budget_holds_to_the_frame(kind: str) -> None:
-    """What is said to be affordable is; what is not is refused and costs nothing."""
+    """What is affordable can be simulated; what is refused costs nothing."""
     free = Problem(cell(frames=2))
     amount = {"substeps": 2 * 5 * free.substeps_per_episode // 2, "episodes": 6}[kind]
     problem = Problem(cell(budget=Budget(kind, amount), frames=2))
@@ -113,7 +113,7 @@ def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch,
     assert not session.step(0.0 * wild).terminated.any()
 
 
-def test_a_body_without_a_form_is_refused() -> None:
-    """A policy moves a body; a design space has none before it is given parameters."""
-    with pytest.raises(UsageError, match="no design space"):
+def test_a_design_space_is_refused() -> None:
+    """A policy needs a fixed body."""
+    with pytest.raises(UsageError, match="is a design space"):
         new_session(Problem(cell(design="particle")), 1)

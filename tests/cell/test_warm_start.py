@@ -1,4 +1,4 @@
-"""Warm starts: what names a stored run, and which parts of it another run can begin with."""
+"""Warm starts: names of stored runs, and the parts of a solution that fit another run."""
 
 import numpy as np
 import pytest
@@ -17,26 +17,26 @@ SPACE = "voxel[base=caterpillar]"
 
 
 def start_of(spec: RunSpec) -> Start:
-    """A solution that is told from every draw."""
+    """A solution that differs from every draw."""
     return Start(spec, tuple(np.linspace(-0.5, 0.5, Problem(spec).parameter_count).tolist()))
 
 
 def draws(spec: RunSpec, start: Start | None) -> tuple[np.ndarray, int]:
-    """The first draw of a run, and the length of its controller's part."""
+    """The first draw of a run, and the number of its controller's parameters."""
     problem = Problem(spec, start=start)
     return problem.initial(np.random.default_rng(3)), problem.robot.control_count
 
 
 @pytest.mark.parametrize(("method", "key"), [("diffphysics", "378d8b2788b9c5e8"), ("cmaes", "5d458940dbaf6315")])
 def test_a_run_without_a_start_keeps_its_key(method: str, key: str) -> None:
-    """That of a time when its method could start from none: what is done stays done."""
+    """The key is that of versions without the parameter."""
     assert "start" not in cell(method=method).method.kwargs
     assert cell(method=method).key().startswith(key)
     assert cell(method=f"{method}[start={run_name(KEY)}]").key() != cell(method=method).key()
 
 
 def test_a_stored_run_is_named_by_its_key() -> None:
-    """The name is part of the reference, is read back from its text, and nothing else is taken for one."""
+    """The name is part of the reference and can be read back; other texts are refused."""
     ref = registry.resolve(Kind.METHOD, Ref.parse(f"cmaes[start={run_name(KEY)}]"))
     assert named_run(Ref.parse(str(ref))) == KEY[:16]
     assert named_run(cell().method) == ""
@@ -48,7 +48,7 @@ def test_a_stored_run_is_named_by_its_key() -> None:
 
 
 def test_a_start_that_fits_as_a_whole_is_where_the_run_begins() -> None:
-    """Whatever is drawn; in another environment, too."""
+    """All draws are replaced, in another environment as well."""
     start = start_of(cell(design=SPACE))
     begun, _ = draws(cell(design=SPACE, environment="ice"), start)
     np.testing.assert_array_equal(begun, start.params)
@@ -59,7 +59,7 @@ def test_a_start_that_fits_as_a_whole_is_where_the_run_begins() -> None:
     [({"design": SPACE, "controller": "fixed-sine"}, False), ({"design": "caterpillar"}, True)],
 )
 def test_of_a_start_that_fits_in_part_the_rest_is_drawn(home: dict[str, str], takes_control: bool) -> None:
-    """A body found for a fixed gait, or a gait found for a fixed body, begin a co-design; it says which."""
+    """The body, or the controller, of a stored run is the start of a co-design."""
     start, whole = start_of(cell(**home)), cell(design=SPACE)
     (cold, count), (begun, _) = draws(whole, None), draws(whole, start)
     taken, drawn = (slice(count), slice(count, None)) if takes_control else (slice(count, None), slice(count))
@@ -75,7 +75,7 @@ def test_of_a_start_that_fits_in_part_the_rest_is_drawn(home: dict[str, str], ta
 
 @pytest.mark.parametrize("other", [{"controller": "trajectory"}, {"design": "fish"}])
 def test_a_start_that_does_not_fit_is_refused(other: dict[str, str]) -> None:
-    """Another controller, or a body with fewer muscles: with what was given and what was expected."""
+    """Another controller, or a body with fewer muscles; the message has both counts."""
     start = start_of(cell())
     with pytest.raises(
         UsageError, match=rf"it has {len(start.params)} of the controller sine-basis.* takes [0-9]+ of the controller"

@@ -12,7 +12,7 @@ TIMES = torch.arange(30, dtype=torch.float64) * 0.008
 
 
 def test_it_is_a_draw_of_the_sine_basis() -> None:
-    """The same activity in every world, and that of the basis with the weights of the seed."""
+    """The activity of the basis with the weights of the seed, in every world."""
     activity = FixedSine(seed=3).actuation(torch.zeros(2, 0, dtype=torch.float64), TIMES, 4)
     weights = SineBasis().initial(np.random.default_rng(3), 4)
     assert torch.equal(activity, SineBasis().actuation(torch.tensor(np.array([weights, weights])), TIMES, 4))
@@ -20,24 +20,24 @@ def test_it_is_a_draw_of_the_sine_basis() -> None:
 
 
 def test_seeds_give_different_waves() -> None:
-    """And equal ones the same."""
+    """Equal seeds give equal ones."""
     none = torch.zeros(1, 0, dtype=torch.float64)
     first, again, other = (FixedSine(seed=seed).actuation(none, TIMES, 2) for seed in (0, 0, 1))
     assert torch.equal(first, again)
     assert not torch.allclose(first, other, atol=0.1)
 
 
-def test_it_has_no_parameters_and_an_empty_slope() -> None:
-    """A method that asks for a gradient gets one of length 0."""
+def test_it_has_no_parameters_and_an_empty_gradient() -> None:
+    """The gradient has length 0."""
     controller = FixedSine()
     assert controller.parameter_count(5) == 0
     assert controller.initial(np.random.default_rng(0), 5).shape == (0,)
     none = torch.zeros(2, 0, dtype=torch.float64, requires_grad=True)
-    (slope,) = torch.autograd.grad(controller.actuation(none, TIMES, 5).sum(), none)
-    assert slope.shape == (2, 0)
+    (gradient,) = torch.autograd.grad(controller.actuation(none, TIMES, 5).sum(), none)
+    assert gradient.shape == (2, 0)
 
 
 def test_a_negative_seed_is_refused() -> None:
-    """With what can be given instead."""
+    """With the remedy."""
     with pytest.raises(UsageError, match="from 0 upwards"):
         FixedSine(seed=-1)

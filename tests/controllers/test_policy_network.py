@@ -1,4 +1,4 @@
-"""The policy: a network that sets the sine basis."""
+"""The policy network: its formula, its prior, and the phase."""
 
 import math
 
@@ -15,7 +15,7 @@ FELT = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(2)
 
 
 def test_with_the_last_biases_alone_it_is_the_sine_basis() -> None:
-    """Whatever is felt."""
+    """For any observation."""
     policy, basis = PolicyNetwork(hidden=5), SineBasis()
     weights = basis.initial(np.random.default_rng(1), 2)
     params = np.zeros(policy.parameter_count(2))
@@ -26,7 +26,7 @@ def test_with_the_last_biases_alone_it_is_the_sine_basis() -> None:
 
 
 def test_it_is_the_network_that_torch_builds() -> None:
-    """Two hidden layers of tanh units, weights and biases layer by layer as torch lists them; the result is cut."""
+    """Weights and biases by layers in torch's order; the outputs are clipped."""
     policy = PolicyNetwork(hidden=5)
     seen = with_phase(FELT, 0.1)
     layers = torch.nn.Sequential(
@@ -40,13 +40,13 @@ def test_it_is_the_network_that_torch_builds() -> None:
 
 
 def test_the_phase_tells_where_the_waves_are() -> None:
-    """After what is felt: sine and cosine of 20 rad/s times the time."""
+    """Sine and cosine of 20 rad/s times the time follow the observation."""
     seen = with_phase(FELT, 0.7)
     np.testing.assert_array_equal(seen[:-2].numpy(), FELT.numpy())
     assert seen[-2:].tolist() == pytest.approx([math.sin(14.0), math.cos(14.0)])
 
 
 def test_a_network_without_units_is_refused() -> None:
-    """Nothing could be decided."""
+    """At least one is needed."""
     with pytest.raises(UsageError, match="hidden"):
         PolicyNetwork(hidden=0)

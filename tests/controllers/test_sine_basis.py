@@ -26,13 +26,13 @@ def test_it_is_the_formula() -> None:
 
 
 def test_the_range_holds_for_any_parameters() -> None:
-    """Activity stays in [-1, 1], whatever the weights."""
+    """Activity is in [-1, 1] for any weights."""
     params = torch.full((1, SineBasis().parameter_count(2)), 1e6, dtype=torch.float64)
     assert SineBasis().actuation(params, TIMES, 2).abs().max().item() <= 1.0
 
 
 def test_the_prior_is_a_function_of_the_generator() -> None:
-    """Same seed, same draw; the scale is the weights' deviation and biases are zero."""
+    """Equal seeds give equal draws; the scale is the weights' deviation, and biases are zero."""
     draws = [SineBasis(scale=0.5).initial(np.random.default_rng(1), 200) for _ in range(2)]
     np.testing.assert_array_equal(draws[0], draws[1])
     assert draws[0][:1600].std() == pytest.approx(0.5, rel=0.1)
@@ -40,6 +40,6 @@ def test_the_prior_is_a_function_of_the_generator() -> None:
 
 
 def test_an_empty_basis_is_refused() -> None:
-    """No phases is a usage error with a remedy."""
+    """Zero phases are refused, with the remedy."""
     with pytest.raises(UsageError, match="at least 1 phase"):
         SineBasis(phases=0)

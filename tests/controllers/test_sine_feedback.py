@@ -13,7 +13,7 @@ SEEN = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(3)
 
 
 def test_without_a_network_it_is_the_sine_basis() -> None:
-    """The first parameters are the basis' own."""
+    """The first parameters are those of the basis."""
     basis = SineBasis().initial(np.random.default_rng(1), 3)
     params = torch.zeros(SineFeedback().parameter_count(3), dtype=torch.float64)
     params[: len(basis)] = torch.as_tensor(basis)
@@ -34,7 +34,7 @@ def test_the_network_is_the_formula() -> None:
 
 
 def test_it_starts_near_the_open_loop() -> None:
-    """A draw differs from its own open loop, but by less than that moves."""
+    """A draw differs from its open loop by less than the open loop's activity."""
     params = torch.as_tensor(SineFeedback().initial(np.random.default_rng(3), 3))
     closed = SineFeedback().response(params, 0.3, SEEN, 3)
     open_loop = SineBasis().actuation(params[None, :27], torch.tensor([0.3], dtype=torch.float64), 3)[0, 0]

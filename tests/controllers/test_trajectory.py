@@ -1,4 +1,4 @@
-"""The direct trajectory."""
+"""The trajectory controller."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from zoobench.spec import FRAME_SECONDS
 
 
 def test_every_frame_has_values_of_its_own_and_begins_again() -> None:
-    """tanh of the frame's numbers, also at clock times that a product has rounded down."""
+    """tanh of the frame's parameters, also at times that are rounded down, and repeated."""
     params = torch.as_tensor(np.random.default_rng(0).normal(size=(2, 30)))
     times = torch.arange(25, dtype=torch.float64) * FRAME_SECONDS
     activity = Trajectory(frames=10).actuation(params, times, 3)

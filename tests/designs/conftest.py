@@ -1,4 +1,4 @@
-"""What the tests of designs share."""
+"""Fixtures of the tests of designs."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ import torch
 
 @pytest.fixture(autouse=True)
 def one_thread() -> Iterator[None]:
-    """As in a run: on fields of thousands of numbers, threads cost more than they save."""
+    """One thread, as in a run: on small fields, threads cost more than they save."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield

@@ -1,4 +1,4 @@
-"""The animals and the primitives: size, symmetry, muscles, and that they hold together and stand."""
+"""The animals and the primitives: size, symmetry, muscles, connectedness and stability."""
 
 from functools import cache
 
@@ -30,7 +30,7 @@ def animal(name: str, **params: float) -> Animal:
 
 @cache
 def body_of(name: str, fidelity: Fidelity) -> Body:
-    """Its body, made once."""
+    """Its body, cached."""
     return animal(name).body(fidelity)
 
 
@@ -51,7 +51,7 @@ def centre_of_mass(body: Body) -> Array:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_fills_its_box_and_stands_on_the_ground(name: str) -> None:
-    """Nothing sticks out, little is left over, and the sole is at y = 0."""
+    """The animal is within its box, nearly as large, and touches y = 0."""
     made = animal(name)
     lower, upper = np.array(made.shape.lower), np.array(made.shape.upper)
     inside = solid_points(made)
@@ -64,7 +64,7 @@ def test_it_fills_its_box_and_stands_on_the_ground(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_left_and_right_are_mirror_images(name: str) -> None:
-    """Every particle has its counterpart, with the mirrored fibre and the other side's muscles."""
+    """Every particle has a counterpart with mirrored fibre and the muscles of the other side."""
     body = body_of(name, DRAFT)
     flip = np.array([1.0, 1.0, -1.0])
     gap, twin = KDTree(body.positions).query(body.positions * flip)
@@ -82,7 +82,7 @@ def test_left_and_right_are_mirror_images(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("fidelity", [SMOKE, DRAFT, PAPER])
 def test_it_is_one_piece_with_every_muscle(name: str, fidelity: Fidelity) -> None:
-    """Particles that share a face or an edge of the lattice hang together; no muscle is lost, none is a speck."""
+    """Connected over faces and edges of the lattice; every muscle has more than 1 % of the particles."""
     body = body_of(name, fidelity)
     near = 1.45 * fidelity.grid_spacing / 2
     tree = KDTree(body.positions)
@@ -94,7 +94,7 @@ def test_it_is_one_piece_with_every_muscle(name: str, fidelity: Fidelity) -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fins_are_two_particles_thick_on_the_draft_grid(name: str) -> None:
-    """Every part, down to the smallest snout, holds particles, and no particle hangs on one neighbour."""
+    """Every part has particles, and every particle at least two neighbours."""
     positions = body_of(name, DRAFT).positions
     for part in animal(name).parts:
         assert (part.solid(positions) <= 0.0).sum() >= 2
@@ -104,7 +104,7 @@ def test_fins_are_two_particles_thick_on_the_draft_grid(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_stands_stably(name: str) -> None:
-    """The centre of mass is over the sole, so far inside its outline that it takes 25 degrees to topple."""
+    """The centre of mass is above the sole; tilting by 25 degrees does not topple it."""
     for fidelity in (SMOKE, DRAFT, PAPER):
         body = body_of(name, fidelity)
         half = fidelity.grid_spacing / 4
@@ -117,7 +117,7 @@ def test_it_stands_stably(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_weighs_what_muscle_weighs(name: str) -> None:
-    """Fat and bone balance, so that it hangs in water; what is light is not below, so that it stays upright."""
+    """The mean density is that of muscle, and the centre of mass is not above the centre of volume."""
     body = body_of(name, DRAFT)
     assert body.density_ratio.mean() == pytest.approx(1.0, rel=1e-12)
     assert centre_of_mass(body)[1] <= body.positions[:, 1].mean() + 1e-9
@@ -125,7 +125,7 @@ def test_it_weighs_what_muscle_weighs(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_tissues_differ(name: str) -> None:
-    """Some matter is passive; stiffness stays within what the time step can bear."""
+    """Some matter is passive; stiffness is within the range allowed by the time step."""
     body = body_of(name, PAPER)
     active = body.muscle_membership.sum(axis=1)
     assert (active < 1e-9).mean() > 0.05
@@ -136,7 +136,7 @@ def test_tissues_differ(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fibres_are_smooth(name: str) -> None:
-    """Over 1.5 mm on one side, no fibre turns by more than 45 degrees (as a line)."""
+    """Over 1.5 mm on one side, the direction changes by less than 45 degrees."""
     made = animal(name)
     points = solid_points(made)
     points = points[points[:, 2] > 0.002]
@@ -148,13 +148,13 @@ def test_fibres_are_smooth(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_head_leads(name: str) -> None:
-    """Labels at both ends, x from tail to head."""
+    """Head and tail are labelled at the ends, the head in front."""
     body = body_of(name, SMOKE)
     assert body.positions[body.head, 0].min() > body.positions[body.tail, 0].max()
 
 
 def test_a_longer_animal_is_the_same_animal() -> None:
-    """Twice as long on a grid twice as coarse: the same particles, eight times the mass."""
+    """Twice as long on a grid twice as coarse: the same particles and eight times the mass."""
     small, large = animal("panda").body(PAPER), animal("panda", length=2 * REFERENCE_LENGTH).body(DRAFT)
     np.testing.assert_allclose(large.positions, 2 * small.positions, atol=1e-12)
     np.testing.assert_allclose(large.muscle_membership, small.muscle_membership, atol=1e-12)
@@ -163,6 +163,6 @@ def test_a_longer_animal_is_the_same_animal() -> None:
 
 @pytest.mark.parametrize("length", [0.0, -1.0, float("inf")])
 def test_a_length_without_a_body_is_refused(length: float) -> None:
-    """An animal without extent is a usage error."""
+    """Lengths that are not positive and finite."""
     with pytest.raises(UsageError, match=r"positive length|must be of type"):
         animal("fish", length=length)

@@ -21,7 +21,7 @@ ORCA, TUNA = 0, 3
 
 @cache
 def workspace(cells: int) -> Body:
-    """Of cells of 1 / `cells` m, made once."""
+    """With cells of 1 / `cells` m, cached."""
     return SPACE.body(Fidelity(1 / cells))
 
 
@@ -47,7 +47,7 @@ def test_it_is_a_design_space() -> None:
 @pytest.mark.parametrize(("cells", "least"), [(64, 0.88), (128, 0.95)])
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
-    """All but a few of its particles and no others but a few, its tissues, its volume."""
+    """Nearly all of its particles and few others, its tissues and its volume."""
     body = workspace(cells)
     tissues = SPACE.primitives.tissues(body)
     form = mixture(np.eye(COUNT)[end], cells)
@@ -73,8 +73,7 @@ def test_volume_is_kept_between_primitives(cells: int) -> None:
 
 
 def test_space_is_empty_or_full() -> None:
-    """Half way between four, no haze: what is neither is a skin, relative to what is full up to a quarter more than
-    that of the primitives' own, by SDF-Lerp."""
+    """Few particles have an intermediate occupancy: up to 1.25 times those of the primitives by SDF-Lerp."""
 
     def skin(occupancy: NDArray[np.float64]) -> float:
         return float(((occupancy > 0.1) & (occupancy < 0.9)).sum() / (occupancy >= 0.9).sum())
@@ -88,7 +87,7 @@ def test_space_is_empty_or_full() -> None:
 
 
 def test_left_and_right_are_mirror_images() -> None:
-    """Whatever the coefficients: a symmetric body does not turn of itself."""
+    """For any coefficients, so that a body does not turn by itself."""
     body = workspace(64)
     parameters = torch.tensor(SPACE.initial(np.random.default_rng(3), body)[None])
     occupancy = SPACE.form(parameters, body).occupancy[0].numpy()
@@ -97,7 +96,7 @@ def test_left_and_right_are_mirror_images() -> None:
 
 
 def test_the_gradient_is_right() -> None:
-    """Of everything that a form says, with respect to all parameters."""
+    """Of all outputs, by all parameters, against finite differences."""
     space = barycenter_space(primitives="orca+tuna")
     body = space.body(Fidelity(1 / 32))
     parameters = torch.tensor(space.initial(np.random.default_rng(1), body)[None], requires_grad=True)
@@ -117,15 +116,15 @@ def test_the_gradient_is_right() -> None:
 
 @pytest.mark.parametrize("parameters", [[0.0] * 12, [60.0, -60.0, 0.0, 0.0] * 3, [800.0, 0.0, 0.0, -800.0] * 3])
 def test_gradients_are_finite_everywhere(parameters: list[float]) -> None:
-    """At the middle of the simplex, and at ends where a coefficient underflows."""
+    """At the middle of the simplex, and at ends where a weight underflows."""
     body = workspace(64)
     free = torch.tensor([parameters], dtype=torch.float64, requires_grad=True)
-    (slope,) = torch.autograd.grad(SPACE.form(free, body).occupancy.square().sum(), free)
-    assert torch.isfinite(slope).all()
+    (gradient,) = torch.autograd.grad(SPACE.form(free, body).occupancy.square().sum(), free)
+    assert torch.isfinite(gradient).all()
 
 
 def test_empty_space_near_the_skin_has_a_gradient() -> None:
-    """A particle just outside knows that it is about to be reached."""
+    """Of a particle just outside the surface."""
     body = workspace(64)
     free = torch.zeros((1, 12), dtype=torch.float64, requires_grad=True)
     occupancy = SPACE.form(free, body).occupancy[0]
@@ -134,12 +133,12 @@ def test_empty_space_near_the_skin_has_a_gradient() -> None:
     outside = np.flatnonzero((occupancy.detach().numpy() < 0.5) & (gap < 1.1 / 128))
     assert len(outside) > 50
     for n in outside[::30]:
-        (slope,) = torch.autograd.grad(occupancy[n], free, retain_graph=True)
-        assert slope.abs().max() > 0.0
+        (gradient,) = torch.autograd.grad(occupancy[n], free, retain_graph=True)
+        assert gradient.abs().max() > 0.0
 
 
 def test_the_level_at_which_a_volume_is_kept() -> None:
-    """Any volume between none and all, and the gradient that keeps it."""
+    """For volumes from nearly empty to nearly full, with the gradient."""
     field = torch.as_tensor(np.random.default_rng(0).normal(size=40)).requires_grad_()
     volumes = torch.as_tensor(np.random.default_rng(1).uniform(0.5, 1.5, size=40))
     for share in (0.01, 0.4, 0.99):

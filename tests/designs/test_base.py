@@ -15,13 +15,13 @@ BALL = Shape(
 
 
 def test_the_measured_volume_is_the_closed_form() -> None:
-    """A ball's volume agrees with 4/3 pi r^3."""
+    """4/3 pi r^3 for a ball."""
     assert BALL.volume() == pytest.approx(4 / 3 * np.pi * 0.03**3, rel=1e-3)
 
 
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_particles_share_the_true_volume(particles_per_cell: int) -> None:
-    """The volumes add up to the ball's, and each is near the cell's share."""
+    """The volumes sum up to the ball's, and each is near the cell's share."""
     spacing = 1 / 160
     positions, volumes = BALL.sample(Fidelity(spacing, particles_per_cell=particles_per_cell))
     assert len(positions) == len(volumes)
@@ -30,14 +30,14 @@ def test_particles_share_the_true_volume(particles_per_cell: int) -> None:
 
 
 def test_a_symmetric_shape_is_sampled_symmetrically() -> None:
-    """The lattice is centred in x and z: the mirror image is the same set of particles."""
+    """The mirror image is the same set of particles."""
     positions, _ = BALL.sample(Fidelity(1 / 64))
     mirrored = positions * (1.0, 1.0, -1.0)
     assert {tuple(p) for p in np.round(positions, 9) + 0.0} == {tuple(p) for p in np.round(mirrored, 9) + 0.0}
 
 
 def test_a_shape_too_small_for_the_grid_is_refused() -> None:
-    """A body without particles gets a message that says what to do, not an empty array."""
+    """The message has the remedy."""
     speck = Shape(inside=lambda points: np.zeros(len(points), bool), lower=(0, 0, 0), upper=(0.001, 0.001, 0.001))
     with pytest.raises(SceneError, match="finer fidelity"):
         speck.sample(Fidelity(1 / 64))

@@ -1,4 +1,4 @@
-"""The block: its size, its mass, and muscles that divide it evenly."""
+"""The block: size, mass and muscles."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 @pytest.mark.parametrize("particles_per_cell", PARTICLES_PER_CELL)
 @pytest.mark.parametrize("spacing", [1 / 32, 1 / 64, 1 / 100])
 def test_it_weighs_what_its_box_holds(spacing: float, particles_per_cell: int) -> None:
-    """Length times width times height, on every lattice, and for edges that fit none."""
+    """Length times width times height on every lattice, also if the edges are no multiple of the spacing."""
     for block, volume in ((Block(), 2.5e-4), (Block(length=0.0837, width=0.0419, height=0.0523), 1.834107e-4)):
         body = block.body(Fidelity(spacing, particles_per_cell=particles_per_cell))
         assert body.volumes.sum() == pytest.approx(volume, rel=0.02)
@@ -20,7 +20,7 @@ def test_it_weighs_what_its_box_holds(spacing: float, particles_per_cell: int) -
 
 
 def test_its_muscles_are_named_from_the_tail() -> None:
-    """Row by row, left before right, bottom before top; what is not divided has no name."""
+    """Row by row, left before right, bottom before top; without a division its word is left out."""
     assert Block().muscles[:5] == (
         "row-1-left-bottom",
         "row-1-left-top",
@@ -36,7 +36,7 @@ def test_its_muscles_are_named_from_the_tail() -> None:
 @pytest.mark.parametrize("columns", [1, 2])
 @pytest.mark.parametrize("layers", [1, 2])
 def test_a_muscle_is_where_its_name_says(rows: int, columns: int, layers: int) -> None:
-    """Every particle is shared out whole, and its muscles' names tell on which sides it is."""
+    """Shares sum up to 1, and the names agree with the sides."""
     block = Block(rows=rows, columns=columns, layers=layers)
     body = block.body(Fidelity(1 / 96))
     np.testing.assert_allclose(body.muscle_membership.sum(axis=1), 1.0, atol=1e-12)
@@ -50,7 +50,7 @@ def test_a_muscle_is_where_its_name_says(rows: int, columns: int, layers: int) -
 
 
 def test_an_odd_lattice_keeps_left_and_right_alike() -> None:
-    """Particles on the middle plane belong to both sides, so that 27 per cell do not make it turn."""
+    """Particles on the middle plane belong to both sides equally."""
     body = Block().body(Fidelity(1 / 64, particles_per_cell=27))
     amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
     for muscle, found in amount.items():
@@ -67,6 +67,6 @@ def test_its_ends_are_labelled() -> None:
 
 @pytest.mark.parametrize("wrong", [{"rows": 0}, {"rows": 9}, {"columns": 3}, {"layers": 0}, {"height": 0.0}])
 def test_what_makes_no_block_is_refused(wrong: dict[str, int]) -> None:
-    """With what can be given instead."""
+    """With the remedy."""
     with pytest.raises(UsageError, match="Give"):
         Block(**wrong)

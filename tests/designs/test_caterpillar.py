@@ -11,7 +11,7 @@ from zoobench.sim.model.fidelity import Fidelity
 @pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_the_mass_does_not_depend_on_the_sampling(spacing: float, particles_per_cell: int) -> None:
-    """Density times true volume within 1 %, against a finer count than the design's own."""
+    """Density times volume within 1 %, measured on a finer lattice."""
     lattice = (np.indices((250, 125, 125)).reshape(3, -1).T + 0.5) * 0.0004 + (-0.05, 0.0, -0.025)
     true_mass = 1000.0 * Caterpillar().shape.inside(lattice).sum() * 0.0004**3
     body = Caterpillar().body(Fidelity(spacing, particles_per_cell=particles_per_cell))
@@ -27,7 +27,7 @@ def test_it_has_its_size() -> None:
 
 
 def test_it_stands_on_eight_feet() -> None:
-    """The lowest layer is separate patches, one left and one right under every segment."""
+    """The lowest layer has separate patches, one left and one right under every segment."""
     body = Caterpillar().body(Fidelity(1 / 256))
     lowest = body.positions[body.positions[:, 1] < 0.004]
     assert body.positions[:, 1].min() >= 0.0
@@ -37,7 +37,7 @@ def test_it_stands_on_eight_feet() -> None:
 
 
 def test_muscles_share_out_every_particle() -> None:
-    """Ten muscles, memberships that add up to one, fibres of unit length, left and right alike."""
+    """Ten muscles with shares that sum up to 1, unit fibres, and equal sides."""
     body = Caterpillar().body(Fidelity(1 / 64))
     assert len(set(body.muscles)) == body.muscle_membership.shape[1] == 10
     assert body.muscle_membership.sum(axis=1) == pytest.approx(1.0)
@@ -48,20 +48,20 @@ def test_muscles_share_out_every_particle() -> None:
 
 
 def test_an_odd_lattice_keeps_left_and_right_alike() -> None:
-    """Particles on the middle plane are shared, so that 27 per cell do not make it turn."""
+    """Particles on the middle plane belong to both sides equally."""
     body = Caterpillar().body(Fidelity(1 / 64, particles_per_cell=27))
     amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
     assert amount["ventral-1-left"] == pytest.approx(amount["ventral-1-right"])
 
 
 def test_the_head_is_in_front_of_the_tail() -> None:
-    """The labels give the heading: x from tail to head."""
+    """The labels define the heading."""
     body = Caterpillar().body(Fidelity(1 / 64))
     assert body.positions[body.head, 0].min() > body.positions[body.tail, 0].max()
     assert body.head.sum() == body.tail.sum() > 0
 
 
 def test_a_size_of_zero_is_refused() -> None:
-    """A caterpillar without a body is a usage error."""
+    """With the remedy."""
     with pytest.raises(UsageError, match="positive"):
         Caterpillar(width=0.0)

@@ -1,4 +1,4 @@
-"""Bodies from point clouds: what is exported comes back, what is wrong is refused."""
+"""Bodies from point clouds: exported files, and refusals."""
 
 import sys
 from pathlib import Path
@@ -21,21 +21,21 @@ PAPER = Fidelity(1 / 128)
 
 
 def columns(**changed: Any) -> dict[str, Any]:
-    """A block of 5 x 4 x 4 points 8 mm apart, its front half a muscle, changed where it is said."""
+    """A block of 5 x 4 x 4 points 8 mm apart, its front half a muscle, with changes."""
     positions = 0.008 * np.indices((5, 4, 4)).reshape(3, -1).T
     muscle = np.where(positions[:, 0] > 0.01, 0, -1)
     return {"positions": positions, "muscle": muscle, "fibres": np.tile([0.0, 2.0, 0.0], (80, 1)), **changed}
 
 
 def cloud(path: Path, **changed: Any) -> CloudDesign:
-    """Through an NPZ file."""
+    """The design from an NPZ file."""
     np.savez(path, **columns(**changed))
     return CloudDesign(path=InputFile(path))
 
 
 @pytest.mark.parametrize(("name", "library"), [("a.ply", "trimesh"), ("a.pcd", "pypcd4")])
 def test_an_exported_animal_comes_back(name: str, library: str, tmp_path: Path) -> None:
-    """At the same fidelity: the same places, fibres, stiffness, mass, and the muscle of the largest share."""
+    """At the same fidelity: positions, fibres, stiffness, mass, and the muscle of the largest share."""
     pytest.importorskip(library)
     panda = registry.create(Kind.DESIGN, Ref("panda")).body(PAPER)
     export(panda, 1 / 256, tmp_path / name)
@@ -55,7 +55,7 @@ def test_an_exported_animal_comes_back(name: str, library: str, tmp_path: Path) 
 
 
 def test_cubes_have_their_volume_and_stand_on_the_ground(tmp_path: Path) -> None:
-    """Eighty cubes of 8 mm; fibres are made unit; passive points have no muscle."""
+    """80 cubes of 8 mm; fibres are normalised; passive points have no muscle."""
     body = cloud(tmp_path / "a.npz").body(Fidelity(1 / 250))
     assert body.volumes.sum() == pytest.approx(80 * 0.008**3, rel=0.02)
     assert body.positions[:, 1].min() == pytest.approx(0.001)
@@ -78,14 +78,14 @@ def test_cubes_have_their_volume_and_stand_on_the_ground(tmp_path: Path) -> None
     ],
 )
 def test_columns_without_sense_are_refused(changed: dict[str, Any], message: str, tmp_path: Path) -> None:
-    """Each is named."""
+    """The message names the column."""
     with pytest.raises(UsageError, match=message):
         cloud(tmp_path / "a.npz", **changed)
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.ply", "a.pcd", "a.txt"])
 def test_what_is_no_cloud_is_refused(name: str, tmp_path: Path) -> None:
-    """Other contents and other endings, without a traceback."""
+    """Other contents and suffixes, without a traceback."""
     pytest.importorskip("trimesh")
     pytest.importorskip("pypcd4")
     (tmp_path / name).write_bytes(b"nothing")
@@ -94,7 +94,7 @@ def test_what_is_no_cloud_is_refused(name: str, tmp_path: Path) -> None:
 
 
 def pcd(path: Path, encoding: str, **changed: Any) -> InputFile:
-    """`columns` as another program writes them, all in one type; a column that is None is left out."""
+    """`columns` in a file of another library, all of one type, without columns that are None."""
     pypcd4 = pytest.importorskip("pypcd4")
     given = columns(**changed)
     vectors = {"xyz": given.pop("positions"), "f": given.pop("fibres")}
@@ -108,7 +108,7 @@ def pcd(path: Path, encoding: str, **changed: Any) -> InputFile:
 
 @pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
 def test_a_pcd_file_is_the_same_body_in_each_encoding(encoding: str, tmp_path: Path) -> None:
-    """Written by another library: what the same columns are as NPZ."""
+    """As the same columns in an NPZ file."""
     expected = cloud(tmp_path / "a.npz").body(PAPER)
     found = CloudDesign(path=pcd(tmp_path / "a.pcd", encoding)).body(PAPER)
     np.testing.assert_allclose(found.positions, expected.positions, atol=1e-12)
@@ -130,14 +130,14 @@ def test_a_pcd_file_is_the_same_body_in_each_encoding(encoding: str, tmp_path: P
 def test_pcd_columns_without_sense_are_refused(
     encoding: str, changed: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
-    """One missing, none of a point, another unit, no number, half a muscle: each is named."""
+    """A missing column, NaN, another unit, a fractional muscle: the message names it."""
     with pytest.raises(UsageError, match=message):
         CloudDesign(path=pcd(tmp_path / "a.pcd", encoding, **changed))
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "binary", "binary_compressed"])
 def test_a_pcd_file_that_was_cut_off_is_refused(encoding: str, tmp_path: Path) -> None:
-    """Between two points, within one, or right after its header."""
+    """Between two points, within one, or after its header."""
     content = Path(pcd(tmp_path / "a.pcd", encoding)).read_bytes()
     header, data = content.index(encoding.encode()) + len(encoding) + 1, 7 * 8 * 80
     scale = (len(content) - header) / data
@@ -148,7 +148,7 @@ def test_a_pcd_file_that_was_cut_off_is_refused(encoding: str, tmp_path: Path) -
 
 
 def test_without_its_library_a_pcd_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the extra that brings it."""
+    """The message names the extra to install."""
     (tmp_path / "a.pcd").write_bytes(b"VERSION 0.7")
     monkeypatch.setitem(sys.modules, "pypcd4", None)
     with pytest.raises(UsageError, match=r"zoobench\[meshes\]"):

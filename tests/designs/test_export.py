@@ -1,4 +1,4 @@
-"""What is exported comes back: in another library's reader, and in our own."""
+"""Exported bodies in the readers of other libraries and in our own."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def panda() -> Body:
 
 
 def test_npz_keeps_everything(panda: Body, tmp_path: Path) -> None:
-    """Every array by its name, bit for bit."""
+    """Every array by name, bit for bit."""
     export(panda, EDGE, tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as found:
         assert tuple(found["muscles"]) == panda.muscles
@@ -35,7 +35,7 @@ def test_npz_keeps_everything(panda: Body, tmp_path: Path) -> None:
 
 
 def test_ply_is_read_by_others(panda: Body, tmp_path: Path) -> None:
-    """trimesh finds the points and the columns."""
+    """trimesh reads points and columns."""
     trimesh = pytest.importorskip("trimesh")
     export(panda, EDGE, tmp_path / "a.ply")
     cloud = trimesh.load(tmp_path / "a.ply")
@@ -48,7 +48,7 @@ def test_ply_is_read_by_others(panda: Body, tmp_path: Path) -> None:
 
 
 def test_pcd_is_read_by_others(panda: Body, tmp_path: Path) -> None:
-    """pypcd4 finds the fields, and in them what the PLY file holds."""
+    """pypcd4 reads the same values as in the PLY file."""
     pypcd4 = pytest.importorskip("pypcd4")
     trimesh = pytest.importorskip("trimesh")
     export(panda, EDGE, tmp_path / "a.pcd")
@@ -62,7 +62,7 @@ def test_pcd_is_read_by_others(panda: Body, tmp_path: Path) -> None:
 
 
 def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> None:
-    """Watertight by trimesh's own test, its volume the body's within 1 %, its skin within a particle of the box."""
+    """Watertight, with the body's volume within 1 % and its box within a particle."""
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("skimage")
     export(panda, EDGE, tmp_path / "a.stl")
@@ -74,7 +74,7 @@ def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> N
 
 
 def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
-    """The surface, read as a mesh design with the same pose, weighs the same and lies in the same place."""
+    """The surface, read as a mesh design, has the same mass and position."""
     pytest.importorskip("trimesh")
     pytest.importorskip("skimage")
     export(panda, EDGE, tmp_path / "a.stl")
@@ -87,6 +87,6 @@ def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["a.docx", "a", "nowhere/a.npz"])
 def test_where_nothing_can_be_written(panda: Body, name: str, tmp_path: Path) -> None:
-    """An unknown ending, none, and a folder that is not there."""
+    """An unknown suffix, none, and a missing folder."""
     with pytest.raises(UsageError, match=r"\.npz, \.pcd, \.ply or \.stl|cannot be written"):
         export(panda, EDGE, tmp_path / name)

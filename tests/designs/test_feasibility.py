@@ -1,4 +1,4 @@
-"""Feasibility: pieces and thickness against scipy.ndimage, the constraint, and what a fault says."""
+"""Feasibility: pieces and thickness against scipy.ndimage, the constraint, and the messages."""
 
 from dataclasses import replace
 from functools import cache
@@ -22,7 +22,7 @@ Grid = NDArray[np.int64]
 
 @cache
 def box(particles_per_cell: int = 1) -> tuple[Body, Grid]:
-    """A block of 13 x 7 x 9 cells, and the cell of each particle `[particle_count, 3]`."""
+    """A block of 13 x 7 x 9 cells, and each particle's cell `[particle_count, 3]`."""
     h = 0.01
     body = Block(length=13 * h, height=7 * h, width=9 * h).body(Fidelity(h, particles_per_cell=particles_per_cell))
     low = np.array([-6.5, 0.0, -4.5]) * h
@@ -50,7 +50,7 @@ EVERY = slice(None)
 
 @pytest.mark.parametrize("share", [0.15, 0.25, 0.5, 0.8])
 def test_pieces_and_thickness_are_those_of_scipy(share: float) -> None:
-    """On random matter: labels over faces and edges, and the largest cube that an erosion leaves."""
+    """On random matter: labels over faces and edges, and the largest cube by erosion."""
     body, cells = box()
     solid = np.random.default_rng(0).random((5, *SHAPE)) < share
     occupancy = solid[:, cells[:, 0], cells[:, 1], cells[:, 2]] * 0.9
@@ -71,14 +71,14 @@ def test_pieces_and_thickness_are_those_of_scipy(share: float) -> None:
 
 @pytest.mark.parametrize(("particles_per_cell", "thickness"), [(1, 3), (8, 6), (27, 9)])
 def test_thickness_counts_particles(particles_per_cell: int, thickness: int) -> None:
-    """A plate of three cells, on every cubic lattice."""
+    """A plate of three cells on every cubic lattice."""
     occupancy = filled((EVERY, slice(2, 5), EVERY), particles_per_cell=particles_per_cell)
     _, (report,) = feasible(form_of(occupancy), box(particles_per_cell)[0], connected=True)
     assert (report.components, report.mass_kept, report.thickness, report.fault) == (1, 1.0, thickness, "")
 
 
 def test_a_face_centred_lattice_has_pieces_and_thickness_too() -> None:
-    """Two bodies of two cells each, apart by one cell; nothing of them is thin."""
+    """Two bodies of two cells each, one cell apart."""
     body, _ = box(4)
     occupancy = filled((slice(0, 4), EVERY, EVERY), (slice(5, 13), EVERY, EVERY), particles_per_cell=4)
     _, (report,) = feasible(form_of(occupancy), body, connected=True)
@@ -88,7 +88,7 @@ def test_a_face_centred_lattice_has_pieces_and_thickness_too() -> None:
 
 
 def test_only_the_largest_piece_is_built() -> None:
-    """The other becomes empty; its soft neighbours stay, and gradients flow through all but what was emptied."""
+    """The other is emptied; soft neighbours and all other gradients are unchanged."""
     body, cells = box()
     occupancy = np.full((1, body.particle_count), 0.3)
     occupancy[0, cells[:, 0] < 3] = 0.8
@@ -97,15 +97,15 @@ def test_only_the_largest_piece_is_built() -> None:
     built, (report,) = feasible(form, body, connected=True)
     small = cells[:, 0] < 3
     np.testing.assert_array_equal(built.occupancy.detach().numpy(), np.where(small, 0.0, occupancy))
-    (slope,) = torch.autograd.grad(built.occupancy.sum(), form.occupancy)
-    np.testing.assert_array_equal(slope.numpy(), ~small[None])
+    (gradient,) = torch.autograd.grad(built.occupancy.sum(), form.occupancy)
+    np.testing.assert_array_equal(gradient.numpy(), ~small[None])
     assert report.components == 2
     assert report.mass_kept == pytest.approx(4 * 0.9 / (4 * 0.9 + 3 * 0.8))
     assert built.stiffness is form.stiffness
 
 
 def test_without_the_constraint_all_pieces_stay() -> None:
-    """They are reported, and the form is left as it is."""
+    """They are reported, and the form is unchanged."""
     form = form_of(filled((slice(0, 3), EVERY, EVERY), (slice(6, 13), EVERY, EVERY)))
     built, (report,) = feasible(form, box()[0], connected=False)
     assert built is form
@@ -123,7 +123,7 @@ def test_mass_decides_which_piece_is_the_largest() -> None:
 
 
 def test_of_equal_pieces_the_first_is_kept() -> None:
-    """Twins whose masses differ by rounding alone."""
+    """Also if their masses differ by rounding."""
     body, cells = box()
     occupancy = filled((slice(0, 4), EVERY, EVERY), (slice(9, 13), EVERY, EVERY))
     occupancy[0, cells[:, 0] > 8] *= 1.0 - 1e-13
@@ -135,7 +135,7 @@ def test_of_equal_pieces_the_first_is_kept() -> None:
 
 
 def test_nothing_is_a_fault_that_explains_itself() -> None:
-    """No particle is more than half occupied; the other world is not touched by it."""
+    """No particle is more than half occupied; the other world is unaffected."""
     occupancy = np.vstack([np.full(box()[0].particle_count, 0.5), filled((EVERY, EVERY, EVERY))])
     built, (empty, whole) = feasible(form_of(occupancy), box()[0], connected=True)
     assert (empty.components, empty.mass_kept, empty.thickness) == (0, 0.0, 0)
@@ -146,14 +146,14 @@ def test_nothing_is_a_fault_that_explains_itself() -> None:
 
 @pytest.mark.parametrize("place", [(EVERY, 3, EVERY), (EVERY, 3, 3), (6, 3, 3)], ids=["sheet", "thread", "speck"])
 def test_what_is_one_particle_thin_is_a_fault(place: tuple[slice | int, slice | int, slice | int]) -> None:
-    """The message says what was found and what is needed."""
+    """The message has the thickness found and needed."""
     _, (report,) = feasible(form_of(filled(place)), box()[0], connected=True)
     assert report.thickness == 1
     assert "nowhere more than 1 particle of 10 mm across, and 2 are needed" in report.fault
 
 
 def test_a_body_of_few_particles_has_a_report() -> None:
-    """One particle, and a workspace that is a sheet or a thread itself."""
+    """One particle, and workspaces that are sheets or threads."""
     for count in (1, 2, 9):
         block = Block(length=0.01 * count, width=0.01, height=0.01)
         body = block.body(Fidelity(0.01, particles_per_cell=1))

@@ -1,4 +1,4 @@
-"""Bodies from files that another library wrote, whole and broken."""
+"""Bodies from mesh files, valid and invalid."""
 
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ def shape(name: str) -> Any:
 
 
 def inside(name: str, points: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> Any:
-    """Which points [mm] lie in it, by formula."""
+    """Which points [mm] are inside, in closed form."""
     x, y, z = points.T
     if name == "sphere":
         return x**2 + y**2 + z**2 < 50.0**2
@@ -45,7 +45,7 @@ def inside(name: str, points: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 def design(mesh: Any, path: Path, **params: Any) -> MeshDesign:
-    """The mesh through a file."""
+    """The design from a file of the mesh."""
     mesh.export(path)
     return MeshDesign(path=InputFile(path), **params)
 
@@ -53,7 +53,7 @@ def design(mesh: Any, path: Path, **params: Any) -> MeshDesign:
 @pytest.mark.parametrize("kind", FORMATS)
 @pytest.mark.parametrize("name", ["sphere", "torus", "capsule", "annulus"])
 def test_every_format_is_read_as_the_same_solid(name: str, kind: str, tmp_path: Path) -> None:
-    """The volume is trimesh's own, and the inside that of the formula but for the facets' error at the surface."""
+    """The volume is trimesh's, and the inside is the closed form up to the facets' error."""
     mesh = shape(name)
     mesh.export(tmp_path / f"a.{kind}")
     found = load(str(tmp_path / f"a.{kind}"))
@@ -67,7 +67,7 @@ def test_every_format_is_read_as_the_same_solid(name: str, kind: str, tmp_path: 
 
 @pytest.mark.parametrize("particles_per_cell", PARTICLES_PER_CELL)
 def test_a_body_from_a_file_is_whole(particles_per_cell: int, tmp_path: Path) -> None:
-    """As the conformance suite asks of every design; the mass is that of the mesh."""
+    """The requirements on every design, with the mass of the mesh."""
     path = tmp_path / "a.stl"
     shape("sphere").export(path)
     made = registry.create(Kind.DESIGN, Ref("mesh", params=(("muscles", 5), ("path", str(path)))))
@@ -83,7 +83,7 @@ def test_a_body_from_a_file_is_whole(particles_per_cell: int, tmp_path: Path) ->
 
 
 def test_it_is_posed_and_scaled(tmp_path: Path) -> None:
-    """A capsule along the file's z, lying down, is as long as it is asked to be; its fibres run along it."""
+    """A capsule along the file's z lies along x with the given length and fibres."""
     body = design(shape("capsule"), tmp_path / "a.stl", ahead="z", up="x", length=0.12).body(Fidelity(1 / 128))
     assert np.ptp(body.positions, axis=0) + 1 / 256 == pytest.approx([0.12, 0.048, 0.048], abs=1 / 128)
     assert np.abs(body.fibres[:, 0]).min() > 0.99
@@ -92,7 +92,7 @@ def test_it_is_posed_and_scaled(tmp_path: Path) -> None:
 
 
 def test_groups_do_not_depend_on_the_resolution(tmp_path: Path) -> None:
-    """The nearest coarse and fine particles are in the same group, and a second reading gives the same bits."""
+    """Nearest coarse and fine particles are in the same group; a second reading is equal bit for bit."""
     made = design(shape("torus"), tmp_path / "a.ply", muscles=6)
     again = MeshDesign(path=made.path, muscles=6)
     np.testing.assert_array_equal(made.groups.centres, again.groups.centres)
@@ -102,7 +102,7 @@ def test_groups_do_not_depend_on_the_resolution(tmp_path: Path) -> None:
 
 
 def test_k_means_finds_clumps_and_slices_cut_rods() -> None:
-    """Four clumps are four groups; a rod falls into equal lengths with fibres along it."""
+    """Four clusters are four groups; a rod has equal slices with fibres along it."""
     rng = np.random.default_rng(0)
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     points = (corners[:, None] + rng.uniform(-0.1, 0.1, size=(4, 50, 3))).reshape(-1, 3)
@@ -115,7 +115,7 @@ def test_k_means_finds_clumps_and_slices_cut_rods() -> None:
 
 
 def test_repairs(tmp_path: Path) -> None:
-    """A missing triangle is filled, normals that point inwards are turned."""
+    """A missing triangle is filled, and inward normals are turned."""
     holed, flipped = shape("sphere"), shape("sphere")
     whole = holed.volume
     holed.update_faces(np.arange(len(holed.faces)) > 0)
@@ -126,7 +126,7 @@ def test_repairs(tmp_path: Path) -> None:
 
 
 def broken(kind: str) -> Any:
-    """A mesh that is no solid."""
+    """An invalid mesh."""
     mesh = shape("sphere")
     if kind == "open":
         mesh.update_faces(mesh.triangles_center[:, 2] < 0.0)
@@ -139,7 +139,7 @@ def broken(kind: str) -> Any:
     ("kind", "message"), [("open", "not watertight"), ("non-manifold", "more than two faces"), ("flat", "watertight")]
 )
 def test_what_is_no_solid_is_refused(kind: str, message: str, tmp_path: Path) -> None:
-    """Each for what is wrong with it."""
+    """The message names the defect."""
     broken(kind).export(tmp_path / "a.ply")
     with pytest.raises(UsageError, match=message):
         load(str(tmp_path / "a.ply"))
@@ -156,20 +156,20 @@ def test_what_is_no_mesh_is_refused(name: str, content: bytes, tmp_path: Path) -
 
 
 def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
-    """It says which are read."""
+    """The message has the known formats."""
     (tmp_path / "a.docx").write_bytes(b"x")
     with pytest.raises(UsageError, match="stl, obj, ply, glb"):
         load(str(tmp_path / "a.docx"))
 
 
 def test_the_wrong_unit_is_named(tmp_path: Path) -> None:
-    """Millimetres taken for metres make a robot of 100 m."""
+    """Millimetres read as metres give a robot of 100 m."""
     with pytest.raises(SceneError, match="unit"):
         design(shape("sphere"), tmp_path / "a.stl", length=0.0)
 
 
 def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
-    """A sheet of 6 mm on a grid of 1/64 m; twice as fine it is well."""
+    """A sheet of 6 mm at 1/64 m, but not at 1/128 m."""
     sheet = trimesh.creation.box(extents=(100.0, 60.0, 6.0))
     made = design(sheet, tmp_path / "a.stl")
     with pytest.raises(SceneError, match="too thin"):
@@ -179,6 +179,6 @@ def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("params", [{"muscles": 0}, {"length": -1.0}, {"ahead": "z"}])
 def test_values_without_sense_are_refused(params: dict[str, Any], tmp_path: Path) -> None:
-    """No muscle, a negative length, two directions on one line."""
+    """No muscle, a negative length, two parallel directions."""
     with pytest.raises(UsageError, match=r"cannot be|one line"):
         design(shape("sphere"), tmp_path / "a.stl", **params)

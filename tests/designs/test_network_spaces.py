@@ -1,4 +1,4 @@
-"""The spaces that are networks of the place: their formulas in plain numpy, and their priors."""
+"""Network spaces: their formulas in NumPy, and their priors."""
 
 from typing import cast
 
@@ -20,13 +20,13 @@ both = pytest.mark.parametrize("space", [implicit_space(), cppn_space()], ids=["
 
 
 class Reader:
-    """Takes a flat vector apart from its start."""
+    """Reads parts of a flat vector in order."""
 
     def __init__(self, numbers: Array) -> None:
         self.rest = numbers
 
     def take(self, *shape: int) -> Array:
-        """The next so many numbers, in this shape."""
+        """The next numbers, in this shape."""
         count = int(np.prod(shape))
         found, self.rest = self.rest[:count], self.rest[count:]
         return cast(Array, found.reshape(shape))
@@ -38,7 +38,7 @@ def sigmoid(x: Array) -> Array:
 
 
 def implicit(numbers: Array, body: Body) -> Array:
-    """Two layers of 32 with tanh, and an affine one `[particle_count, 2 + muscle_count]`."""
+    """Two layers of 32 tanh units and an affine head `[particle_count, 2 + muscle_count]`."""
     reader, seen = Reader(numbers), features(body)
     for inputs in (7, 32):
         weights, bias = reader.take(inputs, 32), reader.take(32)
@@ -50,7 +50,7 @@ def implicit(numbers: Array, body: Body) -> Array:
 
 
 def cppn(numbers: Array, body: Body) -> Array:
-    """Three layers of 20 nodes that see all before them, each a mean of sine and sigmoid, and an affine one."""
+    """Three layers of 20 nodes with inputs from all earlier layers, means of sine and sigmoid, and an affine head."""
     reader, seen = Reader(numbers), features(body)
     for inputs in (7, 27, 47):
         weights, bias, choice = reader.take(inputs, 20), reader.take(20), sigmoid(reader.take(20))
@@ -64,7 +64,7 @@ def cppn(numbers: Array, body: Body) -> Array:
 
 @pytest.mark.parametrize(("space", "formula", "pace"), [(implicit_space(), implicit, 0.07), (cppn_space(), cppn, 0.2)])
 def test_it_is_the_formula(space: NetworkSpace, formula: object, pace: float) -> None:
-    """Every output, against the same network in numpy."""
+    """Every output against the network in NumPy."""
     assert callable(formula)
     body = space.body(SMOKE)
     numbers = np.random.default_rng(5).normal(0.0, 10.0, space.parameter_count(body))
@@ -78,7 +78,7 @@ def test_it_is_the_formula(space: NetworkSpace, formula: object, pace: float) ->
 
 @both
 def test_a_design_is_the_same_on_every_grid(space: NetworkSpace) -> None:
-    """Parameters do not depend on the fidelity, and the same ones give about as much matter on another."""
+    """The same parameters give about the same volume on another grid."""
     coarse, fine = space.body(DRAFT), space.body(Fidelity(1 / 128))
     assert space.parameter_count(coarse) == space.parameter_count(fine)
     numbers = np.random.default_rng(3).normal(0.0, 5.0, (4, space.parameter_count(coarse)))
@@ -91,7 +91,7 @@ def test_a_design_is_the_same_on_every_grid(space: NetworkSpace) -> None:
 
 @both
 def test_the_prior_is_full_and_firm_with_every_muscle(space: NetworkSpace) -> None:
-    """Occupancy and stiffness in their ranges; every muscle moves a share of the body, and in most places one leads."""
+    """Occupancy and stiffness in their ranges; every muscle has a share, and mostly one dominates."""
     body = space.body(DRAFT)
     draws = np.array([space.initial(np.random.default_rng(seed), body) for seed in range(20)])
     form = space.form(torch.as_tensor(draws), body)
@@ -105,8 +105,8 @@ def test_the_prior_is_full_and_firm_with_every_muscle(space: NetworkSpace) -> No
 
 @both
 @pytest.mark.parametrize("rate", [0.1, 0.01])
-def test_a_step_of_the_optimiser_is_felt_and_is_no_leap(space: NetworkSpace, rate: float) -> None:
-    """Adam's first step towards less matter: the body loses something, and no more than its size in proportion."""
+def test_a_step_of_the_optimiser_is_of_moderate_size(space: NetworkSpace, rate: float) -> None:
+    """Adam's first step towards less matter removes a moderate share."""
     body = space.body(DRAFT)
     for seed in range(4):
         start = torch.tensor(space.initial(np.random.default_rng(seed), body)[None], requires_grad=True)

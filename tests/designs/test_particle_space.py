@@ -1,4 +1,4 @@
-"""The particle-based space: each particle is moved by its own numbers alone."""
+"""The particle-based space: parameters of a particle act on it alone."""
 
 import numpy as np
 import torch
@@ -11,7 +11,7 @@ BODY = SPACE.body(Fidelity(1 / 32))
 
 
 def test_it_is_the_formula() -> None:
-    """Sigmoid, sigmoid above the least stiffness, softmax; by hand for one particle."""
+    """Sigmoid, sigmoid above the least stiffness, and softmax, for one particle."""
     rows = np.random.default_rng(0).normal(size=(BODY.particle_count, 2 + BODY.muscle_count))
     form = SPACE.form(torch.as_tensor(rows.reshape(1, -1)), BODY)
     for particle in (0, 17, 71):
@@ -31,7 +31,7 @@ def test_a_particle_is_its_own() -> None:
 
 
 def test_the_prior_is_near_the_base() -> None:
-    """Nearly full, firm, and every particle keeps the muscle that it had."""
+    """Nearly full and stiff, with the muscles of the base."""
     draws = np.array([SPACE.initial(np.random.default_rng(seed), BODY) for seed in range(50)])
     form = SPACE.form(torch.as_tensor(draws), BODY)
     low, middle, high = np.quantile(form.occupancy, [0.05, 0.5, 0.95])

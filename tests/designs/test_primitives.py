@@ -1,4 +1,4 @@
-"""The primitives in their workspace: the box, what each is inside and outside its skin, and names that cannot be."""
+"""The primitives in their workspace: the box, their tissues inside and outside, and refused names."""
 
 from functools import cache
 
@@ -20,13 +20,13 @@ DRAFT, PAPER = Fidelity(1 / 64), Fidelity(1 / 128)
 
 @cache
 def primitives(names: str = DEFAULT_PRIMITIVES, length: float = 0.1) -> Primitives:
-    """Made once."""
+    """The default primitives, cached."""
     return Primitives(names, length)
 
 
 @pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+fish+shark"])
 def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> None:
-    """Each primitive's particles are among those of the workspace, and there are some beyond in every direction."""
+    """It has particles beyond every primitive in every direction."""
     made = primitives(names)
     body = made.workspace(PAPER)
     assert body.malleable
@@ -41,7 +41,7 @@ def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> N
 
 
 def test_the_workspace_is_the_same_box_at_every_fidelity() -> None:
-    """125 x 62.5 x 62.5 mm, tiled with whole cells, each particle with its share of a cell."""
+    """125 x 62.5 x 62.5 mm in whole cells, with equal particles."""
     for name in registry.names(Kind.FIDELITY):
         fidelity = registry.create(Kind.FIDELITY, Ref(name))
         body = primitives().workspace(fidelity)
@@ -50,7 +50,7 @@ def test_the_workspace_is_the_same_box_at_every_fidelity() -> None:
 
 
 def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
-    """A form's stiffness is a share of that."""
+    """The stiffness of a form is relative to it."""
     made = primitives()
     body = made.workspace(DRAFT)
     assert (body.stiffness == 2.0).all()
@@ -59,7 +59,7 @@ def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
 
 
 def test_inside_its_skin_a_primitive_is_itself() -> None:
-    """Stiffness everywhere, muscles and fibres where it has muscle, and the sign of the distance."""
+    """Stiffness everywhere, muscles and fibres in muscle, and the sign of the distance."""
     made = primitives()
     body = made.workspace(PAPER)
     tissues = made.tissues(body)
@@ -75,7 +75,7 @@ def test_inside_its_skin_a_primitive_is_itself() -> None:
 
 
 def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
-    """Found by brute force among the particles of a fine body: nowhere does another muscle lie clearly nearer."""
+    """Against brute force among the particles of a fine body."""
     made = primitives()
     body = made.workspace(DRAFT)
     tissues = made.tissues(body)
@@ -90,7 +90,7 @@ def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
 
 @pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda"])
 def test_tissues_are_whole_and_mirrored(names: str) -> None:
-    """Shares are 1 together, fibres of unit length, left the mirror image of right."""
+    """Shares with sum 1, unit fibres, and symmetric sides."""
     made = primitives(names)
     body = made.workspace(DRAFT)
     tissues = made.tissues(body)
@@ -105,7 +105,7 @@ def test_tissues_are_whole_and_mirrored(names: str) -> None:
 
 
 def test_muscles_are_matched_by_number() -> None:
-    """Names that agree stay; the others are numbered; a primitive with fewer leaves the last ones unused."""
+    """Equal names are kept, others numbered; a primitive with fewer muscles does not use the last ones."""
     agreed = primitives("shark+tuna+fish")
     assert agreed.muscles == agreed.animals[0].muscles
     assert primitives().muscles == tuple(f"muscle-{n + 1}" for n in range(8))
@@ -119,7 +119,7 @@ def test_muscles_are_matched_by_number() -> None:
 
 
 def test_a_longer_workspace_is_the_same_workspace() -> None:
-    """Twice the length on a grid twice as coarse: the same tissues, distances twice as long."""
+    """Twice the length on a grid twice as coarse: the same tissues, twice the distances."""
     small, large = primitives(length=0.1), primitives(length=0.2)
     one, two = small.tissues(small.workspace(PAPER)), large.tissues(large.workspace(DRAFT))
     np.testing.assert_allclose(two.distances, 2.0 * one.distances, atol=1e-12)
@@ -127,7 +127,7 @@ def test_a_longer_workspace_is_the_same_workspace() -> None:
 
 
 def test_coefficients_are_on_the_simplex() -> None:
-    """Positive and 1 together in each block, whatever the parameters."""
+    """Positive with sum 1 in each block, for any parameters."""
     weights = simplex(torch.tensor([1000.0, -1000.0, 0.0, 1.0, 2.0, 3.0], dtype=torch.float64), 2)
     assert weights.shape == (2, 3)
     np.testing.assert_allclose(weights.sum(dim=1), 1.0, rtol=1e-12)
@@ -148,7 +148,7 @@ def test_coefficients_are_on_the_simplex() -> None:
     ],
 )
 def test_names_that_cannot_be_mixed_are_refused(space: str, names: str, error: type[UsageError], message: str) -> None:
-    """When the design is made, with what to do instead."""
+    """When the design is created, with the remedy."""
     with pytest.raises(error, match=message):
         registry.create(Kind.DESIGN, Ref(space, params=(("primitives", names),)))
 
@@ -160,7 +160,7 @@ def test_a_grid_that_holds_no_primitive_is_refused() -> None:
 
 
 def test_all_primitives_are_animals_of_one_length() -> None:
-    """Scaled, not cut."""
+    """They are scaled."""
     for animal in primitives(length=0.07).animals:
         assert isinstance(animal, Animal)
         assert animal.length == 0.07

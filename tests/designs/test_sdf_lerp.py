@@ -20,7 +20,7 @@ ORCA, TUNA = 0, 3
 
 @cache
 def workspace(cells: int) -> Body:
-    """Of cells of 1 / `cells` m, made once."""
+    """With cells of 1 / `cells` m, cached."""
     return SPACE.body(Fidelity(1 / cells))
 
 
@@ -44,7 +44,7 @@ def test_it_is_a_design_space() -> None:
 
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
-    """Its particles, all and no others, its tissues, its volume within 5 %."""
+    """Exactly its particles, its tissues, and its volume within 5 %."""
     body, tissues = workspace(128), SPACE.primitives.tissues(workspace(128))
     form = mixture(np.eye(COUNT)[end], 128)
     np.testing.assert_array_equal(form.occupancy[0] > 0.5, tissues.distances[end] < 0.0)
@@ -57,7 +57,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
 
 
 def test_volume_is_lost_between_primitives() -> None:
-    """Half way from the orca to the tuna, fins that do not meet are gone: more than 5 % of the mean volume."""
+    """Half way from orca to tuna, fins that do not overlap vanish: more than 5 % of the mean volume."""
     weights = np.zeros(COUNT)
     weights[[ORCA, TUNA]] = 0.5
     volume = (mixture(weights, 128).occupancy[0].numpy() * workspace(128).volumes).sum()
@@ -75,8 +75,8 @@ def test_the_mean_line_is_the_chordal_mean_of_half_turns() -> None:
         assert abs(theirs @ found[n].numpy()) == pytest.approx(np.pi, rel=1e-9)
 
 
-def test_the_sense_of_a_line_has_no_meaning() -> None:
-    """The same mean from d as from -d, bit for bit."""
+def test_the_sign_of_a_line_has_no_influence() -> None:
+    """The same mean from d and from -d, bit for bit."""
     directions = lines(3, 20)
     weights = torch.tensor([0.5, 0.3, 0.2], dtype=torch.float64)
     senses = torch.as_tensor(np.random.default_rng(1).choice([-1.0, 1.0], size=(3, 20, 1)))
@@ -92,7 +92,7 @@ def test_half_way_between_two_lines() -> None:
 
 
 def test_the_gradient_of_a_mean_line_is_right() -> None:
-    """With respect to the weights, at the ends of the simplex too."""
+    """By the weights, at the ends of the simplex, too."""
     directions = lines(3, 6)
     for weights in ([0.5, 0.3, 0.2], [1.0, 0.0, 0.0]):
         free = torch.tensor(weights, dtype=torch.float64, requires_grad=True)
@@ -100,7 +100,7 @@ def test_the_gradient_of_a_mean_line_is_right() -> None:
 
 
 def test_lines_at_right_angles_have_a_finite_gradient() -> None:
-    """No line is nearest there; the gradient is bounded all the same."""
+    """There is no nearest line; the gradient is bounded."""
     free = torch.tensor([0.5, 0.5], dtype=torch.float64, requires_grad=True)
     mean_line(free, torch.eye(3, dtype=torch.float64)[:2, None]).sum().backward()
     assert free.grad is not None
@@ -108,7 +108,7 @@ def test_lines_at_right_angles_have_a_finite_gradient() -> None:
 
 
 def test_the_gradient_is_right() -> None:
-    """Of everything that a form says, with respect to all parameters."""
+    """Of all outputs, by all parameters, against finite differences."""
     body = workspace(32)
     parameters = torch.tensor(SPACE.initial(np.random.default_rng(0), body)[None], requires_grad=True)
     rng = np.random.default_rng(0)

@@ -22,7 +22,7 @@ POINTS = RNG.uniform(-0.06, 0.06, size=(400, 3))
 
 
 def volume(solid: Distance, reach: float = 0.06) -> float:
-    """What the shape's own measuring finds [m^3]."""
+    """The measured volume [m^3]."""
     return Shape(lambda points: solid(points) <= 0.0, (-reach,) * 3, (reach,) * 3).volume()
 
 
@@ -35,7 +35,7 @@ def test_an_ellipsoid_has_its_volume_and_a_ball_its_distance() -> None:
 
 
 def test_a_capsule_is_a_cylinder_with_two_half_balls() -> None:
-    """pi r^2 l + 4/3 pi r^3; tapered to two radii, each end has its own."""
+    """pi r^2 l + 4/3 pi r^3; a tapered one has a radius at each end."""
     rod = capsule((-0.02, 0.0, 0.0), (0.02, 0.0, 0.0), 0.015, 0.015)
     assert volume(rod, 0.036) == pytest.approx(np.pi * 0.015**2 * (0.04 + 4 / 3 * 0.015), rel=5e-3)
     taper = capsule((-0.02, 0.0, 0.0), (0.02, 0.0, 0.0), 0.015, 0.005)
@@ -43,7 +43,7 @@ def test_a_capsule_is_a_cylinder_with_two_half_balls() -> None:
 
 
 def test_a_loft_passes_through_its_stations() -> None:
-    """On each ellipse the distance is zero, and a trunk of even section is an elliptic cylinder."""
+    """The distance is zero on each ellipse, and a constant section gives an elliptic cylinder."""
     stations = [(-0.03, 0.0, 0.01, 0.02), (0.0, 0.005, 0.02, 0.01), (0.03, 0.0, 0.0, 0.0)]
     trunk = loft(stations)
     angles = np.linspace(0.0, 2 * np.pi, 9)
@@ -56,7 +56,7 @@ def test_a_loft_passes_through_its_stations() -> None:
 
 
 def test_a_fin_is_a_prism_over_its_outline() -> None:
-    """Area of the polygon, dents included, times thickness; in a tilted plane too."""
+    """Area of a concave polygon times thickness, in a tilted plane as well."""
     outline = [(-0.03, -0.02), (0.03, -0.02), (0.03, 0.02), (0.0, -0.005), (-0.03, 0.02)]
     area = 0.06 * 0.04 - 0.5 * 0.06 * 0.025
     for plane in (UPRIGHT, Plane((0.004, 0.0, 0.002), (1.0, 0.3, 0.2), (0.0, 1.0, 0.5))):
@@ -68,7 +68,7 @@ def test_a_fin_is_a_prism_over_its_outline() -> None:
 
 
 def test_mirrored_puts_the_right_side_on_both() -> None:
-    """The same distance at z and -z, that of the original on the right."""
+    """The same distance at z and -z."""
     limb = capsule((0.0, 0.0, 0.02), (0.02, 0.0, 0.04), 0.01, 0.005)
     pair, flip = mirrored(limb), np.array([1.0, 1.0, -1.0])
     np.testing.assert_array_equal(pair(POINTS), pair(POINTS * flip))
@@ -77,7 +77,7 @@ def test_mirrored_puts_the_right_side_on_both() -> None:
 
 
 def test_a_smooth_union_is_the_union_but_near_the_seam() -> None:
-    """It holds both solids, adds a quarter of the blend at most, and nothing where one surface is far."""
+    """It adds a quarter of the blend at most, and nothing far from the other surface."""
     first = ellipsoid((-0.015, 0.0, 0.0), (0.02, 0.02, 0.02))(POINTS)
     second = ellipsoid((0.015, 0.0, 0.0), (0.02, 0.02, 0.02))(POINTS)
     both, sharp = smooth_union([first, second], 0.008), np.minimum(first, second)

@@ -1,4 +1,4 @@
-"""What every design space owes: shapes, ranges, exact gradients, independent worlds, and a sound start."""
+"""Requirements on every design space: shapes, ranges, gradients, independent worlds and a feasible prior."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def parts(form: Form) -> tuple[torch.Tensor, ...]:
 @every_workspace
 @pytest.mark.parametrize("fidelity", [SMOKE, DRAFT], ids=["smoke", "draft"])
 def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fidelity: Fidelity) -> None:
-    """Double precision, occupancy in [0, 1], stiffness in (0, 1], shares that add up to 1, fibres of unit length."""
+    """Double precision, occupancy and stiffness in range, shares with sum 1, unit fibres."""
     space = made(name, **params)
     body = space.body(fidelity)
     assert body.malleable
@@ -75,8 +75,8 @@ def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fid
 
 
 @every_workspace
-def test_a_draw_from_the_prior_is_a_sound_body(name: str, params: dict[str, str]) -> None:
-    """At first there is a body in one piece, and its muscles differ: alike, they could not bend it."""
+def test_a_draw_from_the_prior_is_feasible(name: str, params: dict[str, str]) -> None:
+    """It is in one piece, and its muscles differ, as bending requires."""
     space = made(name, **params)
     for fidelity in (SMOKE, DRAFT):
         body = space.body(fidelity)
@@ -86,8 +86,8 @@ def test_a_draw_from_the_prior_is_a_sound_body(name: str, params: dict[str, str]
 
 
 @every_space
-def test_gradients_are_slopes(name: str) -> None:
-    """Of all that a form has, in random directions, against central differences."""
+def test_gradients_agree_with_differences(name: str) -> None:
+    """Of all outputs, in random directions, against central differences."""
     space = made(name)
     body = space.body(TINY)
     start = draws(space, body, 2).detach()
@@ -104,7 +104,7 @@ def test_gradients_are_slopes(name: str) -> None:
 
 @every_space
 def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
-    """Where matter has been taken away, next to what is left, a slope says how to bring it back."""
+    """Next to the remaining matter, empty particles have a gradient."""
     space = made(name)
     body = space.body(SMOKE)
     parameters = draws(space, body, 1)
@@ -121,34 +121,34 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
     surface = np.flatnonzero(near & ~solid)
     assert len(surface) > 3
     for particle in surface:
-        (slope,) = torch.autograd.grad(form.occupancy[0, particle], parameters, retain_graph=True)
-        assert slope.abs().max() > 1e-4
+        (gradient,) = torch.autograd.grad(form.occupancy[0, particle], parameters, retain_graph=True)
+        assert gradient.abs().max() > 1e-4
 
 
 @every_space
 def test_worlds_do_not_depend_on_each_other(name: str) -> None:
-    """A form and its slope in a batch are, bit for bit, what they are alone."""
+    """Forms and gradients of a batch are those of each world alone, bit for bit."""
     space = made(name)
     body = space.body(DRAFT)
     together = draws(space, body, 3)
     rng = np.random.default_rng(4)
     pulls = [torch.as_tensor(rng.normal(size=part.shape[1:])) for part in parts(space.form(together, body))]
 
-    def slope(parameters: torch.Tensor) -> torch.Tensor:
+    def gradient(parameters: torch.Tensor) -> torch.Tensor:
         values = zip(parts(space.form(parameters, body)), pulls, strict=True)
         return torch.autograd.grad(sum((part * pull).sum() for part, pull in values), parameters)[0]
 
-    slopes = slope(together)
+    slopes = gradient(together)
     for world in range(3):
         alone = together[world : world + 1].detach().clone().requires_grad_()
         for whole, one in zip(parts(space.form(together, body)), parts(space.form(alone, body)), strict=True):
             assert torch.equal(whole[world], one[0])
-        assert torch.equal(slopes[world], slope(alone)[0])
+        assert torch.equal(slopes[world], gradient(alone)[0])
 
 
 @every_space
 def test_the_prior_is_a_function_of_the_generator(name: str) -> None:
-    """Equal seeds give equal draws and forms, others others."""
+    """Equal seeds give equal draws and forms; other seeds do not."""
     space = made(name)
     body = space.body(SMOKE)
     first, again, other = (space.initial(np.random.default_rng(seed), body) for seed in (1, 1, 2))
@@ -160,14 +160,14 @@ def test_the_prior_is_a_function_of_the_generator(name: str) -> None:
 
 @every_space
 def test_a_space_is_no_base(name: str) -> None:
-    """A workspace is taken from a fixed body; the message says which to give."""
+    """The message names a base to give."""
     with pytest.raises(UsageError, match=r"is a design space.*base=block"):
         made("particle", base=name)
 
 
 @every_space
 def test_a_space_with_sites_has_the_tag(name: str) -> None:
-    """Cells of methods that paint bodies are skipped by the tag, and run by the protocol."""
+    """Methods that paint bodies select spaces by the tag and by the protocol."""
     assert isinstance(made(name), SiteSpace) == (name in SITE_SPACES)
 
 
@@ -200,7 +200,7 @@ def test_a_body_has_the_patterns_that_are_painted_on_it(name: str, fidelity: Fid
 
 @pytest.mark.parametrize("name", SITE_SPACES)
 def test_a_blank_pattern_is_the_mean_of_the_prior(name: str) -> None:
-    """As full and firm as draws are on average, and no muscle before the others."""
+    """Its occupancy and stiffness are the prior's mean, and muscle shares are equal."""
     space = made(name)
     assert isinstance(space, SiteSpace)
     body = space.body(SMOKE)

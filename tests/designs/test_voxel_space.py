@@ -1,4 +1,4 @@
-"""The voxel-based space: which particles share a voxel."""
+"""The voxel-based space: particles that share a voxel."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ FINE = Fidelity(1 / 160)
 
 
 def test_particles_of_a_voxel_are_alike() -> None:
-    """In a box of 8 x 4 x 4 voxels there are 128 different particles, each in a cube of the edge that was given."""
+    """A box of 8 x 4 x 4 voxels has 128 different particles, each voxel a cube with the given edge."""
     space = VoxelSpace()
     body = space.body(FINE)
     assert space.parameter_count(body) == 128 * 10
@@ -27,7 +27,7 @@ def test_particles_of_a_voxel_are_alike() -> None:
 
 
 def test_left_and_right_voxels_are_mirror_images() -> None:
-    """Also where the edge does not divide the box."""
+    """Also if the edge does not divide the box."""
     space = VoxelSpace(edge=0.011)
     body = space.body(FINE)
     rows = np.random.default_rng(1).normal(size=(1, space.parameter_count(body)))
@@ -46,13 +46,13 @@ def test_voxels_finer_than_particles_are_particles() -> None:
 
 
 def test_one_voxel_may_hold_all() -> None:
-    """The coarsest space has one row of numbers."""
+    """The coarsest space has one row of parameters."""
     space = VoxelSpace(edge=0.5)
     assert space.parameter_count(space.body(Fidelity(1 / 64))) == 10
 
 
 @pytest.mark.parametrize("edge", [0.0, -1.0, 1e-9, 2.0])
 def test_edges_that_make_no_voxels_are_refused(edge: float) -> None:
-    """With what can be given instead."""
+    """With the remedy."""
     with pytest.raises(UsageError, match="Give an edge"):
         VoxelSpace(edge=edge)

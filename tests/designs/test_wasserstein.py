@@ -16,7 +16,7 @@ REGULARISATION = 0.003
 
 
 def slices() -> torch.Tensor:
-    """Where orca, shark and clownfish are in their plane of symmetry, as densities `[3, 40, 20]`."""
+    """Orca, shark and clownfish in their plane of symmetry, as densities `[3, 40, 20]`."""
     x, y = np.meshgrid(np.linspace(-0.055, 0.055, 40), np.linspace(0.0, 0.055, 20), indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
     animals = Primitives("orca+shark+clownfish", 0.1).animals
@@ -25,7 +25,7 @@ def slices() -> torch.Tensor:
 
 
 def ours(densities: torch.Tensor, weights: list[float], iterations: int, **options: int) -> NDArray[np.float64]:
-    """The barycenter of slices, as volumes that are one voxel thick, with the kernel that POT makes."""
+    """The barycenter of slices one voxel thick, with POT's kernel."""
     kernels = [gaussian(n, (n - 1) * np.sqrt(REGULARISATION / 2.0)) for n in densities.shape[1:]]
     shares = torch.tensor(weights, dtype=torch.float64)
     kernels.append(gaussian(1, 1.0))
@@ -34,7 +34,7 @@ def ours(densities: torch.Tensor, weights: list[float], iterations: int, **optio
 
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float]) -> None:
-    """Step by step: after as many iterations, the same numbers."""
+    """The same numbers after as many iterations."""
     densities = slices()
     theirs = ot.bregman.convolutional_barycenter2d(
         densities.numpy(), REGULARISATION, np.array(weights), numItermax=100, stopThr=0.0, stabThr=1e-300, warn=False
@@ -44,7 +44,7 @@ def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float]) -> None:
 
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_the_debiased_barycenter_of_slices_is_that_of_pot(weights: list[float]) -> None:
-    """Step by step, with the ten refinements in each iteration that POT makes."""
+    """The same numbers with POT's ten refinements in each iteration."""
     densities = slices()
     theirs = ot.bregman.convolutional_barycenter2d_debiased(
         densities.numpy(), REGULARISATION, np.array(weights), numItermax=100, stopThr=0.0, stabThr=1e-300, warn=False
@@ -95,13 +95,13 @@ def test_a_gaussian_half_way_between_two_gaussians() -> None:
 
 
 def test_mass_is_kept() -> None:
-    """Whatever the weights, a density of sum 1."""
+    """A density with sum 1 for any weights."""
     for weights in WEIGHTS:
         assert ours(slices(), weights, 300).sum() == pytest.approx(1.0, abs=1e-5)
 
 
 def test_an_axis_at_a_time_is_the_whole_kernel() -> None:
-    """The separable convolution against the dense sum over all pairs of voxels, axes in their order."""
+    """The separable convolution against the sum over all pairs of voxels."""
     counts = (4, 3, 5)
     fields = torch.as_tensor(np.random.default_rng(0).normal(size=(2, *counts)))
     voxels = np.array(list(itertools.product(*map(range, counts))), float)
@@ -113,7 +113,7 @@ def test_an_axis_at_a_time_is_the_whole_kernel() -> None:
 
 @pytest.mark.parametrize("debiased", [False, True])
 def test_the_gradient_is_exact(debiased: bool) -> None:
-    """With respect to the weights, by finite differences, also where the barycenter is next to nothing."""
+    """By the weights, against finite differences, also where the barycenter is nearly zero."""
     densities = slices()[:, ::2, ::2, None]
     kernels = [gaussian(n, 1.0) for n in densities.shape[1:]]
     weights = torch.tensor([0.5, 0.2, 0.3], dtype=torch.float64, requires_grad=True)

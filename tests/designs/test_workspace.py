@@ -1,4 +1,4 @@
-"""Workspaces: the particles of a fixed design, and what a network sees of them."""
+"""Workspaces: the particles of a fixed design, and the inputs of networks."""
 
 from pathlib import Path
 
@@ -7,8 +7,9 @@ import pytest
 import trimesh
 
 from zoobench import registry
+from zoobench.designs.base import Body
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.designs.workspace import extent, features, workspace
+from zoobench.designs.workspace import BasedSpace, extent, features
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -17,8 +18,13 @@ from zoobench.spec import Ref
 DRAFT = Fidelity(1 / 64)
 
 
+def workspace(base: str, fidelity: Fidelity) -> Body:
+    """The workspace of a design space on this base."""
+    return BasedSpace(base=base).body(fidelity)
+
+
 def test_it_is_the_whole_base() -> None:
-    """Particles, labels, muscles and density are the base's; all is full, as stiff as can be, with fibres ahead."""
+    """Particles, labels, muscles and density are the base's; occupancy and stiffness are 1, fibres ahead."""
     base = registry.create(Kind.DESIGN, Ref("orca")).body(DRAFT)
     body = workspace("orca", DRAFT)
     assert body.malleable
@@ -38,16 +44,16 @@ def test_a_base_may_have_a_version_and_a_parameter() -> None:
 
 
 def test_an_unknown_base_is_refused() -> None:
-    """With what there is."""
+    """With suggestions."""
     with pytest.raises(UnknownNameError, match="'caterpillar'"):
         workspace("caterpilar", DRAFT)
 
 
 def test_a_file_must_be_named_with_its_content(tmp_path: Path) -> None:
-    """A run's key holds the base's name, which must tell what is in the file; the message has the name to use."""
+    """A run's key contains the base's name; the message has the name with digest."""
     path = tmp_path / "ball.stl"
     trimesh.creation.icosphere(radius=0.03).export(path)
-    with pytest.raises(UsageError, match="is in its file") as refusal:
+    with pytest.raises(UsageError, match="digest of the content") as refusal:
         workspace(f"mesh[path={path}]", DRAFT)
     whole = str(refusal.value).rpartition("base=")[2].removesuffix(".")
     assert workspace(whole, DRAFT).particle_count > 50
@@ -55,14 +61,14 @@ def test_a_file_must_be_named_with_its_content(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("base", ["block", "panda"])
 def test_the_box_is_the_body_however_it_is_sampled(base: str) -> None:
-    """Centre and half extent agree between grids to half a particle of the coarser."""
+    """Centre and half extent agree between grids to half a coarse particle."""
     (centre, half), (fine_centre, fine_half) = (extent(workspace(base, Fidelity(h))) for h in (1 / 64, 1 / 192))
     np.testing.assert_allclose(centre, fine_centre, atol=1 / 256)
     np.testing.assert_allclose(half, fine_half, atol=1 / 256)
 
 
-def test_a_network_sees_places_and_distances() -> None:
-    """Within half a particle of the box's faces, and the distances are those of the formulas, one by one."""
+def test_the_features_of_a_network() -> None:
+    """Coordinates within half a particle of the box's faces, and the distances of the formulas."""
     body = workspace("block", DRAFT)
     seen = features(body)
     assert seen.shape == (body.particle_count, 7)

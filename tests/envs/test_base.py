@@ -1,4 +1,4 @@
-"""Scenes: what stands where, and the bed at rest."""
+"""Scenes: positions of body and bed, and the bed at rest."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_land_without_a_medium(env: Environment, friction: float) -> None:
 
 
 def test_the_desert_robot_stands_on_the_sand() -> None:
-    """It neither overlaps the bed nor falls on it from a height."""
+    """It neither overlaps the bed nor falls on it."""
     scene = desert().scene(Caterpillar().body(QUICK), QUICK)
     assert scene.medium is not None
     gap = scene.robot.positions[:, 1].min() - scene.medium.positions[:, 1].max()
@@ -42,7 +42,7 @@ def test_the_desert_robot_stands_on_the_sand() -> None:
 @pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_the_bed_has_its_mass_and_fills_its_box(spacing: float, particles_per_cell: int) -> None:
-    """Volume exact at every sampling; centred between the walls, and no thicker than it should be."""
+    """The volume is exact at every resolution; the bed is centred and not too thick."""
     fidelity = Fidelity(spacing, particles_per_cell=particles_per_cell)
     bed = desert(length=0.3, width=0.2).scene(Caterpillar().body(fidelity), fidelity).medium
     assert bed is not None
@@ -58,7 +58,7 @@ def test_a_body_larger_than_the_arena_is_refused() -> None:
 
 
 def test_all_bed_parameters_reach_the_scene() -> None:
-    """Thickness and friction angle are not swallowed."""
+    """Thickness and friction angle are used."""
     scene = desert(thickness=0.04, friction_angle=30.0).scene(Caterpillar().body(QUICK), QUICK)
     assert scene.medium is not None
     assert isinstance(scene.medium.material, SandMaterial)
@@ -77,7 +77,7 @@ def _hilly(name: str) -> Environment:
 
 @pytest.mark.parametrize("name", LAND)
 def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
-    """One particle is as near to the ground, or to the bed on it, as on the plane; none is nearer."""
+    """The closest particle is as near to the ground, or to the bed, as on a plane."""
     scene, level = (
         env.scene(Caterpillar().body(QUICK), QUICK) for env in (_hilly(name), registry.create(Kind.ENV, Ref(name)))
     )
@@ -89,7 +89,7 @@ def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
 
 @pytest.mark.parametrize("name", LAND[2:])
 def test_the_bed_follows_the_hills(name: str) -> None:
-    """It is as thick as on the plane everywhere, of the same volume."""
+    """It has the thickness and volume of the bed on a plane."""
     env = _hilly(name)
     scene, level = (e.scene(Caterpillar().body(QUICK), QUICK) for e in (env, registry.create(Kind.ENV, Ref(name))))
     assert scene.medium is not None
@@ -117,7 +117,7 @@ TABLE_6 = {
 
 @pytest.mark.parametrize(("name", "effects"), TABLE_6.items())
 def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects: set[Effect]) -> None:
-    """Nobody sets them: they follow from the matter that is there."""
+    """They follow from the materials of the scene."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
     assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE, Effect.DAMPING}
@@ -125,7 +125,7 @@ def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects:
 
 @pytest.mark.parametrize("name", ["shallow-water", "ocean"])
 def test_water_makes_room_for_the_robot(name: str) -> None:
-    """No water particle stands in the robot; the water displaced has the robot's volume to a particle's layer."""
+    """No water particle is inside the robot; the displaced volume is the robot's up to a layer of particles."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     body = Caterpillar().body(QUICK)
     scene = env.scene(body, QUICK)
@@ -140,7 +140,7 @@ def test_water_makes_room_for_the_robot(name: str) -> None:
 
 
 def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
-    """It hangs midway in water at least two and a half times as deep as it is tall."""
+    """It floats at half the depth of water at least 2.5 times as deep as it is tall."""
     env: Environment = registry.create(Kind.ENV, Ref("ocean"))
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
     assert env.bed is not None
@@ -150,7 +150,7 @@ def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
 
 
 @pytest.mark.parametrize("params", [{"friction": -1.0}, {"thickness": 0.0}, {"length": -0.3}, {"thickness": 0.5}])
-def test_an_impossible_place_is_refused_when_it_is_named(params: dict[str, float]) -> None:
-    """Before a run is queued, not in it."""
+def test_an_impossible_environment_is_refused_at_creation(params: dict[str, float]) -> None:
+    """Before a run is queued."""
     with pytest.raises(UsageError, match="Give"):
         desert(**params)  # type: ignore[arg-type]

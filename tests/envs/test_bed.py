@@ -29,7 +29,7 @@ def _bed(name: str) -> tuple[Environment, MediumBed]:
 
 @pytest.mark.parametrize("name", MEDIA)
 def test_the_bed_carries_its_own_weight(name: str) -> None:
-    """The vertical stress of the initial strain is the weight of the medium above."""
+    """The vertical stress of the initial strain is the weight of the column above."""
     env, bed = _bed(name)
     assert env.bed is not None
     weight = bed.material.density * 9.81 * (env.bed.thickness - bed.positions[:, 1])
@@ -46,7 +46,7 @@ def test_the_bed_carries_its_own_weight(name: str) -> None:
     ],
 )
 def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMaterial | MudMaterial) -> None:
-    """A bed that yields by itself would flow before the robot moves."""
+    """Otherwise the bed would flow before the robot moves."""
     strains = rest_strains(material, np.linspace(0.0, 2000.0, 50))
     deviator = strains - strains.mean(axis=1, keepdims=True)
     size = np.linalg.norm(deviator, axis=1)
@@ -60,7 +60,7 @@ def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMa
 
 @pytest.mark.parametrize("name", MEDIA)
 def test_the_medium_stays_at_rest(name: str) -> None:
-    """With the robot at rest in place, the kinetic energy after equilibration stays far below the bed's energy."""
+    """With a robot at rest, the kinetic energy after equilibration is far below the bed's energy."""
     env: Environment = registry.create(Kind.ENV, Ref(name))
     scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
     solver = Solver(scene, FIDELITY, start=Solver(scene, FIDELITY).equilibrate(env.equilibration_frames))
@@ -75,7 +75,7 @@ def test_the_medium_stays_at_rest(name: str) -> None:
 
 
 def test_water_is_as_dense_as_its_pressure_says() -> None:
-    """Mass per place times J is the density at rest everywhere: no part of it is light enough to rise."""
+    """Mass by volume times J is the density at rest everywhere, so that the stratification is stable."""
     env, bed = _bed("ocean")
     assert env.bed is not None
     place = np.prod(env.arena) * env.bed.thickness / env.arena[1] / len(bed.positions)
@@ -84,7 +84,7 @@ def test_water_is_as_dense_as_its_pressure_says() -> None:
 
 
 def test_a_malleable_body_shares_its_place_with_water() -> None:
-    """Every particle below the surface has one of water in its place, at the pressure there; land beds have none."""
+    """Every particle below the surface has a water particle at its place, at the pressure there; not on land."""
     body = replace(Caterpillar(height=0.06).body(FIDELITY), malleable=True)
     robot_only = replace(body, malleable=False)
     for name in ("ocean", "shallow-water", "desert"):
@@ -108,7 +108,7 @@ def test_a_malleable_body_shares_its_place_with_water() -> None:
 
 
 def test_what_joins_a_bed_must_name_robots_that_exist() -> None:
-    """A host beyond the robot's particles is refused when the scene is made."""
+    """A host beyond the robot's particles is refused when the scene is created."""
     env, bed = _bed("ocean")
     scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
     with pytest.raises(SceneError, match="hosts range"):

@@ -84,14 +84,14 @@ def _check(name: str, fidelity: Fidelity) -> None:
 
 
 @pytest.mark.parametrize("name", ENVS)
-def test_a_settled_scene_stays_settled(name: str) -> None:
-    """Kinetic energy below a millionth of the potential; sand, clay and snow keep their shape, fluids their level."""
+def test_an_equilibrated_scene_stays_at_rest(name: str) -> None:
+    """Kinetic energy below 1e-6 of the potential energy; solids keep their shape, fluids their level."""
     _check(name, Fidelity(1 / 32))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", [32, 64])
 @pytest.mark.parametrize("name", ENVS)
-def test_a_settled_scene_stays_settled_on_the_default_grid(name: str, precision: int) -> None:
-    """The same, where results are made."""
+def test_an_equilibrated_scene_stays_at_rest_on_the_default_grid(name: str, precision: int) -> None:
+    """The same at the resolution of results."""
     _check(name, Fidelity(1 / 64, precision=64 if precision == 64 else 32))

@@ -1,4 +1,4 @@
-"""The hardest that a controller can ask for: every muscle switched between full push and full pull."""
+"""The strongest actuation: every muscle switched between full contraction and full extension."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles 
 
 
 def square_waves(muscles: int, in_unison: bool = False) -> NDArray[np.float64]:
-    """Square waves of amplitude 1 `[frames, 1, muscles]`, every muscle with a phase of its own or all with the same."""
+    """Square waves of amplitude 1 `[frames, 1, muscles]`, with different phases or in unison."""
     phases = np.zeros(muscles) if in_unison else 2.0 * np.pi * GOLDEN * np.arange(muscles)
     angle = OMEGA * FRAME_SECONDS * np.arange(FRAMES)[:, None] + phases
     return np.where(np.sin(angle) >= 0.0, 1.0, -1.0)[:, None]
@@ -40,7 +40,7 @@ def _check(name: str, fidelity: Fidelity, in_unison: bool = False) -> None:
 
 @pytest.mark.parametrize("name", ENVS)
 def test_the_strongest_actuation_is_survived(name: str) -> None:
-    """An episode of 200 frames: no divergence, no tear, no element near inversion, no guard at work."""
+    """In 200 frames no divergence, no tear, no element near inversion, and no guarded frame."""
     _check(name, Fidelity(1 / 32))
 
 
@@ -56,5 +56,5 @@ def test_the_strongest_actuation_is_survived_everywhere(name: str, spacing: floa
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ENVS)
 def test_all_muscles_in_unison_do_not_tear_the_robot(name: str) -> None:
-    """The body's own frequency, driven with all there is."""
+    """At the body's own frequency, with full amplitude."""
     _check(name, Fidelity(1 / 64), in_unison=True)

@@ -1,4 +1,4 @@
-"""What a policy sees and does."""
+"""Inputs and actions of a policy."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from zoobench.gym.channels import Channels
 
 
 def test_waves_are_those_of_the_sine_basis_at_every_worlds_own_time() -> None:
-    """The action is the basis' parameter vector, cut to [-1, 1]."""
+    """The action is the basis' parameter vector, clipped to [-1, 1]."""
     session = Mirror(worlds=2)
     session.begin()
     session.step(np.zeros((2, 1)))
@@ -23,19 +23,19 @@ def test_waves_are_those_of_the_sine_basis_at_every_worlds_own_time() -> None:
         np.testing.assert_array_equal(activity[world], expected.numpy())
 
 
-def test_muscles_do_what_they_are_told() -> None:
-    """Cut to [-1, 1]."""
+def test_muscle_actions_are_activities() -> None:
+    """Clipped to [-1, 1]."""
     channels = Channels(Mirror(worlds=2), "muscles")  # type: ignore[arg-type]
     np.testing.assert_array_equal(channels.activity(np.float32([[0.25], [-3.0]])), [[0.25], [-1.0]])
 
 
-def test_what_is_seen_ends_with_the_phase() -> None:
-    """After the observation, in every world's own time."""
+def test_inputs_end_with_the_phase() -> None:
+    """The phase follows the observation, at every world's own time."""
     session = Mirror(worlds=2)
-    felt = session.begin()
-    seen = Channels(session, "waves").seen(felt)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(seen[:, :-2], felt.astype(np.float32))
+    observations = session.begin()
+    seen = Channels(session, "waves").inputs(observations)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(seen[:, :-2], observations.astype(np.float32))
     assert seen[:, -2:].tolist() == [[0.0, 1.0], [0.0, 1.0]]
     session.step(np.zeros((2, 1)))
-    later = Channels(session, "waves").seen(felt)  # type: ignore[arg-type]
+    later = Channels(session, "waves").inputs(observations)  # type: ignore[arg-type]
     assert later[0, -2:].tolist() == pytest.approx([np.sin(0.16), np.cos(0.16)])

@@ -19,7 +19,7 @@ def _learner(actor: np.ndarray, worlds: int = 2) -> Learner:
 
 
 def test_what_it_does_without_exploration_is_what_the_controller_does() -> None:
-    """From the same parameters, before and after learning; cut to [-1, 1] on both sides."""
+    """Before and after learning, clipped to [-1, 1] on both sides."""
     start = 3.0 * POLICY.initial(np.random.default_rng(0), 1)
     learner = _learner(start)
     np.testing.assert_array_equal(learner.actor, start.astype(np.float32))
@@ -38,7 +38,7 @@ def test_the_exploration_begins_as_asked() -> None:
 
 
 def test_it_goes_on_from_its_state() -> None:
-    """Policy, value function, optimiser and count; the worlds begin anew."""
+    """Policy, value function, optimiser and count; the worlds begin again."""
     start = POLICY.initial(np.random.default_rng(0), 1)
     first = _learner(start)
     first.learn()
@@ -58,13 +58,13 @@ def test_it_goes_on_from_its_state() -> None:
 
 
 def test_parameters_of_another_policy_are_refused() -> None:
-    """The numbers are named."""
+    """The message has both counts."""
     with pytest.raises(ValueError, match="parameters"):
         _learner(np.zeros(7))
 
 
 def test_an_episode_that_reaches_its_length_is_not_one_that_failed() -> None:
-    """The value of what is seen last is counted for the one and not for the other."""
+    """The value of the last observation counts for a truncated episode only."""
     worlds = Worlds(ZooVectorEnv.of(Mirror(2, limit=0.5), "muscles"))  # type: ignore[arg-type]
     worlds.reset()
     for _ in range(FRAMES - 1):

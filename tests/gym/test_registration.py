@@ -1,4 +1,4 @@
-"""The names that Gymnasium knows."""
+"""Registration with Gymnasium."""
 
 import subprocess
 import sys
@@ -30,7 +30,7 @@ def test_every_cell_has_a_name() -> None:
 
 
 def test_importing_makes_the_names_known() -> None:
-    """And loads neither torch nor the simulator's compiler."""
+    """Without loading torch or the simulator's compiler."""
     code = """
 import sys, gymnasium, zoobench.gym
 gymnasium.spec("zoobench/Desert-Caterpillar-Turning-v0")
@@ -40,7 +40,7 @@ assert not {"torch", "taichi"} & set(sys.modules)
 
 
 def test_without_gymnasium_it_says_what_to_do() -> None:
-    """The extra that brings it."""
+    """The message names the extra to install."""
     code = "import sys; sys.modules['gymnasium'] = None; import zoobench.gym"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode

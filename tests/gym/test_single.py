@@ -16,7 +16,7 @@ SMALL = {"fidelity": "smoke", "frames": 4}
 
 @pytest.mark.parametrize("action", ["waves", "muscles"])
 def test_it_passes_gymnasiums_check(action: str) -> None:
-    """Spaces, seeds, types, independent observations, closing: and no warning but that observations have no bound."""
+    """Spaces, seeds, types and independent observations, with a warning for unbounded observations only."""
     env = gymnasium.make("zoobench/Ground-Caterpillar-MovementSpeed-v0", action=action, **SMALL)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -25,7 +25,7 @@ def test_it_passes_gymnasiums_check(action: str) -> None:
 
 
 def test_an_episode_has_its_length_and_repeats_itself() -> None:
-    """Truncated at the last frame and no sooner; the same actions give the same numbers again."""
+    """Truncated at the last frame; equal actions give equal numbers."""
     env = ZooEnv("ground", "caterpillar", "turning", **SMALL)
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (4, *env.action_space.shape)).astype(np.float32)
     episodes = []
@@ -41,8 +41,8 @@ def test_an_episode_has_its_length_and_repeats_itself() -> None:
     assert any(reward != 0.0 for reward in episodes[0][2])
 
 
-def test_a_simulation_that_blows_up_terminates_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Reward 0, no truncation, and in info what happened."""
+def test_a_diverged_simulation_terminates_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reward 0, no truncation, and the reason in info."""
     monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 1e-5)
     env = ZooEnv("ground", "caterpillar", "turning", action="muscles", **SMALL)
     env.reset()
@@ -51,7 +51,7 @@ def test_a_simulation_that_blows_up_terminates_with_the_reason(monkeypatch: pyte
     assert "diverged" in info["failure"]
 
 
-def test_what_cannot_be_is_refused() -> None:
+def test_invalid_input_is_refused() -> None:
     """An unknown name with a suggestion, and an action of another shape."""
     with pytest.raises(UnknownNameError, match="caterpillar"):
         ZooEnv("ground", "caterpilar", "turning", **SMALL)

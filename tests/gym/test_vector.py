@@ -1,4 +1,4 @@
-"""Many worlds in one solver: each as it would be alone."""
+"""The vector environment: every world is as it is alone."""
 
 import gymnasium
 import numpy as np
@@ -12,7 +12,7 @@ SMALL = {"fidelity": "smoke", "frames": 3}
 
 
 def test_every_world_is_as_alone() -> None:
-    """Observations and rewards to the last bit, past the end of an episode, which the next follows in the same step."""
+    """Observations and rewards bit for bit, beyond the end of an episode."""
     envs = gymnasium.make_vec("zoobench/Ground-Caterpillar-MovementSpeed-v0", num_envs=2, **SMALL)
     assert isinstance(envs.unwrapped, ZooVectorEnv)
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, *envs.action_space.shape)).astype(np.float32)
@@ -33,8 +33,8 @@ def test_every_world_is_as_alone() -> None:
     assert [bool(step[3].all()) for step in together] == [False, False, True, False, False]
 
 
-def test_a_world_that_blows_up_begins_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its reason is in info; the other's episode goes on to its own end."""
+def test_a_diverged_world_begins_again_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its reason is in info; the other episode continues."""
     monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
     envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, action="muscles", fidelity="smoke", frames=40)
     envs.reset()
@@ -53,7 +53,7 @@ def test_a_world_that_blows_up_begins_again_alone(monkeypatch: pytest.MonkeyPatc
 
 
 def test_actions_of_another_shape_are_refused() -> None:
-    """As many as there are worlds."""
+    """Of another number of worlds."""
     envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, **SMALL)
     envs.reset()
     with pytest.raises(UsageError, match="shape"):

@@ -1,4 +1,4 @@
-"""Problems of the tests' own give sessions of their own."""
+"""Sessions of the toy problems."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What an archive holds survives its storage."""
+"""Storage of archives."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from zoobench.methods.archive import Archive
 
 
 def test_an_archive_survives_its_bytes() -> None:
-    """Every array to the last bit, names and size as they were."""
+    """Every array bit for bit, names and size."""
     rng = np.random.default_rng(0)
     archive = Archive(rng.normal(size=(7, 5)), rng.normal(size=7), rng.random((7, 2)), ("volume", "elongation"), 50)
     back = Archive.from_bytes(archive.to_bytes())

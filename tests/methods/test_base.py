@@ -1,4 +1,4 @@
-"""Checkpoints are exact and plain, and the champion is the first of the best."""
+"""Checkpoints and the incumbent."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from zoobench.cell.episode import Evaluation
-from zoobench.methods.base import Champion, pack, unpack
+from zoobench.methods.base import Incumbent, pack, unpack
 
 
 def _evaluation(score: float) -> Evaluation:
@@ -15,7 +15,7 @@ def _evaluation(score: float) -> Evaluation:
 
 
 def test_a_checkpoint_keeps_every_bit() -> None:
-    """Doubles, infinities, the 128-bit state of a generator and tensors come back as they were."""
+    """Doubles, infinities, the 128-bit state of a generator and tensors are restored exactly."""
     state = {
         "third": 1 / 3,
         "worst": -math.inf,
@@ -29,27 +29,27 @@ def test_a_checkpoint_keeps_every_bit() -> None:
 
 
 def test_a_checkpoint_of_something_else_is_not_loaded() -> None:
-    """Only plain data is read back: a stored object cannot run code."""
+    """Only plain data is read: a stored object cannot run code."""
     with pytest.raises(Exception, match=r"Unsupported|weights_only"):
-        unpack(pack({"object": Champion()}))
+        unpack(pack({"object": Incumbent()}))
 
 
 def test_the_first_of_two_equals_stays() -> None:
-    """A tie does not move the solution."""
-    champion = Champion()
-    champion.offer(np.array([1.0]), _evaluation(0.5))
-    champion.offer(np.array([2.0]), _evaluation(0.5))
-    assert champion.solution().params == [1.0]
-    champion.offer(np.array([3.0]), _evaluation(0.6))
-    assert champion.solution().params == [3.0]
+    """A tie does not change the solution."""
+    incumbent = Incumbent()
+    incumbent.offer(np.array([1.0]), _evaluation(0.5))
+    incumbent.offer(np.array([2.0]), _evaluation(0.5))
+    assert incumbent.solution().params == [1.0]
+    incumbent.offer(np.array([3.0]), _evaluation(0.6))
+    assert incumbent.solution().params == [3.0]
 
 
 @pytest.mark.parametrize("score", [math.nan, math.inf, -math.inf])
 def test_a_score_that_is_no_number_never_wins(score: float) -> None:
-    """Offered first or last, it is passed over: nothing could ever beat a NaN."""
-    champion = Champion()
-    champion.offer(np.array([1.0]), _evaluation(score))
-    assert champion.score is None
-    champion.offer(np.array([2.0]), _evaluation(0.5))
-    champion.offer(np.array([3.0]), _evaluation(score))
-    assert champion.solution().params == [2.0]
+    """NaN is never taken, since no score compares greater."""
+    incumbent = Incumbent()
+    incumbent.offer(np.array([1.0]), _evaluation(score))
+    assert incumbent.score is None
+    incumbent.offer(np.array([2.0]), _evaluation(0.5))
+    incumbent.offer(np.array([3.0]), _evaluation(score))
+    assert incumbent.solution().params == [2.0]

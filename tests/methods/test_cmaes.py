@@ -10,26 +10,26 @@ from zoobench.spec import Budget
 
 
 def test_it_finds_the_optimum_of_a_quadratic() -> None:
-    """To a thousandth in every parameter, from a start far outside the first deviation."""
+    """To 1e-3 in every parameter, from a start many standard deviations away."""
     solution = CmaEs().run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]
     np.testing.assert_allclose(solution.params, OPTIMUM, atol=1e-3)
 
 
 def test_it_finds_the_end_of_a_bent_valley() -> None:
-    """Which needs the covariance: Rosenbrock's function in four dimensions."""
+    """Rosenbrock's function in four dimensions, which needs the covariance."""
     solution = CmaEs().run(Rosenbrock(Budget("episodes", 6000)), Context(1))  # type: ignore[arg-type]
     np.testing.assert_allclose(solution.params, 1.0, atol=1e-3)
 
 
-def test_a_stagnated_strategy_gives_way_to_a_new_one() -> None:
-    """Long after the optimum is found the count goes on, and the best is not lost."""
+def test_a_stagnated_strategy_is_replaced() -> None:
+    """Long after the optimum is found, and the best is kept."""
     solution = CmaEs().run(Quadratic(Budget("episodes", 12000)), Context(1))  # type: ignore[arg-type]
     assert solution.facts["strategies"] > 1
     np.testing.assert_allclose(solution.params, OPTIMUM, atol=1e-5)
 
 
 def test_what_cannot_evolve_is_refused() -> None:
-    """A deviation of zero, or too few to learn from."""
+    """A deviation of zero, or too small a population."""
     with pytest.raises(UsageError, match="sigma"):
         CmaEs(sigma=0.0)
     with pytest.raises(UsageError, match="population"):

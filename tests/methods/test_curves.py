@@ -1,4 +1,4 @@
-"""What every method puts on the learning curve, so that all can be compared by whatever is spent."""
+"""Learning curves of all methods."""
 
 import itertools
 
@@ -17,7 +17,7 @@ POLICY = Ppo(buffer=32, batch=16, epochs=1, worlds=4)
 
 
 def _run(name: str, context: Context) -> BudgetMeter:
-    """Some iterations on a toy; the meter at their end."""
+    """Run some iterations on a toy; returns the meter."""
     budget = Budget("iterations", 4)
     if "policy" in registry.get(Kind.METHOD, name).tags:
         policy = Obey(budget)
@@ -30,7 +30,7 @@ def _run(name: str, context: Context) -> BudgetMeter:
 
 @pytest.mark.parametrize("name", registry.names(Kind.METHOD))
 def test_every_iteration_has_the_best_score_and_all_that_it_took(name: str) -> None:
-    """Steps count iterations, no best score falls, and the last point holds what the meter does at the end."""
+    """Steps count iterations, the best score never falls, and the last point agrees with the meter."""
     context = Context(1)
     meter = _run(name, context)
     points = [(step, metrics) for step, metrics in context.curve if "substeps" in metrics]
@@ -47,8 +47,8 @@ def test_every_iteration_has_the_best_score_and_all_that_it_took(name: str) -> N
 
 
 @pytest.mark.parametrize("name", registry.names(Kind.METHOD))
-def test_an_iteration_is_told_before_it_is_checkpointed(name: str) -> None:
-    """So that a run killed between the two loses no point of its curve."""
+def test_an_iteration_is_reported_before_its_checkpoint(name: str) -> None:
+    """A run killed between the two loses no point of its curve."""
 
     class Ordered(Context):
         told: list[str]

@@ -1,4 +1,4 @@
-"""Gradient ascent on a problem with a known optimum, and its rules for bad gradients."""
+"""Gradient ascent on a problem with a known optimum, and its rules for unusable gradients."""
 
 import numpy as np
 import pytest
@@ -12,14 +12,14 @@ PLENTY = Budget("substeps", 1e9)
 
 
 def test_it_finds_the_optimum() -> None:
-    """Two hundred steps of Adam reach the top of a parabola."""
+    """200 steps of Adam reach the maximum of a parabola."""
     solution = DiffPhysics(iterations=200, restarts=2).run(Quadratic(PLENTY), Context())
     assert solution.params == pytest.approx(OPTIMUM, abs=1e-2)
     assert solution.evaluation.score == pytest.approx(1.0, abs=1e-3)
 
 
 def test_it_makes_the_iterations_asked_for() -> None:
-    """`iterations` ends the run before the budget does, and every restart is evaluated in each."""
+    """`iterations` ends the run before the budget, and every restart is evaluated in each iteration."""
     problem, context = Quadratic(PLENTY), Context()
     DiffPhysics(iterations=5, restarts=3).run(problem, context)
     assert problem.meter.iterations == 5
@@ -29,7 +29,7 @@ def test_it_makes_the_iterations_asked_for() -> None:
 
 
 def test_the_best_score_of_every_restart_is_kept() -> None:
-    """The highest of its curve; the best of them all is the result."""
+    """The maximum of its curve; the best of all restarts is the result."""
     context = Context(3)
     solution = DiffPhysics(lr=1.0, iterations=6, restarts=4).run(Quadratic(PLENTY), context)
     kept = [solution.facts[f"restart_{i}_best"] for i in range(4)]
@@ -39,7 +39,7 @@ def test_the_best_score_of_every_restart_is_kept() -> None:
 
 
 def test_a_restart_that_never_had_a_score_has_none_kept() -> None:
-    """It is left out, as there is nothing to say of it."""
+    """It has no entry."""
     first = Quadratic(PLENTY).initial(np.random.default_rng(0))
     problem = Quadratic(PLENTY, diverges=lambda params: bool(np.array_equal(params, first)))
     facts = DiffPhysics(iterations=1, restarts=2).run(problem, Context(0)).facts
@@ -48,7 +48,7 @@ def test_a_restart_that_never_had_a_score_has_none_kept() -> None:
 
 
 def test_restarts_do_not_influence_each_other() -> None:
-    """The first of four restarts walks the way of a single one."""
+    """The first of four restarts has the points of a single one."""
     alone, together = Context(3), Context(3)
     DiffPhysics(iterations=10, restarts=1).run(Quadratic(PLENTY), alone)
     DiffPhysics(iterations=10, restarts=4).run(Quadratic(PLENTY), together)
@@ -57,7 +57,7 @@ def test_restarts_do_not_influence_each_other() -> None:
 
 
 def test_the_first_step_is_adams() -> None:
-    """Adam's first step is the learning rate against the sign of every slope."""
+    """Adam's first step is the learning rate against the sign of every derivative."""
     problem = Quadratic(PLENTY)
     DiffPhysics(lr=0.05, iterations=2, restarts=1).run(problem, Context())
     start, second = problem.seen
@@ -65,13 +65,13 @@ def test_the_first_step_is_adams() -> None:
 
 
 def test_long_gradients_are_clipped_and_counted() -> None:
-    """Every gradient of a far start is longer than the clip."""
+    """Every gradient at a distant start is longer than the clip."""
     solution = DiffPhysics(iterations=4, restarts=2, clip=1e-3).run(Quadratic(PLENTY), Context())
     assert solution.facts["clipped_gradients"] == 8
 
 
 def test_a_broken_gradient_neither_ends_the_run_nor_passes_in_silence() -> None:
-    """A restart whose gradient is NaN everywhere draws anew each time; it is counted, and others climb."""
+    """A restart with NaN gradients draws again each time and is counted; others ascend."""
     first = Quadratic(PLENTY).initial(np.random.default_rng(0))
     problem = Quadratic(PLENTY, breaks=lambda params: bool(np.array_equal(params, first)))
     solution = DiffPhysics(iterations=150, restarts=2).run(problem, Context(0))
@@ -80,7 +80,7 @@ def test_a_broken_gradient_neither_ends_the_run_nor_passes_in_silence() -> None:
 
 
 def test_a_gradient_of_a_length_beyond_all_numbers_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scaled back to the clip it would be a step of nothing, again and again."""
+    """Scaled to the clip it would be zero in every step."""
     problem = Quadratic(PLENTY)
     scored = problem._one
     monkeypatch.setattr(problem, "_one", lambda params: (scored(params)[0], np.full(4, 1e200)))
@@ -90,7 +90,7 @@ def test_a_gradient_of_a_length_beyond_all_numbers_is_not_finite(monkeypatch: py
 
 
 def test_a_restart_that_begins_anew_forgets_the_old_place() -> None:
-    """Its next step is Adam's first: the learning rate against the sign of every slope."""
+    """Its next step is Adam's first: the learning rate against the sign of every derivative."""
     problem = Quadratic(PLENTY, breaks=lambda params: len(problem.seen) == 5)
     DiffPhysics(iterations=7, restarts=1).run(problem, Context(0))
     moved = problem.seen[6] - problem.seen[5]
@@ -98,7 +98,7 @@ def test_a_restart_that_begins_anew_forgets_the_old_place() -> None:
 
 
 def test_a_diverged_restart_goes_back_towards_its_best() -> None:
-    """A step across a cliff is followed by one halfway back to the best point met."""
+    """A step into divergence is followed by one half way back to the best point."""
     problem = Quadratic(PLENTY, diverges=lambda params: bool(params[0] > 0.3))
     DiffPhysics(iterations=30, restarts=1).run(problem, Context(0))
     falls = [i for i, params in enumerate(problem.seen[:-1]) if params[0] > 0.3]
@@ -108,13 +108,13 @@ def test_a_diverged_restart_goes_back_towards_its_best() -> None:
 
 @pytest.mark.parametrize("bad", [{"lr": 0.0}, {"restarts": 0}, {"iterations": -1}, {"clip": 0.0}])
 def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
-    """A usage error that names the values."""
-    with pytest.raises(UsageError, match="no ascent"):
+    """The error names the values."""
+    with pytest.raises(UsageError, match="cannot be used"):
         DiffPhysics(**bad)
 
 
 def test_restarts_from_one_point_are_one() -> None:
-    """Where a warm start leaves nothing to be drawn, the budget is spent on a single way."""
+    """If a warm start replaces all parameters, there is one restart."""
 
     class Warm(Quadratic):
         def initial(self, rng: np.random.Generator) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What every method owes: its budget, its reproducibility, its going on after an interruption."""
+"""Requirements on every method: budget, reproducibility and resumption."""
 
 import math
 from types import SimpleNamespace
@@ -25,7 +25,7 @@ AMOUNTS = {"substeps": (400, 2500), "episodes": (20, 120), "iterations": (2, 9),
 
 
 class Watcher(Context):
-    """A context that notes what is spent at each checkpoint."""
+    """A context that records the cost at each checkpoint."""
 
     def __init__(self, meter: BudgetMeter, kind: BudgetKind) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch
 
 @pytest.mark.parametrize("name", ALL)
 def test_wall_time_ends_a_run(name: str) -> None:
-    """By the real clock, however busy the machine is."""
+    """By the real clock, on a busy machine as well."""
     problem = _toy(name, Budget("seconds", 0.5))
     _run(name, problem, Context())
     assert 0.5 <= problem.meter.seconds < 5.0
@@ -79,7 +79,7 @@ def test_wall_time_ends_a_run(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_two_runs_agree_bit_for_bit(name: str) -> None:
-    """Same seed, same curve and same solution; another seed, another."""
+    """The same seed gives the same curve and solution; another seed does not."""
     runs = []
     for seed in (5, 5, 6):
         context = Context(seed)
@@ -92,7 +92,7 @@ def test_two_runs_agree_bit_for_bit(name: str) -> None:
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("stop", [1, 3])
 def test_an_interrupted_run_goes_on_bit_for_bit(name: str, stop: int) -> None:
-    """Stopped and restored in a new process's place: the same evaluations, curve and solution as in one piece."""
+    """Evaluations, curve and solution are those of an uninterrupted run."""
 
     def breaks(params: np.ndarray) -> bool:
         return bool(params[0] > 1.0)  # some restarts retreat, so the generator's state matters
@@ -114,7 +114,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(name: str, stop: int) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_run_restored_at_its_end_evaluates_nothing_more(name: str) -> None:
-    """A run killed between its last checkpoint and its end gives the same result at once."""
+    """A run killed after its last checkpoint gives the same result at once."""
     context = Context()
     expected = _run(name, Quadratic(Budget("iterations", 4)), context)
     problem = Quadratic(Budget("iterations", 4))
@@ -125,7 +125,7 @@ def test_a_run_restored_at_its_end_evaluates_nothing_more(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_run_in_which_everything_diverged_says_so(name: str) -> None:
-    """It is DIVERGED, not a score of minus infinity."""
+    """It is DIVERGED and has no score."""
     context = Context()
     with pytest.raises(DivergenceError, match="det F"):
         _run(name, Quadratic(Budget("iterations", 3), diverges=lambda params: True), context)
@@ -136,7 +136,7 @@ def test_a_run_in_which_everything_diverged_says_so(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_diverged_episode_cannot_win(name: str) -> None:
-    """Half of the space diverges: the solution lies in the other half and the rest is counted."""
+    """Half of the space diverges: the solution is in the other half, and failures are counted."""
     problem = Quadratic(Budget("iterations", 20), diverges=lambda params: bool(params[1] > 0.0))
     solution = _run(name, problem, Context(1))
     assert solution.params[1] <= 0.0
@@ -146,7 +146,7 @@ def test_a_diverged_episode_cannot_win(name: str) -> None:
 
 @pytest.mark.parametrize("name", ALL)
 def test_a_budget_too_small_for_anything_is_an_error(name: str) -> None:
-    """Nothing is simulated and the problem explains the budget."""
+    """Nothing is simulated, and the message names the budget."""
     problem = _toy(name, Budget("substeps", 5))
     with pytest.raises(BudgetExhaustedError):
         _run(name, problem, Context())

@@ -23,7 +23,7 @@ def test_it_finds_body_and_controller() -> None:
 
 
 def test_it_ends_after_a_hundred_generations_of_ten() -> None:
-    """The specification's, however large the budget; facts tell of both parts."""
+    """As in the specification, with any budget; the facts are those of both parts."""
     problem = Quadratic(Budget("episodes", 5000))
     solution = Evolution().run(problem, Context())  # type: ignore[arg-type]
     assert len(problem.seen) == 1000
@@ -31,7 +31,7 @@ def test_it_ends_after_a_hundred_generations_of_ten() -> None:
 
 
 def test_controllers_are_drawn_around_one_start() -> None:
-    """The first generation: one deviation of 0.1, while bodies are all over the place."""
+    """In the first generation controllers have a deviation of 0.1, bodies a larger one."""
     problem = Quadratic(Budget("episodes", 40))
     Evolution(population=40).run(problem, Context())  # type: ignore[arg-type]
     deviations = np.std(problem.seen, axis=0)
@@ -53,6 +53,6 @@ def test_with_a_controller_without_parameters_it_is_neat() -> None:
 
 @pytest.mark.parametrize("bad", [{"sigma": 0.0}, {"population": 3}, {"generations": -1}])
 def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
-    """Those of either part."""
+    """Settings of both parts."""
     with pytest.raises(UsageError):
         Evolution(**bad)  # type: ignore[arg-type]

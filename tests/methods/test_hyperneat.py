@@ -1,4 +1,4 @@
-"""HyperNEAT: networks are those of neat-python, bodies those asked for, random numbers of others are left alone."""
+"""HyperNEAT: networks are those of neat-python, known bodies are found, and global random numbers are unchanged."""
 
 import random
 
@@ -18,7 +18,7 @@ from zoobench.spec import Budget
 
 
 def test_it_finds_a_body_that_is_known() -> None:
-    """The front half of a block, to 98 of 100 particles, as voxels that any method can go on from."""
+    """The front half of a block, to 98 % of the particles."""
     solution = HyperNeat().run(Sculpture(Budget("episodes", 600)), Context(0))  # type: ignore[arg-type]
     assert solution.evaluation.score >= 0.98
     assert solution.params.shape == (Sculpture(Budget("episodes", 1)).parameter_count,)
@@ -26,19 +26,19 @@ def test_it_finds_a_body_that_is_known() -> None:
 
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_an_activation_is_that_of_neat_python(name: str) -> None:
-    """Number by number, where it is steep and where it is cut off."""
+    """Value by value, in the steep and in the clipped range."""
     theirs = ActivationFunctionSet().get({"gaussian": "gauss"}.get(name, name))
     drives = np.linspace(-11.0, 11.0, 223)
     np.testing.assert_allclose(ACTIVATIONS[name](drives), [theirs(drive) for drive in drives], rtol=1e-12, atol=1e-15)
 
 
 def test_a_pattern_is_the_networks_output_at_every_place() -> None:
-    """Networks that have grown for twenty generations, against neat-python one place at a time."""
+    """Networks after twenty generations, against neat-python one place at a time."""
     problem = Quadratic(Budget("episodes", 1))
     bodies = Bodies(problem, np.random.default_rng(0), 10)  # type: ignore[arg-type]
     fitness = np.random.default_rng(1)
     for _ in range(20):
-        bodies.learn(fitness.normal(size=10).tolist())
+        bodies.tell(fitness.normal(size=10).tolist())
     places = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 7))
     genomes = list(bodies._neat.population.values())
     ours = [patterns(genome, bodies._config, places) for genome in genomes]
@@ -52,7 +52,7 @@ def test_a_pattern_is_the_networks_output_at_every_place() -> None:
 
 
 def test_pythons_random_numbers_are_neither_used_nor_disturbed() -> None:
-    """neat-python draws from the global generator: its state does not matter, and is found as it was left."""
+    """The state of the global generator has no influence and is restored."""
     found = []
     for seed in (1, 2):
         random.seed(seed)
@@ -65,8 +65,8 @@ def test_pythons_random_numbers_are_neither_used_nor_disturbed() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_fortune_ends_the_population(seed: int) -> None:
-    """Whatever scores it is told, equal, wild or failed all together, it stays complete and finite."""
+def test_the_population_survives_all_scores(seed: int) -> None:
+    """With equal, extreme or failed scores it stays complete and finite."""
     rng = np.random.default_rng(seed)
     bodies = Bodies(Quadratic(Budget("episodes", 1)), rng, 10)  # type: ignore[arg-type]
     for generation in range(60):
@@ -76,19 +76,19 @@ def test_no_fortune_ends_the_population(seed: int) -> None:
         points = bodies.ask()
         assert len(points) == 10
         assert np.isfinite(points).all()
-        bodies.learn(bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores.tolist()]))
+        bodies.tell(bodies.digest([Evaluation(score, {}, np.zeros(0)) for score in scores.tolist()]))
 
 
 def test_what_failed_is_less_fit_than_all_others() -> None:
-    """As far below the worst as the best is above it: the unit of the score does not matter."""
+    """As far below the worst as the best is above it, in any unit of the score."""
     bodies = Bodies(Quadratic(Budget("episodes", 1)), np.random.default_rng(0), 10)  # type: ignore[arg-type]
 
-    def lesson(*scores: float) -> object:
-        return bodies.lesson([Evaluation(score, {}, np.zeros(0)) for score in scores])
+    def told(*scores: float) -> object:
+        return bodies.digest([Evaluation(score, {}, np.zeros(0)) for score in scores])
 
-    assert lesson(3.0, -np.inf, 1.0) == [3.0, -1.0, 1.0]
-    assert lesson(np.nan, 2.0) == [1.0, 2.0]
-    assert lesson(-np.inf, -np.inf) == [-1e6, -1e6]
+    assert told(3.0, -np.inf, 1.0) == [3.0, -1.0, 1.0]
+    assert told(np.nan, 2.0) == [1.0, 2.0]
+    assert told(-np.inf, -np.inf) == [-1e6, -1e6]
 
 
 @pytest.mark.parametrize("design", ["voxel", "particle[base=caterpillar]"])
@@ -107,7 +107,7 @@ def test_first_bodies_mostly_hold_together(design: str) -> None:
 
 @pytest.mark.parametrize("design", ["caterpillar", "implicit"])
 def test_a_design_without_sites_is_refused(design: str) -> None:
-    """With the designs that have them."""
+    """The message names the designs with sites."""
     problem = Quadratic(Budget("iterations", 2))
     problem.robot = robot_of(design)  # type: ignore[assignment]
     with pytest.raises(UsageError, match="--design particle or --design voxel"):
@@ -116,7 +116,7 @@ def test_a_design_without_sites_is_refused(design: str) -> None:
 
 @pytest.mark.parametrize("bad", [{"population": 1}, {"generations": -1}])
 def test_settings_that_mean_nothing_are_refused(bad: dict[str, int]) -> None:
-    """A usage error that names the values."""
+    """The error names the values."""
     with pytest.raises(UsageError, match="no evolution"):
         HyperNeat(**bad)
 

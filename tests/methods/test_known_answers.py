@@ -1,4 +1,4 @@
-"""Every method on problems whose answers are known; a new method is tested by being registered, by its tags."""
+"""Every method on problems with known solutions, chosen by the tags of the method."""
 
 import numpy as np
 import pytest
@@ -26,14 +26,14 @@ SETTINGS = {
 
 
 def solve(name: str, problem: Quadratic | Obey, seed: int = 1) -> Solution:
-    """The method's answer."""
+    """The solution of the method."""
     method = registry.create(Kind.METHOD, Ref.parse(SETTINGS.get(name, name)))
     solution: Solution = method.run(problem, Context(seed))
     return solution
 
 
 def puzzle(name: str) -> Quadratic | Obey:
-    """What suits the method: orders for a policy, a statue for what paints bodies, else a parabola. The best is 1."""
+    """A problem for the method: orders for a policy, a body for painters of bodies, else a parabola. The best is 1."""
     if "policy" in TAGS[name]:
         return Obey(PLENTY)
     return Sculpture(Budget("episodes", 600)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
@@ -41,7 +41,7 @@ def puzzle(name: str) -> Quadratic | Obey:
 
 @pytest.mark.parametrize("name", SEEKING)
 def test_a_method_finds_the_optimum(name: str) -> None:
-    """Of a parabola, a known body, or orders to obey: within 0.05 of the best score there is."""
+    """Within 0.05 of the best possible score."""
     assert 0.95 < solve(name, puzzle(name)).evaluation.score <= 1.0
 
 
@@ -50,7 +50,7 @@ def test_a_method_finds_the_optimum(name: str) -> None:
 def test_a_method_for_continuous_parameters_converges(
     name: str, toy: type[Quadratic], best: np.ndarray, episodes: int
 ) -> None:
-    """Sphere, and Rosenbrock's bent valley in four dimensions: every parameter to a hundredth."""
+    """A sphere and Rosenbrock's function in four dimensions: every parameter to 0.01."""
     np.testing.assert_allclose(solve(name, toy(Budget("episodes", episodes))).params, best, atol=1e-2)
 
 

@@ -1,4 +1,4 @@
-"""PPO on a toy whose best policy is known, and what it owes as every method does."""
+"""PPO on a toy with a known best policy, and the requirements on every method."""
 
 import sys
 
@@ -31,7 +31,7 @@ def test_it_has_the_settings_of_the_specification() -> None:
 
 
 def test_it_learns_to_do_as_it_is_told() -> None:
-    """The best that heeds no order gets 0.79 on average and the very best 1; the exploration shrinks meanwhile."""
+    """The best constant policy scores 0.79 on average, the best policy 1; the exploration shrinks."""
     context = Context(1)
     method = Ppo(timesteps=5120, buffer=512, batch=64, epochs=10, lr=3e-3, worlds=16)
     solution = _run(Obey(PLENTY), context, method)
@@ -42,7 +42,7 @@ def test_it_learns_to_do_as_it_is_told() -> None:
 
 @pytest.mark.parametrize("kind", ["substeps", "episodes", "iterations"])
 def test_the_budget_is_honoured(kind: str) -> None:
-    """Never more than allowed, and no room left for another buffer and its evaluation."""
+    """It is not exceeded, and what is left does not suffice for another buffer and its evaluation."""
     amount = {"substeps": 5 * (BUFFER + FRAMES) - 1, "episodes": 30, "iterations": 3}[kind]
     problem, context = Obey(Budget(kind, amount)), Context()
     solution = _run(problem, context)
@@ -54,7 +54,7 @@ def test_the_budget_is_honoured(kind: str) -> None:
 
 
 def test_timesteps_end_the_run_too() -> None:
-    """Rounded up to whole buffers; 0 leaves it to the budget."""
+    """Rounded up to whole buffers; 0 for no limit."""
     few = _run(Obey(PLENTY), Context(), Ppo(timesteps=BUFFER + 1, buffer=BUFFER, epochs=1, worlds=4))
     assert few.facts["timesteps"] == 2 * BUFFER
     free = _run(Obey(Budget("iterations", 3)), Context(), Ppo(timesteps=0, buffer=BUFFER, epochs=1, worlds=4))
@@ -62,7 +62,7 @@ def test_timesteps_end_the_run_too() -> None:
 
 
 def test_two_runs_agree_bit_for_bit() -> None:
-    """Same seed, same curve and same solution, whatever was drawn before; another seed, another."""
+    """The same seed gives the same curve and solution, whatever was drawn before; another seed does not."""
     runs = []
     for seed in (5, 5, 6):
         context = Context(seed)
@@ -75,7 +75,7 @@ def test_two_runs_agree_bit_for_bit() -> None:
     assert runs[0][1] != runs[2][1]
 
 
-def test_it_leaves_others_draws_and_threads_alone() -> None:
+def test_it_restores_generators_and_threads() -> None:
     """The global generators and the number of threads are as before."""
     torch.manual_seed(3)
     np.random.seed(3)
@@ -89,7 +89,7 @@ def test_it_leaves_others_draws_and_threads_alone() -> None:
 
 
 def test_an_interrupted_run_goes_on_and_says_so() -> None:
-    """With what was learnt, spent and best so far, to the same end; counted as resumed where it learnt further."""
+    """With its learner, cost and incumbent to the same end; counted as resumed if it learns further."""
     whole = Context(2)
     expected = _run(Obey(Budget("iterations", 4)), whole)
     assert expected.facts["resumed"] == 0
@@ -107,7 +107,7 @@ def test_an_interrupted_run_goes_on_and_says_so() -> None:
 
 
 def test_a_run_restored_at_its_end_learns_nothing_more() -> None:
-    """A run killed between its last checkpoint and its end gives the same result at once."""
+    """A run killed after its last checkpoint gives the same result at once."""
     context = Context()
     expected = _run(Obey(Budget("iterations", 2)), context)
     problem = Obey(Budget("iterations", 2))
@@ -126,7 +126,7 @@ def test_the_solution_is_the_best_policy_met() -> None:
 
 
 def test_a_run_in_which_every_evaluation_diverged_says_so() -> None:
-    """It is DIVERGED, not a score of minus infinity; episodes of learning that diverged are counted."""
+    """It is DIVERGED and has no score; diverged training episodes are counted."""
     context = Context()
     with pytest.raises(DivergenceError, match="det F"):
         _run(Obey(Budget("iterations", 2), limit=0.0), context)
@@ -135,7 +135,7 @@ def test_a_run_in_which_every_evaluation_diverged_says_so() -> None:
 
 
 def test_episodes_that_fail_are_begun_again_within_the_budget() -> None:
-    """Each counts as an episode, so that a budget of episodes may end within a buffer; what was found is kept."""
+    """Each counts, so that a budget of episodes can end within a buffer; the incumbent is kept."""
     problem = Obey(Budget("episodes", 60), limit=0.6)
     solution = _run(problem, Context())
     assert problem.meter.episodes <= 60
@@ -144,7 +144,7 @@ def test_episodes_that_fail_are_begun_again_within_the_budget() -> None:
 
 
 def test_a_budget_too_small_for_anything_is_an_error() -> None:
-    """Nothing is simulated and the message names both."""
+    """Nothing is simulated, and the message names buffer and evaluation."""
     problem = Obey(Budget("substeps", BUFFER + FRAMES - 1))
     with pytest.raises(BudgetExhaustedError, match="first buffer of 32 frames and an evaluation of 10"):
         _run(problem, Context())
@@ -152,13 +152,13 @@ def test_a_budget_too_small_for_anything_is_an_error() -> None:
 
 
 def test_a_controller_that_is_no_policy_is_refused() -> None:
-    """With the one that is."""
+    """The message names the controller to choose."""
     with pytest.raises(UsageError, match="--controller policy-network"):
         SMALL.run(Problem(cell(budget=Budget("iterations", 1))), Context())
 
 
 def test_without_stable_baselines_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The extra that brings it."""
+    """The message names the extra to install."""
     monkeypatch.delitem(sys.modules, "zoobench.gym.learner", raising=False)
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     with pytest.raises(UsageError, match=r"stable_baselines3, which is not installed.*zoobench\[ppo\]"):
@@ -170,6 +170,6 @@ def test_without_stable_baselines_it_says_what_to_do(monkeypatch: pytest.MonkeyP
     [{"lr": 0.0}, {"timesteps": -1}, {"discount": 1.5}, {"gae": -0.1}, {"worlds": 3}, {"batch": 1}, {"batch": 4096}],
 )
 def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
-    """A usage error that names the values."""
+    """The error names the values."""
     with pytest.raises(UsageError, match=r"[Gg]ive"):
         Ppo(**bad)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""The probe: the same controllers everywhere, looked at as closely as it was asked to."""
+"""The probe: the same controllers in every simulation, with the requested records."""
 
 import math
 from dataclasses import replace
@@ -31,7 +31,7 @@ def _curves(spec: RunSpec) -> dict[str, list[float]]:
 
 
 def test_a_draw_is_scored_by_every_task_that_was_asked_for() -> None:
-    """The scores are those that runs of each task give; close looks hold paths, shapes and slopes of full length."""
+    """Scores are those of runs of each task; trajectories, moments and gradients are complete."""
     budget = Budget("episodes", 3)
     both = _curves(cell(budget, frames=10, method="probe[gradients=2,also=turning]"))
     turning = _curves(cell(budget, frames=10, method="probe", task="turning"))
@@ -44,7 +44,7 @@ def test_a_draw_is_scored_by_every_task_that_was_asked_for() -> None:
 
 
 def test_the_controllers_depend_neither_on_fidelity_nor_on_environment() -> None:
-    """Turned knobs are compared on the same controllers; another seed gives others."""
+    """Another seed gives others."""
 
     def draw(spec: RunSpec) -> np.ndarray:
         return ChildContext(spec, None, None, None).rng.normal(size=4)  # type: ignore[arg-type]
@@ -60,7 +60,7 @@ def test_the_controllers_depend_neither_on_fidelity_nor_on_environment() -> None
 
 
 def test_path_and_spread_of_a_moving_bar() -> None:
-    """Two masses 0.2 m apart along x, carried along z: the centre's way, and (0.1 m)^2 along x alone."""
+    """Two masses 0.2 m apart along x, moved along z: the displacement, and (0.1 m)^2 along x only."""
     frames = 2 * EVERY + 1
     places = torch.zeros((frames, 1, 2, 3), dtype=torch.float64)
     places[:, 0, :, 0] = torch.tensor([-0.1, 0.1])
@@ -72,13 +72,13 @@ def test_path_and_spread_of_a_moving_bar() -> None:
 
 
 def test_patterns_pass_the_probe_over() -> None:
-    """It is no competitor: only its name selects it."""
+    """Only its exact name selects it."""
     assert "probe" not in {ref.name for ref in parse_selector("*", Kind.METHOD)}
     assert parse_selector("probe", Kind.METHOD) == [Ref("probe")]
 
 
 def test_an_unknown_further_task_is_refused() -> None:
-    """Before anything runs, with the known ones."""
+    """Before anything runs, with suggestions."""
     with pytest.raises(UnknownNameError, match="turnign"):
         registry.create(Kind.METHOD, Ref.parse("probe[also=turnign]"))
     assert math.isfinite(sum(_curves(cell(Budget("episodes", 1), method="probe"))["score_current"]))

@@ -1,4 +1,4 @@
-"""Quality diversity: what its archive holds is the best of what was seen."""
+"""Quality diversity: the archive holds the best evaluated body of every cell."""
 
 import sys
 
@@ -13,7 +13,7 @@ from zoobench.spec import Budget
 
 
 def test_the_archive_holds_the_best_of_every_kind() -> None:
-    """Its facts are those of a table made by hand of all that was evaluated, of which a part diverged."""
+    """Facts and elites agree with a table of all evaluations, some of which failed."""
     problem = Quadratic(Budget("episodes", 500), diverges=lambda params: bool(params[3] > 2.2))
     solution = QualityDiversity(cells=20).run(problem, Context(1))  # type: ignore[arg-type]
     best: dict[tuple[int, ...], float] = {}
@@ -39,13 +39,13 @@ def test_the_archive_holds_the_best_of_every_kind() -> None:
 
 
 def test_it_finds_good_ones_and_many_kinds() -> None:
-    """Of the quadratic problem: nearly the optimum, and a share of the archive that one best body could never fill."""
+    """On the quadratic problem: nearly the optimum, and a large share of the cells."""
     solution = QualityDiversity(cells=20).run(Quadratic(Budget("episodes", 2000)), Context(1))  # type: ignore[arg-type]
     assert solution.evaluation.score > 0.8
     assert solution.facts["coverage"] > 0.3
 
 
-def test_a_body_that_is_what_it_is_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fixed_body_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """There is nothing to collect."""
     problem = Quadratic(Budget("episodes", 20))
     monkeypatch.setattr(problem.robot, "space", None)

@@ -1,4 +1,4 @@
-"""Random search draws from the prior and from nothing else."""
+"""Random search draws from the prior."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from zoobench.spec import Budget
 
 
 def test_it_keeps_the_best_draw() -> None:
-    """The solution is the draw nearest to the optimum, and the draws are the prior's in order."""
+    """The solution is the draw nearest to the optimum; the draws are the prior's in order."""
     problem = Quadratic(Budget("episodes", 50))
     solution = RandomSearch().run(problem, Context(4))
     rng = np.random.default_rng(4)
@@ -21,7 +21,7 @@ def test_it_keeps_the_best_draw() -> None:
 
 
 def test_the_budget_is_used_to_the_last_episode() -> None:
-    """The last batch is cut to what is left."""
+    """The last batch is reduced to the remaining budget."""
     problem = Quadratic(Budget("substeps", 195))
     RandomSearch(batch=8).run(problem, Context())
     assert problem.meter.episodes == 19

@@ -1,4 +1,4 @@
-"""A problem whose best parameters are known, and a run context that keeps what it is told."""
+"""A problem with a known optimum, and a run context in memory."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -26,14 +26,14 @@ def _never(params: Array) -> bool:
 
 
 def still(frames: int = 1) -> Motion:
-    """One particle of 1 kg that does not move."""
+    """A particle of 1 kg at rest."""
     nowhere = torch.zeros((frames + 1, 1, 1, 3), dtype=torch.float64)
     one = torch.ones((1, 1), dtype=torch.float64)
     return Motion(nowhere, nowhere, one, 0.008, nowhere[0, 0], one[0], one[0], nowhere[1:, :, :, 0])
 
 
 class OneSite:
-    """A design space with one row of parameters: occupancy, stiffness and one muscle, as they are painted."""
+    """A design space with one row of parameters: occupancy, stiffness and one muscle."""
 
     def sites(self, body: object) -> Array:
         return np.ones((1, 7))
@@ -79,8 +79,8 @@ class Quadratic:
         return self._all(batch, gradient=True)
 
     def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
-        (evaluation, slope), *_ = self._all([parameters], gradient=gradient)
-        return Episode(evaluation, slope, still())
+        (evaluation, derivative), *_ = self._all([parameters], gradient=gradient)
+        return Episode(evaluation, derivative, still())
 
     def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
         if not self.affords(len(batch), gradient=gradient):
@@ -99,16 +99,16 @@ class Quadratic:
             divergence = Divergence(0, 0, 1, "det F", -1.0, 0.0, 0, (0.0, 0.0, 0.0), "Try something else.")
             return Evaluation(-math.inf, {}, np.zeros(0), divergence), np.full(len(params), math.nan)
         score = 1.0 - float(((params - OPTIMUM) ** 2).sum())
-        slope = np.full(len(params), math.nan) if self._breaks(params) else 2.0 * (params - OPTIMUM)
+        gradient = np.full(len(params), math.nan) if self._breaks(params) else 2.0 * (params - OPTIMUM)
         shape = {
             name: Metric(value, "1")
             for name, value in zip(("body_volume", "elongation"), shape_of(params), strict=True)
         }
-        return Evaluation(score, {**shape, "score": Metric(score, "m/s")}, np.array([score])), slope
+        return Evaluation(score, {**shape, "score": Metric(score, "m/s")}, np.array([score])), gradient
 
 
 def shape_of(params: Array) -> tuple[float, float]:
-    """Volume and elongation that some parameters stand for, in [0, 1]."""
+    """Volume and elongation assigned to parameters, in [0, 1]."""
     volume, elongation = 0.5 + np.arctan(params[1:3]) / math.pi
     return float(volume), float(elongation)
 
@@ -120,14 +120,14 @@ class Rosenbrock(Quadratic):
         evaluation, _ = super()._one(params)
         x, y = params[:-1], params[1:]
         cost = float((100.0 * (y - x**2) ** 2 + (1.0 - x) ** 2).sum())
-        slope = np.zeros(len(params))
-        slope[:-1] += -400.0 * x * (y - x**2) - 2.0 * (1.0 - x)
-        slope[1:] += 200.0 * (y - x**2)
-        return replace(evaluation, score=1.0 - cost), slope
+        gradient = np.zeros(len(params))
+        gradient[:-1] += -400.0 * x * (y - x**2) - 2.0 * (1.0 - x)
+        gradient[1:] += 200.0 * (y - x**2)
+        return replace(evaluation, score=1.0 - cost), gradient
 
 
 class Context:
-    """A run context in memory; asked to stop after so many iterations if `stop_after` is given."""
+    """A run context in memory that asks to stop after `stop_after` iterations."""
 
     def __init__(self, seed: int = 0, stored: bytes | None = None, stop_after: int | None = None) -> None:
         self.rng = np.random.default_rng(seed)

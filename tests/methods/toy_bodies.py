@@ -1,4 +1,4 @@
-"""A body that is known: to be found in a design space without any simulation."""
+"""A known body, to be found in a design space without simulation."""
 
 import numpy as np
 import torch
@@ -15,12 +15,12 @@ NOW = torch.zeros(1, dtype=torch.float64)
 
 
 def robot_of(design: str, controller: str = "fixed-sine") -> Robot:
-    """As coarse as can be."""
+    """The robot at a coarse resolution."""
     return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64))
 
 
 class Sculpture(Quadratic):
-    """Score: the share of a block's particles that are there where x > 0, and not there elsewhere."""
+    """Score: the share of a block's particles that exist if x > 0 and do not exist otherwise."""
 
     def __init__(self, budget: Budget) -> None:
         super().__init__(budget)

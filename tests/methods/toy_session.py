@@ -1,4 +1,4 @@
-"""A toy to decide on frame by frame: a muscle that is to do as the robot is told."""
+"""A toy session: the activity of a muscle is to follow an order in the observation."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -23,7 +23,7 @@ FAILURE = Divergence(0, 0, 1, "det F", -1.0, 0.0, 0, (0.0, 0.0, 0.0), "Try somet
 
 
 def orders(episodes: int) -> Array:
-    """What the robot is told in the frames of its episodes `[episodes, FRAMES + 1]`, in [-0.8, 0.8]."""
+    """The orders in the frames of each episode `[episodes, FRAMES + 1]`, in [-0.8, 0.8]."""
     return np.random.default_rng(7).uniform(-0.8, 0.8, (episodes, FRAMES + 1))
 
 
@@ -62,7 +62,7 @@ class Mirror:
         for world in range(self.worlds) if worlds is None else worlds:
             self._episodes[world] += self.worlds if self._episodes[world] >= 0 else world + 1
             self._frames[world] = 0
-        return self._felt()
+        return self._observations()
 
     def step(self, activity: Array) -> Step:
         if not self.affords(1):
@@ -70,18 +70,18 @@ class Mirror:
         self.meter.start_clock()
         self.meter.episodes += int((self._frames == 0).sum())
         self.meter.forward += self.worlds
-        rewards = 1.0 - (activity[:, 0] - self._felt()[:, 0]) ** 2
+        rewards = 1.0 - (activity[:, 0] - self._observations()[:, 0]) ** 2
         failed = np.abs(activity[:, 0]) > self._limit
         self._frames += 1
         self.failures += int(failed.sum())
         over = self._frames >= FRAMES
         failures = {int(world): FAILURE for world in np.flatnonzero(failed)}
-        return Step(self._felt(), np.where(failed, 0.0, rewards), failed, over & ~failed, failures)
+        return Step(self._observations(), np.where(failed, 0.0, rewards), failed, over & ~failed, failures)
 
-    def _felt(self) -> Array:
-        felt = np.zeros((self.worlds, self.observation_count))
-        felt[:, 0] = self._orders[self._episodes, self._frames]
-        return felt
+    def _observations(self) -> Array:
+        observations = np.zeros((self.worlds, self.observation_count))
+        observations[:, 0] = self._orders[self._episodes, self._frames]
+        return observations
 
 
 class Obey:
@@ -111,13 +111,13 @@ class Obey:
         if not session.affords(FRAMES):
             raise BudgetExhaustedError("The toy's budget is spent.")
         self.evaluated.append(params)
-        felt, rewards = session.begin(), []
+        observations, rewards = session.begin(), []
         for _ in range(FRAMES):
-            weights, seen = torch.as_tensor(params), torch.as_tensor(felt[0])
+            weights, seen = torch.as_tensor(params), torch.as_tensor(observations[0])
             step = session.step(self._policy.response(weights, session.times[0], seen, 1).numpy()[None])
             if step.failures:
                 return Evaluation(-np.inf, {}, np.zeros(0), step.failures[0])
-            felt = step.observations
+            observations = step.observations
             rewards.append(step.rewards[0])
         score = float(np.mean(rewards))
         return Evaluation(score, {"score": Metric(score, "m/s")}, np.array(rewards))

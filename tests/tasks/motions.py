@@ -21,7 +21,7 @@ def disc(radius: float = 0.05, rings: int = 5, spokes: int = 12, on_axis: bool =
 
 
 def block(count: int = 40, seed: int = 0) -> torch.Tensor:
-    """Particles `[n, 3]` strewn over a box 0.1 m long, mirrored at its middle planes."""
+    """Random particles `[n, 3]` in a box 0.1 m long, mirrored at its middle planes."""
     box = torch.rand(count, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(seed))
     signs = [[x, 1.0, z] for x in (1.0, -1.0) for z in (1.0, -1.0)]
     corners = box * torch.tensor([0.05, 0.03, 0.02], dtype=torch.float64)
@@ -52,7 +52,7 @@ def motion(
 
 
 def yaw(angle: float) -> torch.Tensor:
-    """The matrix of a turn about y, counter-clockwise from above."""
+    """The matrix of a rotation about y, counter-clockwise from above."""
     c, s = math.cos(angle), math.sin(angle)
     return torch.tensor([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], dtype=torch.float64)
 

@@ -19,10 +19,8 @@ _DEVIATION = torch.tensor([[0.0, 0.5, 0.2], [-0.1, 0.0, 0.3], [0.4, -0.6, 0.0]],
 
 @settings(deadline=None)
 @given(quaternion=_COMPONENTS, shift=st.tuples(*[st.floats(-2.0, 2.0)] * 3))
-def test_a_rigidly_turned_body_looks_where_it_was_turned(
-    quaternion: tuple[float, ...], shift: tuple[float, float, float]
-) -> None:
-    """For any rotation and translation, to 1e-6, and a disc without thickness as well as a solid body."""
+def test_the_heading_turns_with_a_rigid_body(quaternion: tuple[float, ...], shift: tuple[float, float, float]) -> None:
+    """For any rotation and translation, to 1e-6, for a flat disc and a solid body."""
     turn = torch.from_numpy(Rotation.from_quat(quaternion).as_matrix())
     for rest in (block(count=3), disc(rings=1, spokes=6)):
         moved = rest @ turn.T + torch.tensor(shift, dtype=torch.float64)
@@ -31,8 +29,8 @@ def test_a_rigidly_turned_body_looks_where_it_was_turned(
         torch.testing.assert_close(found[1], turn[:, 0], atol=1e-6, rtol=0.0)
 
 
-def test_half_a_turn_and_a_mirror_are_no_trap() -> None:
-    """Half turns about all axes; and a flattened, mirrored body still gets a rotation."""
+def test_half_turns_and_reflections_give_rotations() -> None:
+    """Half turns about all axes, and a flattened, mirrored body."""
     for axis in ([0, 0, 1], [0, 1, 0], [1, 0, 0]):
         turn = torch.from_numpy(Rotation.from_rotvec(np.pi * np.array(axis)).as_matrix())
         torch.testing.assert_close(rotation(turn), turn, atol=1e-12, rtol=0.0)
@@ -40,7 +38,7 @@ def test_half_a_turn_and_a_mirror_are_no_trap() -> None:
 
 
 def test_deformation_without_rotation_is_no_turn() -> None:
-    """Stretching along and across, which a robot does all the time, leaves the heading; a shear turns it half way."""
+    """Stretching does not change the heading; a shear rotates it by half its angle."""
     rest = block()
     stretched = rest * torch.tensor([1.3, 0.7, 0.9])
     assert heading(motion(rest, torch.stack([rest, stretched])))[1, 0].tolist() == pytest.approx([1.0, 0.0, 0.0])
@@ -50,7 +48,7 @@ def test_deformation_without_rotation_is_no_turn() -> None:
 
 
 def test_only_labelled_particles_with_mass_count() -> None:
-    """The middle may do what it likes, and an empty particle of the head, too."""
+    """Particles without label, and empty particles of the head, have no influence."""
     rest = block()
     path = torch.stack([rest, rest @ yaw(0.3).T])
     labelled = motion(rest, path)
@@ -64,7 +62,7 @@ def test_only_labelled_particles_with_mass_count() -> None:
 
 
 def test_without_a_labelled_particle_there_is_no_heading() -> None:
-    """It is not a number, which no method takes for a good score."""
+    """It is NaN, which no method takes as a score."""
     rest = block()
     empty = motion(rest, torch.stack([rest, rest]))
     masses = 1.0 - (empty.head + empty.tail)[None]
@@ -72,14 +70,14 @@ def test_without_a_labelled_particle_there_is_no_heading() -> None:
 
 
 def test_labels_on_a_line_still_point() -> None:
-    """A head and a tail of one particle each: value and gradient are finite."""
+    """With one particle each of head and tail, value and gradient are finite."""
     rest = torch.tensor([[0.05, 0.0, 0.0], [-0.05, 0.0, 0.0]], dtype=torch.float64)
     path = torch.stack([rest, rest @ yaw(1.2).T]).requires_grad_()
     found = heading(motion(rest, path))
-    (slope,) = torch.autograd.grad(found[1, 0, 2], path)
+    (gradient,) = torch.autograd.grad(found[1, 0, 2], path)
     assert found[1, 0].tolist() == pytest.approx([math.cos(1.2), 0.0, -math.sin(1.2)])
     # the head moved to the right by d turns the robot by d / 0.1 m
-    assert slope[1, 0, 2].item() == pytest.approx(math.cos(1.2) ** 2 / 0.1)
+    assert gradient[1, 0, 2].item() == pytest.approx(math.cos(1.2) ** 2 / 0.1)
 
 
 @pytest.mark.parametrize(
@@ -87,21 +85,21 @@ def test_labels_on_a_line_still_point() -> None:
     [(1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 2.0, 1.0), (3.0, 1.0, 0.0), (3.0, 2.0, 1.0), (3.0, 2.0, -1.0)],
 )
 def test_the_gradient_of_the_rotation_is_exact(singular: tuple[float, float, float]) -> None:
-    """Against torch's finite differences, at equal singular values (a rest state), a flat and a mirrored body, too."""
+    """Against finite differences, also at equal singular values, for flat and for mirrored bodies."""
     turns = [torch.from_numpy(Rotation.from_rotvec(vector).as_matrix()) for vector in ([0.3, -0.8, 0.5], [1, 1, 0])]
     moments = turns[0] @ torch.diag(torch.tensor(singular).double()) @ turns[1]
     assert torch.autograd.gradcheck(rotation, (moments.requires_grad_(),))
 
 
 def test_the_gradient_of_the_heading_is_exact() -> None:
-    """Against torch's finite differences, in the positions of a body that is turned and bent."""
+    """Against finite differences, in the positions of a rotated and bent body."""
     rest = block(count=2)
     path = torch.stack([rest, rest @ (yaw(0.5).T + 0.3 * _DEVIATION)]).requires_grad_()
     assert torch.autograd.gradcheck(lambda positions: heading(motion(rest, positions)), (path,))
 
 
 def test_the_heading_error_is_a_level_angle() -> None:
-    """Looking 0.4 rad to the left of a target, or to its right, is 0.4 rad, and pitching is none."""
+    """0.4 rad to the left or right of a target are 0.4 rad; pitching does not count."""
     rest = block()
     for angle in (0.4, -0.4, 3.0):
         turned = motion(rest, torch.stack([rest, rest @ yaw(angle).T]))

@@ -11,7 +11,7 @@ from zoobench.tasks.movement_speed import MovementSpeed
 
 
 def test_a_translating_body_scores_its_speed() -> None:
-    """Only the part along the target counts; falling and sliding sideways do not."""
+    """Only the component along the target counts."""
     motion = rigid(disc(), spin=0.0, velocity=(0.3, -1.0, 0.2))
     assert MovementSpeed().score(motion).item() == pytest.approx(0.3)
     assert MovementSpeed(heading=-90.0).score(motion).item() == pytest.approx(0.2)
@@ -19,12 +19,12 @@ def test_a_translating_body_scores_its_speed() -> None:
 
 
 def test_spinning_on_the_spot_scores_nothing() -> None:
-    """The average velocity of a disc that spins is zero."""
+    """The mean velocity of a spinning disc is zero."""
     assert MovementSpeed().score(rigid(disc(), spin=10.0, velocity=(0.0, 0.0, 0.0))).item() == pytest.approx(0.0)
 
 
 def test_looking_away_from_the_target_is_measured() -> None:
-    """A robot that turns evenly by 0.8 rad from the target direction is on average half of that away, and a frame."""
+    """A robot that rotates uniformly by 0.8 rad has half of that, and of a frame's angle, as its mean error."""
     metrics = MovementSpeed().metrics(rigid(disc(), spin=5.0, velocity=(0.3, -1.0, 0.4)))
     assert metrics["heading_error"][0].item() == pytest.approx(5.0 * 0.008 * (1 + 20) / 2)
     aside = MovementSpeed(heading=-30.0).metrics(rigid(disc(), spin=0.0, velocity=(0.0, 0.0, 0.0)))
@@ -32,7 +32,7 @@ def test_looking_away_from_the_target_is_measured() -> None:
 
 
 def test_the_gradient_is_that_of_the_score() -> None:
-    """Torch's own finite differences agree in the velocities."""
+    """Against finite differences in the velocities."""
     motion = rigid(disc(rings=1, spokes=3), spin=7.0, velocity=(0.1, 0.0, 0.0), frames=2)
 
     def score(velocities: torch.Tensor) -> torch.Tensor:
@@ -42,7 +42,7 @@ def test_the_gradient_is_that_of_the_score() -> None:
 
 
 def test_particles_without_mass_do_not_exist() -> None:
-    """A massless particle's velocity changes nothing, however large."""
+    """The velocity of a massless particle has no influence."""
     motion = rigid(disc(), spin=0.0, velocity=(0.3, 0.0, 0.0))
     motion.velocities[:, :, 0] = 1e6
     motion.masses[:, 0] = 0.0
@@ -50,7 +50,7 @@ def test_particles_without_mass_do_not_exist() -> None:
 
 
 def test_existing_particles_count_alike() -> None:
-    """The average is over particles, not over mass (A.1)."""
+    """The mean is over particles and not over mass (A.1)."""
     motion = rigid(disc(rings=1, spokes=2), spin=0.0, velocity=(0.0, 0.0, 0.0))
     motion.velocities[:, 0, 0, 0] = 1.0
     heavy = dataclasses.replace(motion, masses=torch.tensor([[9.0, 1.0]], dtype=torch.float64))

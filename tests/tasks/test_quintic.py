@@ -1,4 +1,4 @@
-"""Quintic polynomials against their states and a known curve."""
+"""Quintic polynomials against their states and a known polynomial."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ _STATES = st.lists(_NUMBERS, min_size=18, max_size=18).map(lambda values: np.res
 @settings(deadline=None)  # the first call imports scipy
 @given(states=_STATES, spans=st.tuples(st.floats(0.4, 3.0), st.floats(0.4, 3.0)))
 def test_it_meets_its_states(states: np.ndarray, spans: tuple[float, float]) -> None:
-    """Position, velocity and acceleration at every given time, the ends included, to 1e-12."""
+    """Position, velocity and acceleration at every given time, ends included, to 1e-12."""
     times = np.array([0.0, spans[0], spans[0] + spans[1]])
     path = Quintic(times, states)
     np.testing.assert_allclose(path.position(times), states[:, 0], atol=1e-12)
@@ -24,7 +24,7 @@ def test_it_meets_its_states(states: np.ndarray, spans: tuple[float, float]) -> 
 
 
 def test_it_is_the_polynomial_of_degree_five() -> None:
-    """Through states of t^5 - 2 t^3 + t it is that polynomial at every time, with its derivatives."""
+    """Through states of t^5 - 2 t^3 + t it is this polynomial, with its derivatives."""
     curve = np.polynomial.Polynomial([0.0, 1.0, 0.0, -2.0, 0.0, 1.0])
     ends = np.array([-0.5, 1.5])
     states = np.stack([curve(ends), curve.deriv()(ends), curve.deriv(2)(ends)], axis=1)[:, :, None]
@@ -34,8 +34,8 @@ def test_it_is_the_polynomial_of_degree_five() -> None:
     np.testing.assert_allclose(path.acceleration(times)[:, 0], curve.deriv(2)(times), atol=1e-12)
 
 
-def test_it_ends_where_it_ends() -> None:
-    """Outside of its times a path is not a number: nobody follows an extrapolation unawares."""
+def test_it_is_not_extrapolated() -> None:
+    """Outside of its times a path is NaN."""
     path = Quintic(np.array([0.0, 1.0]), np.zeros((2, 3, 1)))
     assert np.isnan(path.position(np.array([-0.1, 1.1]))).all()
 
@@ -46,5 +46,5 @@ def test_it_ends_where_it_ends() -> None:
 )
 def test_what_makes_no_path_is_refused(times: list[float], states: tuple[int, ...]) -> None:
     """One state, equal times or another shape."""
-    with pytest.raises(UsageError, match="make no path"):
+    with pytest.raises(UsageError, match="are no path"):
         Quintic(np.array(times), np.zeros(states))

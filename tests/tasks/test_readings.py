@@ -1,4 +1,4 @@
-"""What every task reports, against closed forms."""
+"""Common readings against closed forms."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ def _values(readings: dict[str, tuple[torch.Tensor, str]]) -> dict[str, float]:
 
 
 def test_the_way_over_the_ground_is_horizontal() -> None:
-    """Falling is no distance; on a straight way the distance is what was travelled."""
+    """Falling is no distance; on a straight line distance and distance travelled are equal."""
     readings = common_readings(rigid(disc(), spin=0.0, velocity=(0.3, -1.0, 0.4)))
     values = _values(readings)
     assert values["distance"] == pytest.approx(0.5 * 20 * 0.008)
@@ -40,7 +40,7 @@ def test_there_and_back_is_travelled_but_no_distance() -> None:
 
 
 def test_energy_is_what_the_muscles_gave_and_not_what_they_took() -> None:
-    """Two frames, two muscles: 3 mJ and 2 mJ given count, 5 mJ taken does not; the cost is per weight and way."""
+    """Work of 3 mJ and 2 mJ counts, -5 mJ does not; the cost is per weight and distance."""
     rest = block(count=1)
     path = torch.stack([rest, rest + torch.tensor([0.03, 0.0, 0.04]), rest])
     work = torch.tensor([[[3e-3, -5e-3]], [[0.0, 2e-3]]], dtype=torch.float64)
@@ -50,14 +50,14 @@ def test_energy_is_what_the_muscles_gave_and_not_what_they_took() -> None:
 
 
 def test_a_robot_that_does_nothing_costs_nothing() -> None:
-    """Not even where it stays exactly where it is, and zero is divided by zero."""
+    """Also where it does not move and zero is divided by zero."""
     rest = block()
     still = motion(rest, torch.stack([rest, rest]))
     assert _values(common_readings(still))["cost_of_transport"] == 0.0
 
 
 def test_massless_particles_do_not_weigh() -> None:
-    """Neither on the way nor on the cost."""
+    """They have no influence on distance or cost."""
     rest = block(count=1)
     path = torch.stack([rest, rest + torch.tensor([0.03, 0.0, 0.0])])
     whole = motion(rest, path, work=torch.full((1, 1, 1), 1e-3, dtype=torch.float64))

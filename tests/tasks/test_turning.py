@@ -17,17 +17,17 @@ def test_a_spinning_disc_scores_its_mean_tangential_velocity() -> None:
 
 
 def test_clockwise_is_negative() -> None:
-    """The sign follows the right hand about the upward direction."""
+    """The sign follows the right-hand rule about the upward direction."""
     assert Turning().score(rigid(disc(), spin=-7.0, velocity=(0.0, 0.0, 0.0))).item() < 0.0
 
 
 def test_pure_translation_scores_nothing() -> None:
-    """A symmetric body that only moves along does not turn."""
+    """A symmetric body that translates does not rotate."""
     assert Turning().score(rigid(disc(), 0.0, (0.5, 0.0, 0.1))).item() == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_net_angle_goes_past_half_turns() -> None:
-    """The heading angle is the sum over frames: three quarters of a turn and more stay positive."""
+    """The angle is the sum over frames: three quarters of a turn and more are positive."""
     motion = rigid(disc(), spin=40.0, velocity=(0.3, 0.0, 0.0), frames=50)
     assert net_rotation(motion).item() == pytest.approx(40.0 * 50 * 0.008)
     assert 2 * math.pi < 40.0 * 50 * 0.008
@@ -35,18 +35,18 @@ def test_the_net_angle_goes_past_half_turns() -> None:
 
 
 def test_a_particle_on_the_axis_passes_a_finite_gradient() -> None:
-    """At r = 0 there is no tangent: value and gradient stay finite, and others are not disturbed."""
+    """At r = 0 there is no tangent: value and gradient are finite, and others are unaffected."""
     motion = rigid(disc(on_axis=True), spin=7.0, velocity=(0.0, 0.0, 0.0))
     positions = motion.positions.clone().requires_grad_()
     velocities = motion.velocities.clone().requires_grad_()
     score = Turning().objective(dataclasses.replace(motion, positions=positions, velocities=velocities))
     slopes = torch.autograd.grad(score.sum(), (positions, velocities))
-    assert all(bool(torch.isfinite(slope).all()) for slope in slopes)
+    assert all(bool(torch.isfinite(gradient).all()) for gradient in slopes)
     assert score.item() == pytest.approx(7.0 * 0.6 * 0.05 * 60 / 61)
 
 
 def test_the_gradient_is_that_of_the_score() -> None:
-    """Torch's own finite differences agree in positions and velocities."""
+    """Against finite differences in positions and velocities."""
     motion = rigid(disc(rings=1, spokes=3), spin=7.0, velocity=(0.1, 0.0, 0.0), frames=2)
 
     def score(positions: torch.Tensor, velocities: torch.Tensor) -> torch.Tensor:

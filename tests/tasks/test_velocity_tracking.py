@@ -1,4 +1,4 @@
-"""Velocity tracking against robots that follow, lag, and look elsewhere."""
+"""Velocity tracking of robots that follow, lag, or have another heading."""
 
 import dataclasses
 import math
@@ -14,8 +14,8 @@ from zoobench.tasks.paths import Path
 from zoobench.tasks.velocity_tracking import VelocityTracking
 
 
-def _follower(path: Path, pace: float = 1.0, aside: float = 0.0, frames: int = 150) -> Motion:
-    """A rigid robot that looks `aside` [rad] left of the target's direction and moves at `pace` of its speed."""
+def _follower(path: Path, share: float = 1.0, aside: float = 0.0, frames: int = 150) -> Motion:
+    """A rigid robot with a heading `aside` [rad] left of the target's direction and `share` of its speed."""
     rest, times = block(), np.arange(frames + 1) * SECONDS
     velocities = path.velocities(times)
     velocities[0] = [1.0, 0.0, 0.0]  # at rest it looks ahead
@@ -23,13 +23,13 @@ def _follower(path: Path, pace: float = 1.0, aside: float = 0.0, frames: int = 1
     velocities[0] = 0.0
     turned = torch.stack([rest @ yaw(angle).T for angle in angles])
     looks = np.stack([np.cos(angles), np.zeros(len(angles)), -np.sin(angles)], axis=1)
-    speeds = pace * np.linalg.norm(velocities, axis=1, keepdims=True) * looks
+    speeds = share * np.linalg.norm(velocities, axis=1, keepdims=True) * looks
     return motion(rest, turned, torch.from_numpy(speeds)[:, None].expand(-1, len(rest), -1))
 
 
 @pytest.mark.parametrize("shape", ["straight", "arc", "s-curve", "random"])
 def test_a_robot_that_moves_as_the_target_scores_zero(shape: str) -> None:
-    """Along every path, and it succeeds."""
+    """Along every path, with success."""
     task = VelocityTracking(path=shape)  # type: ignore[arg-type]
     follower = _follower(task.route)
     assert task.score(follower).item() == pytest.approx(0.0, abs=1e-9)
@@ -40,29 +40,29 @@ def test_a_robot_that_moves_as_the_target_scores_zero(shape: str) -> None:
 
 
 def test_magnitude_and_direction_are_weighed_apart() -> None:
-    """Half the speed costs 0.1 of half the target's speed, looking 0.6 rad aside 0.9 of it times 1 - cos 0.6."""
+    """Half the speed costs 0.1 of half the target's speed, 0.6 rad aside 0.9 of it times 1 - cos 0.6."""
     task = VelocityTracking()
-    pace = np.linalg.norm(task.route.velocities(np.arange(1, 151) * SECONDS), axis=1).mean()
-    slow, aside = _follower(task.route, pace=0.5), _follower(task.route, aside=0.6)
-    assert task.score(slow).item() == pytest.approx(-0.1 * 0.5 * pace)
-    assert task.score(aside).item() == pytest.approx(-0.9 * (1 - math.cos(0.6)) * pace)
+    speed = np.linalg.norm(task.route.velocities(np.arange(1, 151) * SECONDS), axis=1).mean()
+    slow, aside = _follower(task.route, share=0.5), _follower(task.route, aside=0.6)
+    assert task.score(slow).item() == pytest.approx(-0.1 * 0.5 * speed)
+    assert task.score(aside).item() == pytest.approx(-0.9 * (1 - math.cos(0.6)) * speed)
     assert task.metrics(slow)["success"][0].item() == 0.0
     assert task.metrics(aside)["success"][0].item() == 0.0
     assert task.metrics(aside)["heading_error"][0].item() == pytest.approx(0.6)
     even = VelocityTracking(direction_weight=0.5)
-    assert even.score(slow).item() == pytest.approx(-0.5 * 0.5 * pace)
+    assert even.score(slow).item() == pytest.approx(-0.5 * 0.5 * speed)
 
 
 def test_moving_backwards_is_worse_than_standing() -> None:
-    """The velocity is projected on the heading with its sign."""
+    """The velocity along the heading has a sign."""
     task = VelocityTracking()
-    scores = [task.score(_follower(task.route, pace)).item() for pace in (-1.0, 0.0, 1.0)]
+    scores = [task.score(_follower(task.route, share)).item() for share in (-1.0, 0.0, 1.0)]
     assert scores == sorted(scores)
     assert scores[0] == pytest.approx(2 * scores[1])
 
 
 def test_targets_follow_the_clock() -> None:
-    """After 10000 frames the target is where the path is at 80 s, to the last bit."""
+    """After 10000 frames the target is that of the path at 80 s, bit for bit."""
     task = VelocityTracking(path="s-curve")
     rest = block(count=1)
     long = motion(rest, rest.expand(10001, -1, -1))
@@ -73,15 +73,15 @@ def test_targets_follow_the_clock() -> None:
 
 
 def test_a_reward_does_not_depend_on_what_comes_after() -> None:
-    """The rewards of an episode's beginning are the beginning of its rewards."""
+    """The rewards of a shorter episode are the first rewards of a longer one."""
     task = VelocityTracking()
-    whole = _follower(task.route, pace=0.3, aside=0.2)
+    whole = _follower(task.route, share=0.3, aside=0.2)
     part = dataclasses.replace(whole, positions=whole.positions[:71], velocities=whole.velocities[:71])
     torch.testing.assert_close(task.reward(part), task.reward(whole)[:70], rtol=1e-12, atol=0.0)
 
 
 def test_the_gradient_is_that_of_the_score() -> None:
-    """Torch's own finite differences agree in positions and velocities."""
+    """Against finite differences in positions and velocities."""
     task, base = VelocityTracking(), rigid(block(count=1), spin=7.0, velocity=(0.1, 0.0, 0.02), frames=3)
 
     def objective(positions: torch.Tensor, velocities: torch.Tensor) -> torch.Tensor:
@@ -92,8 +92,8 @@ def test_the_gradient_is_that_of_the_score() -> None:
 
 
 def test_what_cannot_be_tracked_is_refused() -> None:
-    """A weight that is no share, a path that leads nowhere."""
-    with pytest.raises(UsageError, match="no share"):
+    """A weight out of range, and an impossible path."""
+    with pytest.raises(UsageError, match="out of range"):
         VelocityTracking(direction_weight=1.5)
-    with pytest.raises(UsageError, match="leads nowhere"):
+    with pytest.raises(UsageError, match="is not possible"):
         VelocityTracking(speed=0.0)

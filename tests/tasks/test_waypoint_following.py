@@ -1,4 +1,4 @@
-"""Waypoint following against robots that follow, stand, and lag."""
+"""Waypoint following of robots that follow, stand, and lag."""
 
 import dataclasses
 import math
@@ -15,7 +15,7 @@ from zoobench.tasks.waypoint_following import WaypointFollowing
 
 
 def _carried(path: Path, off: tuple[float, float, float] = (0.0, 0.0, 0.0), frames: int = 150) -> Motion:
-    """A robot carried along the path from wherever it starts, `off` it [m] after the start."""
+    """A robot carried along the path from any start, with an offset `off` [m] after the start."""
     rest = block()
     way = torch.from_numpy(path.positions(np.arange(frames + 1) * SECONDS))
     way[1:] += torch.tensor(off)
@@ -24,7 +24,7 @@ def _carried(path: Path, off: tuple[float, float, float] = (0.0, 0.0, 0.0), fram
 
 @pytest.mark.parametrize("shape", ["straight", "arc", "s-curve", "random"])
 def test_a_robot_that_is_carried_along_scores_zero(shape: str) -> None:
-    """Along every path, from wherever it starts."""
+    """Along every path, from any start."""
     task = WaypointFollowing(path=shape)  # type: ignore[arg-type]
     carried = _carried(task.route)
     assert task.score(carried).item() == pytest.approx(0.0, abs=1e-12)
@@ -32,7 +32,7 @@ def test_a_robot_that_is_carried_along_scores_zero(shape: str) -> None:
 
 
 def test_the_score_is_the_level_distance() -> None:
-    """3 cm ahead and 4 cm aside are 5 cm, however high it is lifted; the root mean square is the same."""
+    """3 cm ahead and 4 cm aside are 5 cm at any height; the root mean square is the same."""
     task = WaypointFollowing()
     off = _carried(task.route, (0.03, 0.7, -0.04))
     assert task.score(off).item() == pytest.approx(-0.05)
@@ -44,7 +44,7 @@ def test_the_score_is_the_level_distance() -> None:
 
 
 def test_a_robot_that_stands_is_left_behind() -> None:
-    """The errors are the distances along the path, whose mean and root mean square differ."""
+    """The errors are the distances along the path, with different mean and root mean square."""
     task = WaypointFollowing(path="straight")
     rest = block()
     still = motion(rest, rest.expand(151, -1, -1))
@@ -57,7 +57,7 @@ def test_a_robot_that_stands_is_left_behind() -> None:
 
 
 def test_targets_follow_the_clock() -> None:
-    """After 10000 frames the waypoint is that of 80 s, to the last bit, from the centre of mass."""
+    """After 10000 frames the waypoint is that of 80 s, bit for bit, from the centre of mass."""
     task = WaypointFollowing(path="s-curve")
     rest = block(count=1)
     long = motion(rest, rest.expand(10001, -1, -1))
@@ -66,7 +66,7 @@ def test_targets_follow_the_clock() -> None:
 
 
 def test_a_reward_does_not_depend_on_what_comes_after() -> None:
-    """The rewards of an episode's beginning are the beginning of its rewards."""
+    """The rewards of a shorter episode are the first rewards of a longer one."""
     task = WaypointFollowing(path="random")
     whole = _carried(task.route, (0.01, 0.0, 0.02))
     part = dataclasses.replace(whole, positions=whole.positions[:71])
@@ -74,7 +74,7 @@ def test_a_reward_does_not_depend_on_what_comes_after() -> None:
 
 
 def test_the_gradient_is_that_of_the_score() -> None:
-    """Torch's own finite differences agree in the positions."""
+    """Against finite differences in the positions."""
     task, base = WaypointFollowing(), rigid(block(count=1), spin=7.0, velocity=(0.1, 0.0, 0.02), frames=3)
 
     def objective(positions: torch.Tensor) -> torch.Tensor:
@@ -84,19 +84,19 @@ def test_the_gradient_is_that_of_the_score() -> None:
 
 
 def test_meeting_the_waypoint_passes_a_finite_gradient() -> None:
-    """At distance zero the root has no slope: it counts as zero."""
+    """At distance zero the root has no derivative: it counts as zero."""
     task = WaypointFollowing()
     rest = block(count=1)
     way = torch.from_numpy(task.route.positions(np.arange(4) * SECONDS))
     centred = rest - rest.mean(dim=0)
     positions = (centred + way[:, None]).requires_grad_()
-    (slope,) = torch.autograd.grad(task.objective(motion(centred, positions)).sum(), positions)
-    assert torch.isfinite(slope).all()
+    (gradient,) = torch.autograd.grad(task.objective(motion(centred, positions)).sum(), positions)
+    assert torch.isfinite(gradient).all()
 
 
 def test_what_cannot_be_followed_is_refused() -> None:
-    """No tolerance, a path that leads nowhere."""
+    """No tolerance, and an impossible path."""
     with pytest.raises(UsageError, match="positive tolerance"):
         WaypointFollowing(tolerance=0.0)
-    with pytest.raises(UsageError, match="leads nowhere"):
+    with pytest.raises(UsageError, match="is not possible"):
         WaypointFollowing(path_seed=-1)

@@ -1,4 +1,4 @@
-"""The closed loop of robots side by side: from what they feel to what their muscles do, and back in reverse."""
+"""The closed loop of robots side by side: from observations to muscle activity, and its adjoint."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class FeedbackLoops:
-    """The controllers of one episode, each with the body that it moves.
+    """The controllers of one episode, each with its body.
 
     Attributes:
-        gradients: `[worlds, parameter_count]`, what the pulls on the activity so far come to.
+        gradients: of the loss by the parameters, as far as the adjoint has run `[worlds, parameter_count]`.
     """
 
     def __init__(self, robot: Robot, controller: ClosedLoop, built: Sequence[Built]) -> None:
@@ -32,12 +32,12 @@ class FeedbackLoops:
 
     @classmethod
     def of(cls, robot: Robot, built: Sequence[Built]) -> "FeedbackLoops | None":
-        """What closes the robot's loop; None where it is open."""
+        """The loops of a robot with a closed-loop controller; None with an open-loop one."""
         controller = robot.controller
         return cls(robot, controller, built) if isinstance(controller, ClosedLoop) else None
 
     def act(self, frame: int, positions: "FloatArray", velocities: "FloatArray") -> Array:
-        """The activity of a frame `[worlds, muscles]`, from the state at its start `[worlds, particle_count, 3]`."""
+        """Activity of a frame `[worlds, muscle_count]`, from the state at its start `[worlds, particle_count, 3]`."""
         import torch
 
         if frame == 0:
@@ -48,26 +48,29 @@ class FeedbackLoops:
             )
 
     def adjoint(self, rollout: "Rollout") -> "FeedbackAdjoint":
-        """Of `act` along an episode: a function that adds to `gradients` and returns pulls on the state."""
+        """The adjoint of `act`: from the adjoint of a frame's activity `[worlds, muscle_count]` to that of the state.
+
+        Each call adds to `gradients`.
+        """
         import torch
 
-        def pull_back(frame: int, pull: Array) -> tuple[Array, Array]:
-            found = []
+        def frame_adjoint(frame: int, activity_adjoint: Array) -> tuple[Array, Array]:
+            state_adjoints = []
             for world in self._worlds():
                 state = self._state(world, rollout.positions[frame], rollout.velocities[frame])
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
-                # the body's form is shared by all frames
-                gradient, *pulls = torch.autograd.grad(
-                    activity, leaves, torch.as_tensor(pull[world]), retain_graph=True
+                # all frames share the graph of the body's form, so it is retained
+                gradient, *adjoints = torch.autograd.grad(
+                    activity, leaves, torch.as_tensor(activity_adjoint[world]), retain_graph=True
                 )
                 self.gradients[world] += gradient[0].numpy()
-                found.append([part.numpy() for part in pulls])
-            positions, velocities = zip(*found, strict=True)
+                state_adjoints.append([adjoint.numpy() for adjoint in adjoints])
+            positions, velocities = zip(*state_adjoints, strict=True)
             return np.stack(positions), np.stack(velocities)
 
         self._start = rollout.positions[0]
-        return pull_back
+        return frame_adjoint
 
     def _worlds(self) -> range:
         return range(len(self._built))
@@ -83,8 +86,7 @@ class FeedbackLoops:
 
         built = self._built[world]
         (start,) = self._state(world, self._start)
-        whole = torch.as_tensor(self._robot.body.occupancy)
-        presence = built.matter["occupancy"][0] if built.matter else whole
-        observation = self._observation_model.observe(positions, velocities, start, presence)
+        occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(self._robot.body.occupancy)
+        observation = self._observation_model.observe(positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
         return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)

@@ -1,4 +1,4 @@
-"""Actuation for studies that compare no methods: a plain wave, or controllers with random parameters."""
+"""Actuation for studies without a method: a travelling wave, or a controller with random parameters."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from zoobench.spec import FRAME_SECONDS
 
 
 def travelling_wave(frames: int, muscle_count: int) -> Array:
-    """Full actuation at 20 rad/s, `[frames, 1, muscle_count]`, the muscles one after the other."""
+    """Full actuation at 20 rad/s, with phases spread evenly over the muscles `[frames, 1, muscle_count]`."""
     times = np.arange(frames)[:, None, None] * FRAME_SECONDS
     phases = np.linspace(0, 2 * np.pi, muscle_count, endpoint=False)
     actuation: Array = np.sin(20 * times + phases)
@@ -17,17 +17,17 @@ def travelling_wave(frames: int, muscle_count: int) -> Array:
 
 
 def random_actuation(controller: Controller, muscle_count: int, frames: int, worlds: int, seed: int) -> Array:
-    """Of the controller with random parameters in every world, `[frames, worlds, muscle_count]`.
+    """Actuation by draws from the controller's prior, one for each world `[frames, worlds, muscle_count]`.
 
     Raises:
-        UsageError: the controller acts by what the robot feels.
+        UsageError: the controller is a closed loop.
     """
     import torch
 
     if not isinstance(controller, OpenLoop):
         raise UsageError(
-            "A controller in a closed loop has no actuation before the robot has moved, but this study asks for one. "
-            "Give a controller with the tag open-loop; `zoobench list controllers` has the tags."
+            "A closed-loop controller has no actuation before the robot moves, but this study fixes it in advance. "
+            "Give a controller with the tag open-loop; `zoobench list controllers` shows the tags."
         )
     rng = np.random.default_rng(seed)
     parameters = torch.as_tensor(np.array([controller.initial(rng, muscle_count) for _ in range(worlds)]))

@@ -1,4 +1,4 @@
-"""What an evaluation gives back: the score with its readings, and for a study the whole episode."""
+"""Results of an episode: the score with its metrics, and for studies the whole record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,13 +13,13 @@ from zoobench.tasks.base import Metric, Motion
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What one episode with one set of parameters gave.
+    """Score and metrics of one episode with one parameter vector.
 
     Attributes:
-        score: the task's score; -inf if there is none, which is for comparing only.
-        metrics: the task's readings by name, the score with its unit among them; none then.
-        reward: `[frames]`; empty then.
-        failure: where the simulation blew up or why the design cannot be built, or None.
+        score: the task's score; -inf, for comparisons only, if the episode failed.
+        metrics: the task's metrics by name, the score among them; empty if the episode failed.
+        reward: `[frames]`; empty if the episode failed.
+        failure: where the simulation diverged or why the design cannot be built; None if the episode has a score.
     """
 
     score: float
@@ -28,7 +28,7 @@ class Evaluation:
     failure: Failure | None = None
 
     def state(self) -> dict[str, Any]:
-        """Plain data for a method's checkpoint; only for an episode that has a score."""
+        """Plain data for a method's checkpoint; only of an episode without failure."""
         metrics = {name: [metric.value, metric.unit] for name, metric in self.metrics.items()}
         return {"score": self.score, "metrics": metrics, "reward": self.reward.tolist()}
 
@@ -41,13 +41,13 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Episode:
-    """One episode in full, for a study that looks at more than the score.
+    """The full record of one episode, for studies that need more than the score.
 
     Attributes:
-        gradient: gradient `[parameter_count]` of the loss; all NaN without one.
-        record: how the robot moved, one world; None of a design that cannot be built.
-        actuation: activity of every muscle as it was applied `[frames, muscle_count]` [-]; empty then.
-        body: the robot's arrays as they were simulated, by the simulator's names, one world; none then.
+        gradient: of the loss by the parameters `[parameter_count]`; all NaN if it was not computed.
+        record: the robot's motion, one world; None if the design cannot be built.
+        actuation: muscle activity as applied `[frames, muscle_count]` [-]; empty if nothing was simulated.
+        body: the robot's arrays as simulated, by the simulator's names, one world; empty if nothing was simulated.
     """
 
     evaluation: Evaluation
@@ -58,11 +58,11 @@ class Episode:
 
     @property
     def motion(self) -> Motion:
-        """How the robot moved.
+        """The robot's motion.
 
         Raises:
-            ValueError: the design could not be built, so that nothing moved.
+            ValueError: the design could not be built.
         """
         if self.record is None:
-            raise ValueError(f"Nothing moved. {self.evaluation.failure}")
+            raise ValueError(f"The episode has no motion. {self.evaluation.failure}")
         return self.record

@@ -1,10 +1,10 @@
-"""How much memory this process took."""
+"""Memory use of this process."""
 
 import sys
 
 
 def peak_memory() -> int | None:
-    """The largest resident memory of this process so far [bytes]; None where the system does not tell."""
+    """Peak resident memory of this process [bytes]; None where the system does not report it."""
     try:
         import resource
     except ImportError:  # Windows

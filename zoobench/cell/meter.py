@@ -1,4 +1,4 @@
-"""The budget meter: what a method has spent, in every currency that a budget can be given in."""
+"""The budget meter: cost of a method so far, in every unit that a budget can have."""
 
 import time
 from dataclasses import dataclass, field, fields
@@ -9,16 +9,16 @@ from zoobench.spec import Budget, BudgetKind
 
 @dataclass
 class BudgetMeter:
-    """What a method has spent.
+    """Cost of a method so far.
 
     Attributes:
         forward, recomputed, backward: world-substeps simulated.
-        retries: frames that were put back and repeated with half the step.
-        episodes: evaluations, with a gradient or without.
+        retries: frames that were repeated with half the step.
+        episodes: evaluations, with or without gradient.
         iterations: counted by the method.
-        costliest: forward substeps of the costliest evaluation so far that did not blow up, without those repeated.
-        earlier_seconds: wall time of the attempts before this one.
-        refused: whether the budget has not held something that was asked for.
+        costliest: forward substeps of the costliest evaluation that did not diverge, repeated frames not included.
+        earlier_seconds: wall time of earlier attempts [s].
+        refused: whether something was asked for that exceeds the budget.
     """
 
     forward: int = 0
@@ -35,20 +35,19 @@ class BudgetMeter:
 
     @property
     def substeps(self) -> int:
-        """World-substeps of all three kinds together."""
+        """World-substeps of all three kinds."""
         return self.forward + self.recomputed + self.backward
 
     @property
     def seconds(self) -> float:
-        """Wall time since the first evaluation, attempts before this one included."""
+        """Wall time since the first evaluation, earlier attempts included [s]."""
         running = 0.0 if self._started is None else time.perf_counter() - self._started
         return self.earlier_seconds + running
 
     def is_left(self, budget: Budget) -> bool:
-        """Whether anything of a budget is left.
+        """Whether any of the budget is left.
 
-        Of wall time, a yes is a promise that holds for the next evaluation: the clock runs on while a method breeds
-        what it has asked for.
+        For a budget of wall time, True holds until the next evaluation: the clock runs while the method prepares it.
         """
         if budget.kind != "seconds":
             return self.spent(budget.kind) < budget.amount
@@ -56,29 +55,29 @@ class BudgetMeter:
         return self._promised
 
     def start_clock(self) -> None:
-        """Start the wall clock, once, at an evaluation; what was promised is used up with it."""
+        """Start the wall clock at the first evaluation; every call ends the promise of `is_left`."""
         self._promised = False
         if self._started is None:
             self._started = time.perf_counter()
 
     def charge(self, substeps: int, *, gradient: bool) -> None:
-        """Count an episode of so many substeps that was not simulated, with its gradient or without."""
+        """Count the substeps of an episode that was not simulated, with or without gradient."""
         self.forward += substeps
         if gradient:
             self.recomputed += substeps
             self.backward += substeps
 
     def spent(self, kind: BudgetKind) -> float:
-        """How much of this currency is spent."""
+        """The amount spent in this unit."""
         return float(getattr(self, kind))
 
     def has_ended(self, budget: Budget) -> bool:
-        """Whether it was the budget that ended what was metered, and not that nothing more was wanted."""
+        """Whether the budget, and not the method, ended the run."""
         is_spent = budget.kind != "seconds" and self.spent(budget.kind) >= budget.amount
         return self.refused or is_spent
 
     def fraction(self, budget: Budget) -> float:
-        """The spent share of a budget, in [0, 1]."""
+        """The share of a budget that is spent, in [0, 1]."""
         return min(1.0, self.spent(budget.kind) / budget.amount)
 
     def state(self) -> dict[str, float]:
@@ -87,6 +86,6 @@ class BudgetMeter:
         return {**counts, "earlier_seconds": self.seconds}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from `state`: a resumed run stops where the uninterrupted one would."""
+        """Continue from `state`, so that a resumed run ends where the uninterrupted one would."""
         for name, value in state.items():
             setattr(self, name, value)

@@ -1,4 +1,4 @@
-"""From the simulator to the tasks and back: how the robot moved, as tensors, and the adjoint of an objective."""
+"""The robot's motion as tensors for the tasks, and the adjoint of an objective for the simulator."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 BODY_ARRAYS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
-"""What a body can be varied by, particle by particle."""
+"""Arrays of a body by which the simulator differentiates, with one row for each particle."""
 
 _WEIGHTS = ("occupancy", "density_ratio")  # a particle's mass is their product with density and volume
 
@@ -26,22 +26,22 @@ _WEIGHTS = ("occupancy", "density_ratio")  # a particle's mass is their product 
 def motion_of(
     rollout: "Rollout", body: Body, density: float, worlds: slice = slice(None), *, gradient: bool = False
 ) -> Motion:
-    """How the robot moved in some worlds of a rollout, in double precision.
+    """The robot's motion in some worlds of a rollout, in double precision.
 
     Args:
-        rollout: an episode.
-        body: of the robot, at rest; occupancy and density are those with which the rollout was made.
+        rollout: an episode; occupancy and density are taken from it.
+        body: the robot at rest.
         density: of muscle [kg/m^3].
-        worlds: which; all if not given.
-        gradient: whether positions, velocities, presence and masses are leaves of a gradient.
+        worlds: by default all.
+        gradient: whether positions, velocities, occupancy and masses are leaves of an autograd graph.
     """
     import torch
 
     def tensor(values: NDArray[Any], leaf: bool = False) -> "Tensor":
         return torch.tensor(values, dtype=torch.float64, requires_grad=leaf)
 
-    presence = rollout.body["occupancy"][worlds]
-    masses = density * rollout.body["density_ratio"][worlds] * presence * body.volumes
+    occupancy = rollout.body["occupancy"][worlds]
+    masses = density * rollout.body["density_ratio"][worlds] * occupancy * body.volumes
     return Motion(
         positions=tensor(rollout.positions[:, worlds], gradient),
         velocities=tensor(rollout.velocities[:, worlds], gradient),
@@ -51,50 +51,51 @@ def motion_of(
         head=tensor(body.head),
         tail=tensor(body.tail),
         muscle_work=tensor(rollout.muscle_work[:, worlds]),
-        presence=tensor(presence, gradient),
+        occupancy=tensor(occupancy, gradient),
     )
 
 
 @dataclass(frozen=True)
 class MotionAdjoint:
-    """Derivatives of a scalar by a motion whose parts are leaves.
+    """Adjoint of a motion: the derivatives of a scalar by its leaves.
 
     Attributes:
         positions, velocities: `[frames + 1, worlds, particle_count, 3]`.
-        presence, masses: `[worlds, particle_count]`.
+        occupancy, masses: `[worlds, particle_count]`.
     """
 
     positions: Array
     velocities: Array
-    presence: Array
+    occupancy: Array
     masses: Array
 
     @classmethod
     def of(cls, value: "Tensor", motion: Motion) -> "MotionAdjoint":
-        """Of one number."""
+        """The adjoint for a scalar `value` that was computed from `motion`."""
         import torch
 
         leaves = (motion.positions, motion.velocities, motion.existing, motion.masses)
-        pulls = torch.autograd.grad(value, leaves, allow_unused=True, materialize_grads=True)
-        return cls(*(pull.numpy() for pull in pulls))
+        adjoints = torch.autograd.grad(value, leaves, allow_unused=True, materialize_grads=True)
+        return cls(*(adjoint.numpy() for adjoint in adjoints))
 
     @classmethod
-    def joined(cls, pulls: "list[MotionAdjoint]") -> "MotionAdjoint":
-        """Those of several worlds as one."""
+    def joined(cls, parts: "list[MotionAdjoint]") -> "MotionAdjoint":
+        """The adjoints of several worlds as one."""
         return cls(
-            positions=np.concatenate([pull.positions for pull in pulls], axis=1),
-            velocities=np.concatenate([pull.velocities for pull in pulls], axis=1),
-            presence=np.concatenate([pull.presence for pull in pulls]),
-            masses=np.concatenate([pull.masses for pull in pulls]),
+            positions=np.concatenate([part.positions for part in parts], axis=1),
+            velocities=np.concatenate([part.velocities for part in parts], axis=1),
+            occupancy=np.concatenate([part.occupancy for part in parts]),
+            masses=np.concatenate([part.masses for part in parts]),
         )
 
     def by_arrays(self, simulated: "Gradient", rollout: "Rollout", body: Body, density: float) -> dict[str, Array]:
-        """Derivatives by the arrays of the body, `[worlds, ...]` each: through the simulation, and directly.
+        """Adjoints of the body's arrays by name, `[worlds, ...]` each.
 
-        Occupancy and density also say directly which particles count, and what they weigh.
+        To the derivative through the simulation, occupancy and density add a direct one: the task weights particles
+        by occupancy and mass.
         """
-        pulls: dict[str, Array] = {name: getattr(simulated, name) for name in BODY_ARRAYS}
+        adjoints: dict[str, Array] = {name: getattr(simulated, name) for name in BODY_ARRAYS}
         weighed = {name: self.masses * density * rollout.body[name] * body.volumes for name in _WEIGHTS}
-        pulls["occupancy"] = pulls["occupancy"] + (self.presence + weighed["density_ratio"])
-        pulls["density_ratio"] = pulls["density_ratio"] + weighed["occupancy"]
-        return pulls
+        adjoints["occupancy"] = adjoints["occupancy"] + (self.occupancy + weighed["density_ratio"])
+        adjoints["density_ratio"] = adjoints["density_ratio"] + weighed["occupancy"]
+        return adjoints

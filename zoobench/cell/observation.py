@@ -1,4 +1,4 @@
-"""What a robot feels of itself: the input of every controller that closes its loop."""
+"""The observation: the input of closed-loop controllers and policies."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,32 +14,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ObservationModel:
-    """The senses of one body.
+    """Observations of one body.
 
-    An observation is, in units of the body's length L and of 20 L/s, and along its present heading, up and right:
+    Lengths are in units of the body's length L and velocities in 20 L/s. Vectors have the components ahead, up and
+    right of the present heading, except the displacement, whose components are those of the heading at rest.
 
-    * velocity of the centre of mass (3), its displacement since the start (3, along the heading at rest);
-    * the heading: cosine and sine of its level angle from that at rest (2);
-    * of each muscle the displacement of its centre from where it is at rest (3) and its velocity (3), both relative
-      to the body's centre of mass.
-
-    It turns with the robot, but for displacement and heading, which tell it where it is and where it looks.
+    * the centre of mass: velocity (3) and displacement since the start (3);
+    * the heading: cosine and sine of its horizontal angle from that at rest (2);
+    * each muscle: displacement of its centre from its place at rest (3) and velocity (3), both relative to the centre
+      of mass.
     """
 
     body: Body
 
-    def observe(self, positions: "Tensor", velocities: "Tensor", start: "Tensor", presence: "Tensor") -> "Tensor":
-        """The observation `[observation_count]`; differentiable by everything given.
+    def observe(self, positions: "Tensor", velocities: "Tensor", start: "Tensor", occupancy: "Tensor") -> "Tensor":
+        """The observation `[observation_count]`; differentiable by all arguments.
 
         Args:
             positions: of the particles `[particle_count, 3]` [m].
             velocities: `[particle_count, 3]` [m/s].
-            start: their positions when the episode began [m].
-            presence: how much of every particle is there `[particle_count]`.
+            start: positions at the start of the episode `[particle_count, 3]` [m].
+            occupancy: `[particle_count]` in [0, 1].
         """
         import torch
 
-        masses = presence * torch.as_tensor(self.body.density_ratio * self.body.volumes)
+        masses = occupancy * torch.as_tensor(self.body.density_ratio * self.body.volumes)
         share = masses / masses.sum()
         length = float(np.ptp(self.body.positions[:, 0]))
         frame, angle = self._frame(positions, share)
@@ -54,9 +53,9 @@ class ObservationModel:
         return torch.cat([*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)])
 
     def _frame(self, positions: "Tensor", share: "Tensor") -> tuple["Tensor", "Tensor"]:
-        """Rows ahead, up and right `[3, 3]`, and cosine and sine of the level angle `[2]`.
+        """Unit vectors ahead, up and right as rows `[3, 3]`, and cosine and sine of the heading `[2]`.
 
-        Ahead is the level direction from the centre of the tail to that of the head.
+        Ahead is the horizontal direction from the centre of the tail to that of the head.
         """
         import torch
 
@@ -65,7 +64,7 @@ class ObservationModel:
             weights = share * torch.as_tensor(label.astype(np.float64))
             ends.append(weights @ positions / weights.sum().clamp(min=torch.finfo(share.dtype).tiny))
         level = (ends[0] - ends[1]) * share.new_tensor([1.0, 0.0, 1.0])
-        # a robot that stands on its head looks nowhere: the small length keeps the direction finite
+        # a robot whose head is above its tail has no heading: the small constant [m^2] keeps the division finite
         ahead = level / torch.sqrt(level.square().sum() + 1e-12)
         up = share.new_tensor([0.0, 1.0, 0.0])
         return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[[0, 2]] * share.new_tensor([1.0, -1.0])

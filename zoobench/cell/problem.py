@@ -1,4 +1,4 @@
-"""The only door from a method to physics: every simulated substep passes through here and is counted."""
+"""A cell of the benchmark as a problem for a method: every simulated substep is metered here."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -13,6 +13,7 @@ from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
+from zoobench.cell.solvers import Solvers
 from zoobench.cell.warm_start import overlay
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
@@ -20,52 +21,45 @@ from zoobench.errors import BudgetExhaustedError, Divergence, Unbuildable, Usage
 from zoobench.inputs import Start
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.step_limits import choose_step
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
-    from zoobench.sim.model.state import Matter
     from zoobench.sim.solver import BodyState, Rollout, Solver
 
 
 _GRADIENT_PASSES = 3
 """A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
 
-_SURPRISE = 1.25
-"""How much costlier than all before it an episode may well be: robots that move more take shorter steps."""
-
-_GRADIENT_MEMORY = 2**30
-"""Bytes that the stored states of all worlds of one solver may take."""
-
-_PARTICLE_BYTES = 200
-"""Generous size of a particle's state in double precision: x, v, C, F."""
-
+_COST_MARGIN = 1.25
+"""Allowance for an episode that costs more than all before it: robots that move more take shorter steps."""
 
 Watch = Callable[[Array], None]
-"""What is handed the positions of all particles of the first world, frame by frame."""
+"""A function called with the positions of all particles of the first world `[particle_count, 3]` [m]."""
 
 
 class Problem:
-    """A cell of the benchmark as a function of the robot's parameters, with a meter on it.
+    """A cell of the benchmark as a function of the robot's parameters, with a budget meter.
 
-    A parameter vector is the controller's, followed in a design space by the body's. A body that cannot be built gives
-    no score, and costs what its simulation was expected to: to know which bodies hold together is not free.
+    A parameter vector holds the controller's parameters and then, in a design space, the body's. A body that cannot be
+    built has no score and costs as much as its simulation was expected to, so that testing feasibility is not free.
 
-    A method that decides on every frame as it comes steps through them in a `zoobench.cell.session.Session`.
+    A method that decides on every frame uses a `zoobench.cell.session.Session`.
 
     Args:
-        spec: what to simulate and how much may be spent.
-        worlds: how many evaluations run side by side at most; results do not depend on it.
-        start: what draws begin with instead, as far as it fits; the spec names it.
+        spec: the cell with its budget.
+        worlds: the largest number of evaluations side by side; results do not depend on it.
+        start: the stored solution named by the spec, which replaces draws as far as it fits.
 
     Raises:
-        UnknownNameError, UsageError, SceneError: the spec names or describes something that cannot be built, or
-            nothing of the start fits.
+        UnknownNameError, UsageError, SceneError: the spec names or describes something that cannot be built, or no
+            part of the start fits.
     """
 
     def __init__(self, spec: RunSpec, *, worlds: int = 8, start: Start | None = None) -> None:
         if worlds < 1:
-            raise UsageError(f"{worlds} worlds side by side evaluate nothing. Give at least 1.")
+            raise UsageError(f"A problem with {worlds} worlds evaluates nothing. Give at least 1.")
         self.spec = spec
         self.worlds = worlds
         self.meter = BudgetMeter()
@@ -76,14 +70,12 @@ class Problem:
         self.overlay = None if start is None else overlay(start, spec, self.robot)
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density
-        self._substeps_per_frame = self._choose_substeps()
-        self._equilibration_frames = env.equilibration_frames
-        self._start: Matter | None = None
-        self._solvers: dict[tuple[int, bool], Solver] = {}
+        self._substeps_per_frame = choose_step(self.scene, self.fidelity, FRAME_SECONDS).substeps_per_frame
+        self.solvers = Solvers(self.scene, self.fidelity, env.equilibration_frames)
 
     @property
     def body(self) -> Body:
-        """The robot at rest; in a design space the workspace."""
+        """The robot at rest; of a design space, the workspace."""
         return self.robot.body
 
     @property
@@ -95,29 +87,26 @@ class Problem:
     def substeps_per_episode(self) -> int:
         """Substeps of one forward episode at the declared step.
 
-        Most cost less, in snow less than half. Where much moves at once, and where frames had to be repeated, they cost
-        more. What is metered is what was done.
+        Most episodes take fewer, in snow less than half; fast motion and repeated frames take more. The meter counts
+        the substeps that were simulated.
         """
         return self._substeps_per_frame * self.spec.frames
 
     @property
     def expected_substeps(self) -> int:
-        """Substeps that the next forward episode is expected to take: the declared ones, or fewer or more if those so
-        far say so.
-        """
+        """Expected substeps of the next forward episode: as declared, corrected by the costliest episode so far."""
         declared, costliest = self.substeps_per_episode, self.meter.costliest
-        return max(costliest, min(declared, math.ceil(_SURPRISE * costliest))) if costliest else declared
+        return max(costliest, min(declared, math.ceil(_COST_MARGIN * costliest))) if costliest else declared
 
     def initial(self, rng: np.random.Generator) -> Array:
-        """A draw from the prior over parameters `[parameter_count]`, over it the start; every method begins with it."""
+        """A draw from the prior with the parts of the warm start in it `[parameter_count]`; all methods begin there."""
         draw = self.robot.initial(rng)
         return draw if self.overlay is None else self.overlay.over(draw, self.robot.control_count)
 
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
-        """Whether the budget is expected to hold `count` more evaluations, with gradients or without.
+        """Whether the budget is expected to suffice for `count` more evaluations, with or without gradients.
 
-        Of substeps, what the costliest so far took is the best guess: the last evaluations may exceed the budget by as
-        much as they are costlier.
+        Substeps are estimated from the costliest evaluation so far; a costlier one may exceed the budget.
         """
         held = self._holds(count, gradient)
         self.meter.refused |= not held
@@ -132,43 +121,41 @@ class Problem:
         return meter.is_left(budget)
 
     def _cost(self, count: int, gradient: bool) -> int:
-        """Substeps that so many evaluations are expected to take."""
+        """Expected substeps of so many evaluations."""
         return count * self.expected_substeps * (_GRADIENT_PASSES if gradient else 1)
 
     def evaluate(self, parameters: Array) -> Evaluation:
-        """Simulate one episode; see `evaluate_batch`."""
+        """The evaluation of one parameter vector; see `evaluate_batch`."""
         return self.evaluate_batch([parameters])[0]
 
     def evaluate_batch(self, batch: Sequence[Array]) -> list[Evaluation]:
-        """Simulate an episode for each parameter vector `[parameter_count]`; a divergence is an Evaluation
-        too.
+        """Simulate an episode for each parameter vector `[parameter_count]`; one that fails has an evaluation as well.
 
         Raises:
-            BudgetExhaustedError: the budget is not expected to hold all of them; none is simulated then.
-            UsageError: parameters of another shape or not finite.
+            BudgetExhaustedError: the budget is not expected to suffice for all; none is simulated.
+            UsageError: parameters of another shape, or not finite.
         """
         return [episode.evaluation for episode in self._evaluate(batch, gradient=False)]
 
     def loss_and_grad(self, parameters: Array) -> tuple[Evaluation, Array]:
-        """Simulate one episode and its gradient; see `loss_and_grad_batch`."""
+        """Evaluation and gradient of one parameter vector; see `loss_and_grad_batch`."""
         return self.loss_and_grad_batch([parameters])[0]
 
     def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
-        """Episodes with the gradient `[parameter_count]` of the loss, which is minus the task's objective.
+        """Evaluations with the gradient `[parameter_count]` of the loss, which is minus the task's objective.
 
-        The gradient of an episode that diverged is all NaN. Raises as `evaluate_batch`.
+        The gradient of an episode that failed is all NaN. Raises as `evaluate_batch`.
         """
         return [(episode.evaluation, episode.gradient) for episode in self._evaluate(batch, gradient=True)]
 
     def prepare(self, *, gradient: bool = False) -> None:
-        """Settle the scene and build the solver of one world: an `observe` after it does nothing but simulate."""
-        self._solver(1, gradient)
+        """Equilibrate the scene and build the solver of one world, so that the next `observe` only simulates."""
+        self.solvers.get(1, gradient)
 
     def observe(self, parameters: Array, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
-        """Simulate one episode and keep all of it. Raises as `evaluate_batch`.
+        """Simulate one episode and return its full record. Raises as `evaluate_batch`.
 
-        `watch` is handed where all particles are `[particle_count, 3]` [m], the robot's first and then the medium's, at
-        the start and after every frame.
+        `watch` is called at the start and after every frame with the positions of all particles, the robot's first.
         """
         return next(iter(self._evaluate([parameters], gradient=gradient, watch=watch)))
 
@@ -177,15 +164,16 @@ class Problem:
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
         self.meter.start_clock()
-        width, expected = self._width(gradient), self.expected_substeps
+        most = self.solvers.most_worlds(self.substeps_per_episode) if gradient else self.worlds
+        width, expected = min(self.worlds, most), self.expected_substeps
         for begin in range(0, len(batch), width):
             yield from self._simulate(parameters[begin : begin + width], gradient, watch, expected)
 
     def _simulate(self, parameters: Array, gradient: bool, watch: Watch | None, expected: int) -> Iterator[Episode]:
-        """One solver's worth of worlds, `[worlds, parameter_count]`; what cannot be built costs what was expected.
+        """Episodes of one solver, for parameters `[worlds, parameter_count]`; an unbuildable one costs `expected`.
 
-        Controller, design and task see one world at a time: the rounding of a batched sum depends on the batch's width,
-        and a result must not depend on what ran beside it.
+        Controller, design and task are computed one world at a time: the rounding of a batched sum depends on the
+        width of the batch, and no result may depend on the other worlds.
         """
         import torch
 
@@ -206,7 +194,7 @@ class Problem:
         """Simulate robots side by side."""
         from zoobench.sim.solver import BodyState
 
-        solver = self._solver(len(built), gradient)
+        solver = self.solvers.get(len(built), gradient)
         before = (solver.meter.forward, solver.meter.recomputed, solver.meter.backward)
         matter = {
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
@@ -216,15 +204,15 @@ class Problem:
         body = BodyState(**matter)
         show = _on_frame(solver, body, watch)
         rollout = solver.run(activity, body, progress=show, feedback=loops.act if loops else None)
-        # a robot in pieces has no score: throwing one off would be a way to win
+        # a torn robot has no score: otherwise it could win by throwing off a piece
         broken = {**rollout.tears, **rollout.divergences}
         motions = [self._motion(rollout, world, gradient) for world in range(len(built))]
         gradients = np.full((len(built), self.parameter_count), math.nan)
         if gradient:
-            pulls = self._pulls(solver, rollout, motions, loops)
+            adjoints = self._adjoints(solver, rollout, motions, loops)
             for world, one in enumerate(built):
                 if world not in broken:
-                    gradients[world] = one.gradient({name: pull[world] for name, pull in pulls.items()})
+                    gradients[world] = one.gradient({name: adjoint[world] for name, adjoint in adjoints.items()})
                     gradients[world] += loops.gradients[world] if loops else 0.0
         self.meter.episodes += len(built)
         self.meter.forward += solver.meter.forward - before[0]
@@ -247,10 +235,10 @@ class Problem:
         worlds = slice(world, world + 1)
         return motion_of(rollout, self.body, self.density, worlds, gradient=gradient)
 
-    def _pulls(
+    def _adjoints(
         self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None
     ) -> dict[str, Array]:
-        """Derivatives of the loss by the activity and by the arrays of the body, `[worlds, ...]` each."""
+        """Adjoints of the activity and of the body's arrays by name, `[worlds, ...]` each."""
         direct = MotionAdjoint.joined(
             [MotionAdjoint.of(-self.task.objective(motion).sum(), motion) for motion in motions]
         )
@@ -260,6 +248,7 @@ class Problem:
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
     def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
+        """Score, reward and metrics of a motion."""
         import torch
 
         if divergence is not None:
@@ -271,53 +260,6 @@ class Problem:
         metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
         return Evaluation(score, {**metrics, **built.metrics(), "score": Metric(score, self.task.unit)}, reward)
 
-    def _solver(self, worlds: int, gradient: bool) -> "Solver":
-        """A solver of this width, kept: the last batch of a method may be narrower than the others."""
-        key = (worlds, gradient)
-        if key not in self._solvers:
-            self._solvers[key] = self.new_solver(worlds, gradient=gradient)
-        return self._solvers[key]
-
-    def new_solver(self, worlds: int, *, gradient: bool = False) -> "Solver":
-        """A solver of the cell's scene at rest, for one user alone.
-
-        Raises:
-            UsageError: there are no worlds.
-        """
-        from zoobench.sim.solver import Solver
-
-        return Solver(
-            self.scene,
-            self.fidelity,
-            worlds=worlds,
-            frame_seconds=FRAME_SECONDS,
-            gradients=gradient,
-            start=self._equilibrated(),
-        )
-
-    def _equilibrated(self) -> "Matter | None":
-        """The scene come to rest, computed or read once; None where it starts as it stands."""
-        from zoobench.sim.equilibrium import equilibrated
-
-        if self._start is None:
-            self._start = equilibrated(
-                self.scene, self.fidelity, self._equilibration_frames, frame_seconds=FRAME_SECONDS
-            )
-        return self._start
-
-    def _choose_substeps(self) -> int:
-        from zoobench.sim.model.step_limits import choose_step
-
-        return choose_step(self.scene, self.fidelity, FRAME_SECONDS).substeps_per_frame
-
-    def _width(self, gradient: bool) -> int:
-        """Worlds side by side, fewer where a gradient's stored states would fill the memory."""
-        if not gradient:
-            return self.worlds
-        states = 2 * math.isqrt(self.substeps_per_episode) + 2
-        bytes_per_world = states * self.scene.particle_count * _PARTICLE_BYTES
-        return max(1, min(self.worlds, _GRADIENT_MEMORY // bytes_per_world))
-
     def _check(self, batch: Sequence[Array]) -> Array:
         parameters = np.array(batch, dtype=np.float64)
         if parameters.shape != (len(batch), self.parameter_count) or not len(batch):
@@ -325,7 +267,7 @@ class Problem:
                 f"Parameters of shape {parameters.shape} were given; (at least 1, {self.parameter_count}) was expected."
             )
         if not np.isfinite(parameters).all():
-            raise UsageError("The parameters hold values that are not finite. Check the method's step.")
+            raise UsageError("The parameters contain values that are not finite. Check the method's step size.")
         return parameters
 
     def _exhausted(self, count: int, gradient: bool) -> str:
@@ -339,7 +281,7 @@ class Problem:
 
 
 def _on_frame(solver: "Solver", body: "BodyState", watch: Watch | None) -> Callable[[int], None] | None:
-    """What the solver calls after every frame, so that `watch` sees it; the start is shown at once."""
+    """A callback for the solver that calls `watch` after every frame; `watch` is called for the start at once."""
     if watch is None:
         return None
 

@@ -1,7 +1,7 @@
-"""Reference scores: what doing nothing and what random controllers give in a cell, for scores to be compared with.
+"""Reference scores of a cell: muscles at rest, and random controllers.
 
-They are computed once on a machine and kept in a file, whose name is a hash of all that decides them, the sources
-included, so that it is never out of date.
+They are computed once on each machine and cached in a file. Its name is a hash of everything that decides them,
+including the sources, so that it cannot be outdated.
 """
 
 import contextlib
@@ -27,22 +27,22 @@ from zoobench.spec import Budget, Ref, RunSpec, canonical_json
 from zoobench.tasks.base import Metric
 
 DRAWS = 8
-"""Random controllers that the second reference is the mean of."""
+"""Number of random controllers whose mean score is the second reference."""
 
-# Not the method or its seed: all runs of a cell are compared with the same references.
+# without method and seed: all runs of a cell are compared with the same references
 _SEED_AXES = ("env", "task", "design", "controller")
 _AXES = (*_SEED_AXES, "fidelity", "frames")
 _KINDS = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
 
 
 def reference_scores(spec: RunSpec) -> dict[str, Metric]:
-    """The references of a run's cell, at its fidelity and episode length; no budget is charged for them.
+    """The references of a run's cell, at its fidelity and episode length; they are not charged to the budget.
 
     * `idle_score`: every muscle at rest; in a design space the first body drawn.
-    * `random_score`: mean over `DRAWS` draws from the controller's prior; those that diverged have no score.
+    * `random_score`: mean over `DRAWS` draws from the controller's prior, without those that diverged.
 
-    One that has no finite score is left out. A damaged file is replaced, and where none can be written the scores are
-    computed every time.
+    A reference without a finite score is left out. A damaged cache file is replaced; if the cache cannot be written,
+    the scores are computed every time.
     """
     from zoobench.sim.runtime import cache_folder
 
@@ -57,7 +57,7 @@ def reference_scores(spec: RunSpec) -> dict[str, Metric]:
 
 
 def _simulate(spec: RunSpec) -> dict[str, Metric]:
-    # on one thread, one world at a time takes no longer than many and least memory
+    # on one thread, one world at a time is as fast as many and takes the least memory
     spec = replace(spec, budget=Budget("episodes", DRAWS))
     problem = Problem(spec, worlds=1)
     rng = generator(spec, "reference", _SEED_AXES)
@@ -70,13 +70,13 @@ def _simulate(spec: RunSpec) -> dict[str, Metric]:
 
 
 def _idle(spec: RunSpec, design: NDArray[np.float64]) -> float:
-    """The score of a body with every muscle at rest; the sine basis rests at zeros, as not every controller does."""
+    """The score with every muscle at rest, by the sine basis with zeros; other controllers may have no such state."""
     problem = Problem(replace(spec, controller=registry.resolve(Kind.CONTROLLER, Ref("sine-basis"))), worlds=1)
     return problem.evaluate(np.concatenate([np.zeros(problem.robot.control_count), design])).score
 
 
 def _key(spec: RunSpec) -> str:
-    """A hash of the cell, of the code that it runs, of plug-ins too, and of what decides how numbers are rounded."""
+    """A hash of the cell, of the sources that it runs, plug-ins included, and of platform and library versions."""
     fields = spec.to_dict()
     origin = [platform.machine(), *(version(name) for name in ("taichi", "torch", "numpy"))]
     digest = hashlib.sha256(canonical_json([{axis: fields[axis] for axis in _AXES}, origin]).encode())

@@ -1,4 +1,4 @@
-"""What a parameter vector makes of a robot: the activity of its muscles and, in a design space, its body."""
+"""The robot as a function of a parameter vector: muscle activity and, in a design space, the body."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 
 _LASTING = ("positions", "volumes", "density_ratio", "head", "tail")
-"""Arrays of a body that all forms in a workspace share."""
+"""Arrays of a body that are the same for all forms in a workspace."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """One robot as a function of its parameters: what the simulator takes, still tied to them.
+    """One robot: the inputs of the simulator, connected to the parameters by autograd.
 
     Attributes:
-        row: `[1, parameter_count]`, the leaf of a gradient.
-        activity: `[frames, 1, muscles]`; in a closed loop all zero, since it follows from the motion.
-        matter: the body's arrays by the simulator's names; none for a body that is what it is.
-        feasibility: what a body from a design space is worth as one; None for another.
-        body: what it was built from.
+        row: the parameters `[1, parameter_count]`, the leaf of the gradient.
+        activity: `[frames, 1, muscle_count]`; zero in a closed loop, where it follows from the motion.
+        matter: the body's arrays by the simulator's names; empty for a fixed body.
+        feasibility: of a body from a design space; None for a fixed body.
+        body: the fixed body, or the workspace.
     """
 
     row: "Tensor"
@@ -45,15 +45,15 @@ class Built:
 
     @property
     def fault(self) -> str:
-        """Why it cannot be built; empty if it can."""
+        """The reason why it cannot be built; empty if it can."""
         return "" if self.feasibility is None else self.feasibility.fault
 
     def metrics(self) -> dict[str, Metric]:
-        """What there is to say about a body from a design space.
+        """Metrics of a body from a design space; empty for a fixed body.
 
-        * `body_volume`: of all that is there; `components`: pieces of solid matter, before all but the largest were
-          taken away; `mass_kept`: the largest piece's share of their mass.
-        * `elongation`: of all that is there, see `elongation`.
+        * `body_volume`, `elongation`: of the whole body, weighted by occupancy.
+        * `components`: connected pieces of solid matter, before all but the largest are removed.
+        * `mass_kept`: the largest piece's share of their mass.
         """
         if self.feasibility is None:
             return {}
@@ -65,18 +65,18 @@ class Built:
             "mass_kept": Metric(self.feasibility.mass_kept, "1"),
         }
 
-    def gradient(self, pulls: dict[str, Array]) -> Array:
-        """The gradient `[parameter_count]` for pulls on the activity and on the arrays of the body, by their names.
+    def gradient(self, adjoints: dict[str, Array]) -> Array:
+        """The gradient `[parameter_count]` from adjoints of the activity and of the body's arrays, by their names.
 
-        What is not pulled at may be left out.
+        Adjoints that are zero may be left out.
         """
         import torch
 
         outputs = {"activity": self.activity[:, 0], **{name: value[0] for name, value in self.matter.items()}}
-        graded = {name: value for name, value in outputs.items() if name in pulls and value.requires_grad}
+        graded = {name: value for name, value in outputs.items() if name in adjoints and value.requires_grad}
         if not graded:
             return np.zeros(self.row.shape[1])
-        weights = [torch.as_tensor(pulls[name]) for name in graded]
+        weights = [torch.as_tensor(adjoints[name]) for name in graded]
         (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights)
         found: Array = gradient[0].numpy()
         return found
@@ -84,12 +84,12 @@ class Built:
 
 @dataclass(frozen=True)
 class Robot:
-    """A brain and a body that share one parameter vector: the controller's part, then the design space's.
+    """A controller and a body with one parameter vector: the controller's part, then the design space's.
 
     Attributes:
-        controller: what moves the muscles.
-        body: at rest; in a design space the workspace.
-        space: what gives the body its form, or None for a body that is what it is.
+        controller: drives the muscles.
+        body: at rest; of a design space, the workspace.
+        space: the design space, or None for a fixed body.
     """
 
     controller: Controller
@@ -101,33 +101,33 @@ class Robot:
         """The robot of a design and a controller at this fidelity.
 
         Raises:
-            UnknownNameError, UsageError: a name or a parameter that cannot be used.
-            SceneError: the fidelity is too coarse to hold any of the body.
+            UnknownNameError, UsageError: an unknown name or an invalid parameter.
+            SceneError: the fidelity is too coarse for a single particle of the body.
         """
         made: Design = registry.create(Kind.DESIGN, design)
-        brain: Controller = registry.create(Kind.CONTROLLER, controller)
-        return cls(brain, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
+        moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
+        return cls(moved_by, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
 
     @property
     def control_count(self) -> int:
-        """Length of the controller's part."""
+        """Number of the controller's parameters."""
         return self.controller.parameter_count(self.body.muscle_count)
 
     @property
     def parameter_count(self) -> int:
-        """Length of the whole vector."""
+        """Number of all parameters."""
         return self.control_count + (self.space.parameter_count(self.body) if self.space else 0)
 
     @property
     def site_space(self) -> SiteSpace:
-        """The space, as one with a row of parameters for every site.
+        """The design space, if it has a row of parameters for every site.
 
         Raises:
-            UsageError: it is none.
+            UsageError: it has not, or the body is fixed.
         """
         if not isinstance(self.space, SiteSpace):
             raise UsageError(
-                "Patterns are painted on a design space with a row of parameters for every site. "
+                "Patterns need a design space with a row of parameters for every site. "
                 "Choose one: --design particle or --design voxel."
             )
         return self.space
@@ -138,9 +138,9 @@ class Robot:
         return np.concatenate([control, self.space.initial(rng, self.body)]) if self.space else control
 
     def build(self, row: "Tensor", times: "Tensor") -> Built:
-        """The robot for the parameters `row` `[1, parameter_count]`, its muscles at the frames' `times` `[frames]` [s].
+        """The robot for the parameters `row` `[1, parameter_count]` and control frames at `times` `[frames]` [s].
 
-        It may have a fault and then makes no episode.
+        A robot with a fault cannot be simulated.
         """
         activity = row.new_zeros((len(times), 1, self.body.muscle_count))
         if isinstance(self.controller, OpenLoop):
@@ -151,7 +151,7 @@ class Robot:
         return Built(row, activity, form.matter(self.body), feasibility, self.body)
 
     def formed(self, parameters: Array) -> Body:
-        """The body at rest that `parameters` `[parameter_count]` make, with the particles of it that are solid.
+        """The body at rest for `parameters` `[parameter_count]`, reduced to its solid particles.
 
         Raises:
             SceneError: it cannot be built.
@@ -163,24 +163,25 @@ class Robot:
         form, feasibility = self._form(self.space, torch.as_tensor(parameters[None]))
         if feasibility.fault:
             raise SceneError(str(Unbuildable(feasibility.fault)))
-        there = form.occupancy[0].numpy() > SOLID
+        solid = form.occupancy[0].numpy() > SOLID
         named = {name: value[0].numpy() for name, value in vars(form).items()}
         kept = {name: getattr(self.body, name) for name in _LASTING}
         named["stiffness"] = named["stiffness"] * self.body.stiffness
-        return replace(self.body, **{name: value[there] for name, value in (named | kept).items()}, malleable=False)
+        return replace(self.body, **{name: value[solid] for name, value in (named | kept).items()}, malleable=False)
 
     def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Feasibility]:
-        """The form for the parameters `row` `[1, parameter_count]` as it can be built, and what it is worth."""
+        """The buildable form for the parameters `row` `[1, parameter_count]`, and its feasibility."""
         form, (feasibility,) = feasible(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
         return form, feasibility
 
 
 def elongation(places: Array, volumes: Array) -> float:
-    """How much longer than wide matter of these volumes `[n]` [m^3] at `places` `[n, 3]` [m] is, in [0, 1].
+    """Elongation of matter of these volumes `[n]` [m^3] at `places` `[n, 3]` [m], in [0, 1].
 
-    1 - (second longest / longest deviation along the principal axes): 0 for a ball or a disc, 1 for a needle.
+    1 - (second longest / longest standard deviation along the principal axes): 0 for a ball or a disc, 1 for a needle.
     """
     centre = np.average(places, axis=0, weights=volumes)
-    moments = np.einsum("ni,nj,n->ij", places - centre, places - centre, volumes)  # in one order, however many threads
+    # einsum adds in the same order for any number of threads
+    moments = np.einsum("ni,nj,n->ij", places - centre, places - centre, volumes)
     spreads = np.linalg.eigvalsh(moments)
     return float(1.0 - np.sqrt(max(spreads[1], 0.0) / spreads[2]))

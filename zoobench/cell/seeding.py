@@ -1,7 +1,7 @@
-"""Seeds: each stream of random numbers depends on the axes that it may depend on, and on nothing else.
+"""Seeds: each stream of random numbers depends on named axes of the spec only.
 
-What scenes and tasks draw, they draw from seeds that are parameters of their own (`terrain_seed`, `path_seed`), so
-that all methods and all seeds of a cell face the same scene and the same task.
+Scenes and tasks draw from seeds that are their own parameters (`terrain_seed`, `path_seed`), so that all methods and
+seeds of a cell have the same scene and task.
 """
 
 import hashlib
@@ -11,17 +11,17 @@ import numpy as np
 
 from zoobench.spec import RunSpec, canonical_json
 
-# Neither budget nor fidelity: a longer or finer run starts from the same draws as a shorter or coarser one.
+# without budget and fidelity: a longer or finer run starts from the same draws as a shorter or coarser one
 METHOD_AXES = ("env", "task", "design", "controller", "method", "seed")
-# A study turns one knob at a time, the environment's among them, and looks at the same controllers every time.
+# a study varies one setting at a time, the environment included, with the same controllers
 STUDY_AXES = ("design", "controller", "seed")
 
 
 def seed_sequence(spec: RunSpec, purpose: str, axes: Collection[str]) -> np.random.SeedSequence:
-    """The seed of one purpose: sha256 over its name and the named fields of the spec.
+    """The seed for one purpose: sha256 of its name and of the named fields of the spec.
 
     Raises:
-        KeyError: an axis that is no field of `RunSpec`.
+        KeyError: an axis is not a field of `RunSpec`.
     """
     fields = spec.to_dict()
     document = canonical_json({"purpose": purpose, "axes": {axis: fields[axis] for axis in axes}})
@@ -29,5 +29,5 @@ def seed_sequence(spec: RunSpec, purpose: str, axes: Collection[str]) -> np.rand
 
 
 def generator(spec: RunSpec, purpose: str, axes: Collection[str] = METHOD_AXES) -> np.random.Generator:
-    """A fresh generator for one purpose; calling again gives the same numbers again."""
+    """A new generator for one purpose; every call gives the same stream."""
     return np.random.Generator(np.random.PCG64(seed_sequence(spec, purpose, axes)))

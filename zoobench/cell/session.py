@@ -1,4 +1,4 @@
-"""Worlds of a cell taken from control frame to control frame: what a policy feels, does and gets for it."""
+"""Episodes of a cell frame by frame: observations, actions and rewards of a policy."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Step:
-    """What a control frame brought.
+    """The result of a control frame.
 
     Attributes:
         observations: of the state at its end, see `ObservationModel` `[worlds, observation_count]`.
-        rewards: the task's `[worlds]`. Where the simulation blew up or the robot came apart, the last one before it for
-            every frame that is left, if it was negative, and else 0: to end an episode early must not pay.
-        terminated: where that ended the episode `[worlds]`.
-        truncated: where the episode reached its length `[worlds]`.
-        failures: why, in the worlds that terminated.
+        rewards: the task's `[worlds]`. Where the simulation diverged or the robot tore, the sum of the last reward over
+            all remaining frames if it was negative, else 0: an early end must not be an advantage.
+        terminated: whether such a failure ended the episode `[worlds]`.
+        truncated: whether the episode reached its length `[worlds]`.
+        failures: by world, where terminated.
     """
 
     observations: Array
@@ -43,17 +43,17 @@ class Step:
 
 
 class Session:
-    """Worlds side by side, each in an episode of its own that the caller begins and decides on frame by frame.
+    """Worlds side by side, each with its own episode, which the caller begins and controls frame by frame.
 
-    An episode gives the same numbers, to the last bit, whenever it is begun and whatever runs beside it. Every substep
-    is metered, and an episode with its first frame.
+    An episode gives the same numbers bit for bit whenever it begins and whatever runs beside it. Every substep is
+    metered; an episode is counted at its first frame.
 
     Args:
         problem: the cell with its meter and budget.
-        solver: of the problem's scene; nobody else may use it.
+        solver: of the problem's scene, for this session alone.
 
     Raises:
-        UsageError: the body has a form that depends on parameters.
+        UsageError: the design is a design space.
     """
 
     def __init__(self, problem: Problem, solver: "Solver") -> None:
@@ -61,8 +61,8 @@ class Session:
 
         if problem.robot.space is not None:
             raise UsageError(
-                f"The design {problem.spec.design.name!r} has no form before it is given parameters, and a policy "
-                "moves a body that is there. Choose a design that is no design space."
+                f"The design {problem.spec.design.name!r} is a design space, and a policy needs a fixed body. "
+                "Choose another design."
             )
         self._problem, self._solver = problem, solver
         self._playback = Playback(solver)
@@ -77,17 +77,17 @@ class Session:
 
     @property
     def worlds(self) -> int:
-        """How many episodes run side by side."""
+        """Number of episodes side by side."""
         return self._solver.worlds
 
     @property
     def muscle_count(self) -> int:
-        """Muscles of the robot."""
+        """Number of the robot's muscles."""
         return self._problem.body.muscle_count
 
     @property
     def observation_count(self) -> int:
-        """Numbers of an observation."""
+        """Length of an observation."""
         return observation_count(self.muscle_count)
 
     @property
@@ -96,9 +96,9 @@ class Session:
         return np.asarray(self._playback.frames * FRAME_SECONDS, dtype=np.float64)
 
     def affords(self, frames: int, evaluations: int = 0) -> bool:
-        """Whether the budget is expected to hold so many more frames in every world, and evaluations after them.
+        """Whether the budget is expected to suffice for so many more frames in every world and evaluations after them.
 
-        Substeps are expected as in `Problem.affords`, and no episode is expected to fail.
+        Substeps are estimated as in `Problem.affords`, without failures.
         """
         held = self._holds(frames, evaluations)
         self._problem.meter.refused |= not held
@@ -112,13 +112,13 @@ class Session:
             return meter.substeps + frames * self.worlds * cost // length + evaluations * cost <= budget.amount
         if budget.kind == "episodes":
             done = np.where(self._over, 0, self._playback.frames)
-            # an episode counts from its first frame on
+            # an episode is counted at its first frame
             begun = np.ceil((done + frames) / length) - np.ceil(done / length)
             return meter.episodes + int(begun.sum()) + evaluations <= budget.amount
         return meter.is_left(budget)
 
     def begin(self, worlds: Iterable[int] | None = None) -> Array:
-        """Begin an episode in these worlds, in all if None; what is felt in all `[worlds, observation_count]`."""
+        """Begin an episode in these worlds, by default in all; observations of all `[worlds, observation_count]`."""
         chosen = range(self.worlds) if worlds is None else list(worlds)
         self._playback.begin(chosen)
         self._over[chosen] = False
@@ -126,22 +126,21 @@ class Session:
         return self._observations()
 
     def step(self, activity: Array) -> Step:
-        """Take every world through a control frame.
+        """Simulate a control frame in every world.
 
         Args:
             activity: of the muscles, in [-1, 1] `[worlds, muscle_count]`.
 
         Raises:
-            UsageError: an episode is over and was not begun again, or activities of another shape, out of range or not
-                finite.
-            BudgetExhaustedError: the budget does not hold this frame; none is simulated then.
+            UsageError: an episode is over and was not begun again, or `activity` has another shape or range.
+            BudgetExhaustedError: the budget does not suffice for this frame; nothing is simulated.
         """
         if self._over.any():
             raise UsageError(f"The episode of world {int(self._over.argmax())} is over. Begin it again before a step.")
         if not self.affords(1):
             meter, budget = self._problem.meter, self._problem.spec.budget
             raise BudgetExhaustedError(
-                f"The budget of {budget} does not hold another frame in {self.worlds} worlds: "
+                f"The budget of {budget} does not suffice for another frame in {self.worlds} worlds: "
                 f"{meter.spent(budget.kind):,.6g} are spent. Give a larger budget."
             )
         self._advance(activity)
@@ -155,7 +154,7 @@ class Session:
         return Step(self._observations(), np.array(rewards), terminated, truncated, failures)
 
     def _advance(self, activity: Array) -> None:
-        """A frame, and what it cost."""
+        """Simulate a frame and meter it."""
         meter, own, rollout = self._problem.meter, self._solver.meter, self._playback.rollout
         meter.start_clock()
         before, repeated = own.forward, int(rollout.retries.sum())
@@ -166,23 +165,23 @@ class Session:
         meter.retries += int(rollout.retries.sum()) - repeated
 
     def _observations(self) -> Array:
-        return np.stack([self._feel(world) for world in range(self.worlds)])
+        """Of all worlds `[worlds, observation_count]`."""
+        return np.stack([self._observe(world) for world in range(self.worlds)])
 
-    def _feel(self, world: int) -> Array:
+    def _observe(self, world: int) -> Array:
         import torch
 
-        start = self._starts[world]
-        positions, velocities = self._state(world)
-        presence = torch.as_tensor(self._problem.body.occupancy)
-        felt: Array = self._observation_model.observe(positions, velocities, start.positions[1, 0], presence).numpy()
-        return felt
+        start = self._starts[world].positions[1, 0]
+        occupancy = torch.as_tensor(self._problem.body.occupancy)
+        observation = self._observation_model.observe(*self._state(world), start, occupancy)
+        return np.asarray(observation.numpy(), dtype=np.float64)
 
     def _reward(self, world: int) -> float:
-        """Of the last frame, from a motion of two states: the start, and now."""
+        """Reward of the last frame, from a motion of two states: start and present."""
         return float(self._problem.task.reward(self._motion(world))[-1, 0])
 
     def _forgone(self, world: int) -> float:
-        """What a world that failed would have lost by going on as it was."""
+        """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
@@ -200,18 +199,18 @@ class Session:
         )
 
     def _state(self, world: int) -> "tuple[Tensor, Tensor]":
-        """Positions and velocities now `[particle_count, 3]`."""
+        """Present positions [m] and velocities [m/s], `[particle_count, 3]` each."""
         import torch
 
         rollout = self._playback.rollout
-        positions, velocities = (path[1, world] for path in (rollout.positions, rollout.velocities))
+        positions, velocities = rollout.positions[1, world], rollout.velocities[1, world]
         return torch.tensor(positions, dtype=torch.float64), torch.tensor(velocities, dtype=torch.float64)
 
 
 def new_session(problem: Problem, worlds: int | None = None) -> Session:
-    """Worlds of a problem to be taken from frame to frame, as many as the problem's if None; on its meter and budget.
+    """A session with so many worlds, by default the problem's, on the problem's meter and budget.
 
     Raises:
-        UsageError: the body has a form that depends on parameters, or there are no worlds.
+        UsageError: the design is a design space, or `worlds` is less than 1.
     """
-    return Session(problem, problem.new_solver(problem.worlds if worlds is None else worlds))
+    return Session(problem, problem.solvers.new(problem.worlds if worlds is None else worlds))

@@ -1,4 +1,4 @@
-"""Warm starts: which parameters of a stored run's solution another run begins with."""
+"""Warm starts: parameters of a stored solution in place of those drawn from the prior."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from zoobench.spec import Ref, RunSpec
 
 @dataclass(frozen=True)
 class Overlay:
-    """The parts of a start that fit another run: what is given there instead of drawn.
+    """The parts of a stored solution that fit another run.
 
     Attributes:
-        control, design: values of the controller's and the design space's part; None where that is drawn.
-        words: what was taken and what was not.
+        control, design: parameters of the controller and of the design space; None if they are drawn.
+        words: a sentence on which parts were taken.
     """
 
     control: Array | None
@@ -28,19 +28,19 @@ class Overlay:
     words: str
 
     def over(self, draw: Array, control_count: int) -> Array:
-        """A draw from the prior `[parameter_count]` with the parts of the start in it."""
+        """A draw from the prior `[parameter_count]` with its parts replaced."""
         control = draw[:control_count] if self.control is None else self.control
         return np.concatenate([control, draw[control_count:] if self.design is None else self.design])
 
 
 def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
-    """What of a start fits a run with this robot.
+    """The parts of a stored solution that fit a run with this robot.
 
-    The controller's part fits the same controller with as many parameters, whatever the body; the design's fits the
-    same design space with as many.
+    The controller's part fits the same controller with as many parameters, whatever the body; the design's part fits
+    the same design space with as many parameters.
 
     Raises:
-        UsageError: nothing does.
+        UsageError: no part fits.
     """
     theirs = _robot(start.spec)
     values = np.array(start.params)
@@ -69,12 +69,12 @@ def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
 
 
 def overlay_of(start: Start, spec: RunSpec) -> Overlay:
-    """As `overlay`, for the robot of a spec."""
+    """`overlay` for the robot of a spec."""
     return overlay(start, spec, _robot(spec))
 
 
 def _sizes(parts: Iterable[tuple[str, Ref, int]]) -> str:
-    """How many parameters there are, by part."""
+    """Parameter counts by part, as text."""
     return " and ".join(f"{count} of the {part} {ref}" for part, ref, count in parts if count) or "no parameters"
 
 

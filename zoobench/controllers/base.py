@@ -1,7 +1,7 @@
-"""What a controller is: parameters to muscle activity, in torch.
+"""The protocols of controllers: from parameters to muscle activity, in torch.
 
-In an open loop it follows the clock, in a closed one what the robot feels as well. The parameters are one flat vector,
-the same for every method. Zeros leave every muscle at rest, if there are parameters at all.
+An open loop depends on time, a closed loop on the observation as well. The parameters are one flat vector. Zeros leave
+every muscle at rest, if there are parameters.
 """
 
 import math
@@ -15,28 +15,28 @@ if TYPE_CHECKING:
 
 
 _OWN = 8
-"""Numbers that do not belong to a muscle: velocity, displacement, heading."""
+"""Length of the observation of the body: velocity, displacement, heading."""
 
-_PER_MUSCLE = 6
+_PER_MUSCLE = 6  # displacement and velocity
 
 WAVE_RATE = 20.0
 """[rad/s] that scales observed velocities, with the body's length: the rate of the slow waves of the sine basis."""
 
 
 def observation_count(muscle_count: int) -> int:
-    """How many numbers an observation has."""
+    """Length of an observation."""
     return _OWN + _PER_MUSCLE * muscle_count
 
 
 PHASE_COUNT = 2
-"""Numbers that tell the phase of the waves."""
+"""Length of the phase of the waves."""
 
 
 def with_phase(observation: "Tensor", time: float) -> "Tensor":
-    """The observation, and behind it sine and cosine of 20 rad/s times the time [s]: the phase of the slow waves of the
-    sine basis, and so of the fast ones, four times as fast.
+    """The observation followed by sine and cosine of 20 rad/s times the time [s].
 
-    A policy that sets the weights of waves needs it to foresee what its weights will do.
+    This is the phase of the slow waves of the sine basis, and determines that of the fast ones, four times as fast. A
+    policy that sets the weights of waves needs it.
     """
     import torch
 
@@ -45,7 +45,7 @@ def with_phase(observation: "Tensor", time: float) -> "Tensor":
 
 
 class Parametrised(Protocol):
-    """What open and closed loops share."""
+    """The parameters of open and closed loops."""
 
     def parameter_count(self, muscle_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles."""
@@ -58,32 +58,31 @@ class Parametrised(Protocol):
 
 @runtime_checkable
 class OpenLoop(Parametrised, Protocol):
-    """A controller that follows the clock alone."""
+    """A controller that depends on time only."""
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
-        """Activity in [-1, 1] of every muscle `[frames, worlds, muscle_count]`, held constant over a control
-        frame.
+        """Activity in [-1, 1] of every muscle `[frames, worlds, muscle_count]`, constant over a control frame.
 
         Args:
             parameters: `[worlds, parameter_count]`.
             times: start of every frame `[frames]` [s].
-            muscle_count: how many muscles the robot has.
+            muscle_count: of the robot.
         """
         ...
 
 
 @runtime_checkable
 class ClosedLoop(Parametrised, Protocol):
-    """A controller that acts by what the robot feels of itself, once a control frame."""
+    """A controller that depends on time and on the observation at the start of every control frame."""
 
     def response(self, parameters: "Tensor", time: float, observation: "Tensor", muscle_count: int) -> "Tensor":
-        """Activity in [-1, 1] of every muscle `[muscle_count]`, held constant over the control frame.
+        """Activity in [-1, 1] of every muscle `[muscle_count]`, constant over the control frame.
 
         Args:
             parameters: `[parameter_count]`.
             time: start of the frame [s].
             observation: at that time, see `zoobench.cell.observation.ObservationModel`.
-            muscle_count: how many muscles the robot has.
+            muscle_count: of the robot.
         """
         ...
 

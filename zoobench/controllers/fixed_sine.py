@@ -1,4 +1,4 @@
-"""A sine basis that is drawn once and left alone: with it, a design space is optimised by itself."""
+"""A fixed sine basis, with which a design space is optimised alone."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 @register(Kind.CONTROLLER, "fixed-sine", tags=("open-loop", "fixed"))
 @dataclass(frozen=True, kw_only=True)
 class FixedSine:
-    """A sine basis drawn from its prior and then left alone: no parameters, so that only the body is optimised.
+    """A sine basis drawn from its prior and then fixed: no parameters, so that only the body is optimised.
 
-    It is never at rest: there are no zeros to give it.
+    It has no state of rest.
 
     * `seed`: of the draw.
     """
@@ -44,6 +44,6 @@ class FixedSine:
 
         basis = SineBasis()
         drawn = times.new_tensor(basis.initial(np.random.default_rng(self.seed), muscle_count))
-        # joined to the empty parameters, so that a derivative by them exists, and is empty
+        # joined to the empty parameters, so that the derivative by them exists and is empty
         weights = torch.cat([parameters, drawn.expand(len(parameters), -1)], dim=1)
         return basis.actuation(weights, times, muscle_count)

@@ -1,4 +1,4 @@
-"""A policy: a network of what the robot feels gives the weights of the sine basis, anew in every control frame."""
+"""A policy: a network that maps the observation to the weights of the sine basis in every control frame."""
 
 import math
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 class PolicyNetwork:
     """The sine basis, whose weights and biases a network of two hidden layers of tanh units gives in every frame.
 
-    The network sees the observation and the phase of the waves. What it gives is cut to [-1, 1], weights first, then
-    biases, and drives the muscles as the parameters of `sine-basis` do. The parameter vector holds weights and biases
-    of each layer, a row of weights for each unit. It starts as the open loop does, in the biases of the last layer,
-    whose weights have a tenth of that deviation: feedback is felt but does not rule.
+    The inputs are the observation and the phase of the waves. The outputs are clipped to [-1, 1] and used as the
+    parameters of `sine-basis`. The parameter vector holds weights and biases of each layer, a row of weights for each
+    unit. The prior of the last layer's biases is that of the open loop, and its weights have a tenth of their
+    deviation, so that feedback is weak at first.
 
     * `hidden`: units of a hidden layer.
     * `scale`: standard deviation of the initial weights of the basis.
@@ -36,16 +36,16 @@ class PolicyNetwork:
 
     def __post_init__(self) -> None:
         if self.hidden < 1:
-            raise UsageError(f"A network with {self.hidden} hidden units decides nothing. Give at least 1.")
+            raise UsageError(f"A network with {self.hidden} hidden units has no output. Give at least 1.")
 
     @property
     def _waves(self) -> SineBasis:
         return SineBasis(scale=self.scale)
 
     def _widths(self, muscle_count: int) -> list[int]:
-        """From what the network sees to what it gives."""
-        seen = observation_count(muscle_count) + PHASE_COUNT
-        return [seen, self.hidden, self.hidden, self._waves.parameter_count(muscle_count)]
+        """Widths of the layers, from the inputs to the outputs."""
+        inputs = observation_count(muscle_count) + PHASE_COUNT
+        return [inputs, self.hidden, self.hidden, self._waves.parameter_count(muscle_count)]
 
     def parameter_count(self, muscle_count: int) -> int:
         """Weights and biases of three layers."""
@@ -53,7 +53,7 @@ class PolicyNetwork:
         return sum((inputs + 1) * outputs for inputs, outputs in pairwise(widths))
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
-        """A draw of the basis in the last biases, and random layers behind it."""
+        """A draw of the basis as the last biases, and random weights."""
         basis = self._waves.initial(rng, muscle_count)
         layers = pairwise(self._widths(muscle_count))
         parts: list[NDArray[np.float64]] = []
@@ -61,14 +61,14 @@ class PolicyNetwork:
             parts += [rng.normal(0.0, deviation / math.sqrt(inputs), inputs * outputs), np.zeros(outputs)]
         return np.concatenate([*parts[:-1], basis])
 
-    def action(self, parameters: "Tensor", seen: "Tensor", muscle_count: int) -> "Tensor":
-        """The parameters of the basis in a frame, in [-1, 1] `[basis]`, for what is seen in it."""
+    def action(self, parameters: "Tensor", inputs: "Tensor", muscle_count: int) -> "Tensor":
+        """The parameters of the basis in a frame, in [-1, 1], from the inputs of the network."""
         import torch
 
         widths = self._widths(muscle_count)
-        sizes = [size for inputs, outputs in pairwise(widths) for size in (inputs * outputs, outputs)]
+        sizes = [size for before, after in pairwise(widths) for size in (before * after, after)]
         inner, inner_bias, middle, middle_bias, outer, outer_bias = torch.split(parameters, sizes)
-        first = torch.tanh(inner.reshape(self.hidden, -1) @ seen + inner_bias)
+        first = torch.tanh(inner.reshape(self.hidden, -1) @ inputs + inner_bias)
         second = torch.tanh(middle.reshape(self.hidden, -1) @ first + middle_bias)
         return (outer.reshape(-1, self.hidden) @ second + outer_bias).clamp(-1.0, 1.0)
 

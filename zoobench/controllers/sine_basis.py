@@ -1,4 +1,4 @@
-"""The sine basis (specification G): open loop, every muscle a weighted sum of sine waves."""
+"""The sine basis (specification G): an open loop of weighted sine waves."""
 
 import math
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class SineBasis:
     """Sine waves of two frequencies and four phases, weighted for every muscle.
 
-    a_k(t) = tanh(b_k + sum_ij W_kij sin(omega_i t + 2 pi j / phases)), at the start t of a control frame and
-    held over it. The parameter vector is W, muscle by muscle and slow waves first, then b.
+    a_k = tanh(b_k + sum_ij W_kij sin(omega_i t + 2 pi j / phases)) over the control frame that starts at t. The
+    parameter vector is W, muscle by muscle and slow waves first, then b.
 
     * `slow`, `fast`: omega [rad/s]; the specification's 20 and 80.
     * `phases`: per frequency; the specification's 4.
@@ -35,13 +35,13 @@ class SineBasis:
     def __post_init__(self) -> None:
         if self.phases < 1 or self.scale <= 0:
             raise UsageError(
-                f"A sine basis with {self.phases} phases and initial scale {self.scale:g} controls nothing. "
+                f"A sine basis with {self.phases} phases and initial scale {self.scale:g} is not possible. "
                 "Give at least 1 phase and a positive scale."
             )
 
     @property
     def wave_count(self) -> int:
-        """How many waves a muscle is the sum of."""
+        """Number of waves of a muscle."""
         return 2 * self.phases
 
     def parameter_count(self, muscle_count: int) -> int:

@@ -1,4 +1,4 @@
-"""The sine basis in a closed loop: a small network of the observation turns the weights of its waves."""
+"""The sine basis in a closed loop: a small network of the observation changes the weights of its waves."""
 
 import math
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 @register(Kind.CONTROLLER, "sine-feedback", tags=("closed-loop",))
 @dataclass(frozen=True, kw_only=True)
 class SineFeedback:
-    """The sine basis, whose weights and biases follow from what the robot feels, anew in every control frame.
+    """The sine basis, whose weights and biases depend on the observation in every control frame.
 
-    With the basis' parameters w, the observation o and one hidden layer: w + V tanh(U o + c). The parameter vector is
-    w, V, U, c, row by row. It starts as the open loop does, with a tenth of its deviation in V, so that feedback is
-    felt but does not rule.
+    They are w + V tanh(U o + c), with the basis' own parameters w, the observation o and one hidden layer. The
+    parameter vector is w, V, U, c, row by row. The prior of w is that of the open loop; V has a tenth of its deviation,
+    so that feedback is weak at first.
 
     * `hidden`: size of the hidden layer.
     * `scale`: standard deviation of the initial weights of the basis.
@@ -34,7 +34,7 @@ class SineFeedback:
 
     def __post_init__(self) -> None:
         if self.hidden < 1:
-            raise UsageError(f"A network with {self.hidden} hidden units feels nothing. Give at least 1.")
+            raise UsageError(f"A network with {self.hidden} hidden units has no output. Give at least 1.")
 
     @property
     def _waves(self) -> SineBasis:
@@ -42,11 +42,11 @@ class SineFeedback:
 
     def _sizes(self, muscle_count: int) -> list[int]:
         """Lengths of w, V, U and c."""
-        basis, seen = self._waves.parameter_count(muscle_count), observation_count(muscle_count)
-        return [basis, basis * self.hidden, self.hidden * seen, self.hidden]
+        basis, inputs = self._waves.parameter_count(muscle_count), observation_count(muscle_count)
+        return [basis, basis * self.hidden, self.hidden * inputs, self.hidden]
 
     def parameter_count(self, muscle_count: int) -> int:
-        """The basis' own, and the network's."""
+        """The parameters of the basis and of the network."""
         return sum(self._sizes(muscle_count))
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
@@ -62,6 +62,6 @@ class SineFeedback:
         import torch
 
         basis, outwards, inwards, offsets = torch.split(parameters, self._sizes(muscle_count))
-        felt = torch.tanh(inwards.reshape(self.hidden, -1) @ observation + offsets)
-        weights = basis + outwards.reshape(-1, self.hidden) @ felt
+        hidden = torch.tanh(inwards.reshape(self.hidden, -1) @ observation + offsets)
+        weights = basis + outwards.reshape(-1, self.hidden) @ hidden
         return self._waves.actuation(weights[None], parameters.new_tensor([time]), muscle_count)[0, 0]

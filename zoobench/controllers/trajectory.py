@@ -1,4 +1,4 @@
-"""The direct trajectory: one number for every control frame and muscle."""
+"""The trajectory controller: one parameter for every control frame and muscle."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 @register(Kind.CONTROLLER, "trajectory", tags=("open-loop",))
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
-    """A value of its own for every control frame and muscle, with no wave to begin with: a = tanh(parameter).
+    """One parameter for every control frame and muscle: a = tanh(parameter).
 
-    The parameter vector is frame by frame. It starts as a draw of the sine basis, so that all controllers start alike.
+    The parameter vector is ordered by frames. The prior is the activity of the sine basis, as for all controllers.
 
-    * `frames`: how many there are; an episode that is longer begins again, and of one that is shorter the rest does
-      not matter. The default is a whole standard episode.
+    * `frames`: length of the trajectory, by default a standard episode. A longer episode repeats it; in a shorter one
+      the rest is unused.
     """
 
     frames: int = 200
 
     def __post_init__(self) -> None:
         if self.frames < 1:
-            raise UsageError(f"A trajectory of {self.frames} frames moves nothing. Give at least 1.")
+            raise UsageError(f"A trajectory of {self.frames} frames is empty. Give at least 1.")
 
     def parameter_count(self, muscle_count: int) -> int:
-        """One for every frame and muscle."""
+        """Frames times muscles."""
         return self.frames * muscle_count
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
-        """The activity of a sine basis drawn from its own prior."""
+        """The activity of a draw of the sine basis."""
         import torch
 
         waves = SineBasis()
@@ -51,6 +51,6 @@ class Trajectory:
         import torch
 
         values = parameters.reshape(-1, self.frames, muscle_count)
-        # the middle of the frame: its start is a product that may have been rounded down
+        # the middle of the frame: its start is a product that may be rounded down
         frame = torch.floor(times / FRAME_SECONDS + 0.5).long() % self.frames
         return torch.tanh(values[:, frame]).transpose(0, 1)

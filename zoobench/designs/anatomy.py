@@ -1,4 +1,4 @@
-"""Animals from parts: each part a solid with its muscles, fibres and stiffness; the body follows at any resolution."""
+"""Animals made of parts: solids with muscles, fibres, stiffness and density, sampled at any resolution."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,21 +13,21 @@ from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
 
 REFERENCE_LENGTH = 0.10
-"""Length of an animal as it is drawn [m]; any other is a uniform scaling."""
+"""Length of an animal as drawn [m]; other lengths scale it uniformly."""
 
 THINNEST = 0.017
 """Thickness of fins [m]: two particles across on a grid of 1/64 m, and still one on a grid of 1/32 m."""
 
 STIFF, SOFT, LIGHT = 2.0, 0.5, 0.92
-"""Stiffness of fins and skulls and of fat, and density of fat, relative to muscle [-]. Real bone would be a thousand
-times as stiff, and the time step as much shorter as the root of that."""
+"""Stiffness of fins and skulls and of fat, and density of fat, relative to muscle [-]. Real bone is a thousand times as
+stiff, which would shorten the time step by the root of that."""
 
-_MARGIN = 0.004  # [m] over which the tissues of two parts pass into each other
+_MARGIN = 0.004  # [m] over which the tissues of two parts blend
 
 
 @dataclass(frozen=True)
 class Muscles:
-    """Muscle groups of a part: their names, and the share of each `[n, len(names)]` at points `[n, 3]` [m]."""
+    """Muscles of a part: their names, and the share of each `[n, len(names)]` at points `[n, 3]` [m]."""
 
     names: tuple[str, ...]
     shares: Callable[[Array], Array]
@@ -39,7 +39,7 @@ def whole(name: str) -> Muscles:
 
 
 def opposed(names: tuple[str, str], axis: int, low: float, high: float) -> Muscles:
-    """Two muscles that pull against each other: the first below `low`, the second above `high` along an axis [m]."""
+    """Two antagonists: the first muscle below `low`, the second above `high` along an axis [m]."""
 
     def shares(points: Array) -> Array:
         second = np.clip((points[:, axis] - low) / (high - low), 0.0, 1.0)
@@ -49,9 +49,9 @@ def opposed(names: tuple[str, str], axis: int, low: float, high: float) -> Muscl
 
 
 def in_a_row(names: Sequence[str], rear: float, front: float) -> Muscles:
-    """Muscles of equal length one behind the other along x, the first at the tail, from `rear` to `front` [m].
+    """Muscles of equal length along x from `rear` to `front` [m], the first at the tail.
 
-    What lies behind belongs to the first; what lies before is a head without muscle.
+    Points behind `rear` belong to the first; points before `front` have no muscle.
     """
 
     def shares(points: Array) -> Array:
@@ -63,7 +63,7 @@ def in_a_row(names: Sequence[str], rear: float, front: float) -> Muscles:
 
 
 def crossed(first: Muscles, second: Muscles) -> Muscles:
-    """Every muscle of the one divided by the other; names are joined."""
+    """Every muscle of `first` divided by the muscles of `second`; names are joined."""
 
     def shares(points: Array) -> Array:
         found: Array = first.shares(points)[:, :, None] * second.shares(points)[:, None, :]
@@ -73,7 +73,7 @@ def crossed(first: Muscles, second: Muscles) -> Muscles:
 
 
 def _sides(points: Array) -> Array:
-    """Left and right; what lies on the middle plane is both: an odd lattice must not make the body turn."""
+    """Left and right; points on the middle plane belong to both, so that a symmetric body does not turn."""
     right = (1.0 + np.sign(np.round(points[:, 2], 9))) / 2
     return np.stack([1.0 - right, right], axis=1)
 
@@ -83,14 +83,14 @@ NO_MUSCLE = Muscles((), lambda points: np.zeros((len(points), 0)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
-    """A piece of an animal.
+class BodyPart:
+    """A part of an animal.
 
     Attributes:
-        solid: where it is; a pair of limbs is one `mirrored` solid.
-        fibre: direction in which its muscles contract, on the right side, mirrored on the left. Its
-            sense has no meaning, but agrees with that of the parts that it passes into.
-        stiffness, density_ratio: multiples of those of muscle [-].
+        solid: its signed distance; a pair of limbs is one `mirrored` solid.
+        fibre: direction of contraction on the right side, mirrored on the left. Its sign is arbitrary, but agrees with
+            that of adjacent parts.
+        stiffness, density_ratio: relative to muscle [-].
     """
 
     solid: Distance
@@ -102,18 +102,18 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Animal:
-    """A body made of parts, drawn `REFERENCE_LENGTH` long and scaled to its length. The sole is a cut at y = 0.
+    """A body made of parts, drawn `REFERENCE_LENGTH` long, scaled to its length and cut off at y = 0.
 
     Attributes:
-        box: length, height and width that the parts together keep to [m].
-        parts: the first muscle named is the first channel of the controller.
-        neck, rump: the head is before the one and the tail behind the other along x [m].
+        box: length, height and width of the bounding box [m].
+        parts: in the order of the controller's channels.
+        neck, rump: the head lies before `neck` and the tail behind `rump` along x [m].
         blend: width of the fillets between parts [m].
         length: of the animal [m].
     """
 
     box: Point
-    parts: tuple[Part, ...]
+    parts: tuple[BodyPart, ...]
     neck: float
     rump: float
     blend: float = 0.006
@@ -125,16 +125,16 @@ class Animal:
 
     @property
     def scale(self) -> float:
-        """Its size relative to the drawing [-]."""
+        """Scale relative to the drawing [-]."""
         return self.length / REFERENCE_LENGTH
 
     @property
     def muscles(self) -> tuple[str, ...]:
-        """The muscles of all parts."""
+        """Names of the muscles of all parts."""
         return tuple(name for part in self.parts for name in part.muscles.names)
 
     def distance(self, points: Array) -> Array:
-        """Signed distance `[n]` [m] of points `[n, 3]` [m] to the skin; negative inside."""
+        """Signed distance `[n]` [m] of points `[n, 3]` [m] to the surface; negative inside."""
         drawn = points / self.scale
         skin = smooth_union([part.solid(drawn) for part in self.parts], self.blend)
         return self.scale * np.maximum(skin, -drawn[:, 1])
@@ -143,14 +143,10 @@ class Animal:
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
         length, height, width = (self.scale * edge for edge in self.box)
-        return Shape(
-            inside=lambda points: self.distance(points) <= 0.0,
-            lower=(-length / 2, 0.0, -width / 2),
-            upper=(length / 2, height, width / 2),
-        )
+        return Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
 
     def body(self, fidelity: Fidelity) -> Body:
-        """The body at this resolution; tissues, shares and fibres are smooth functions of place."""
+        """The body at this resolution; its properties are smooth functions of place."""
         positions, volumes = self.shape.sample(fidelity)
         drawn = positions / self.scale
         density = self._tissue(drawn) @ [part.density_ratio for part in self.parts]
@@ -158,7 +154,7 @@ class Animal:
             positions=positions,
             volumes=volumes,
             stiffness=self.stiffness(positions),
-            # light and heavy tissues balance: an animal weighs what as much muscle weighs, and neither sinks nor rises
+            # normalised to the mass of the same volume of muscle, so that an animal neither sinks nor rises
             density_ratio=density / density.mean(),
             occupancy=np.ones(len(positions)),
             muscle_membership=self.membership(positions),
@@ -169,27 +165,26 @@ class Animal:
         )
 
     def _tissue(self, drawn: Array) -> Array:
-        """How much each point belongs to each part `[n, part_count]`: all to the part it is deepest in, but near
-        another."""
+        """Share of each part at each point `[n, part_count]`: 1 in the part with the least distance, blended nearby."""
         distances = np.stack([part.solid(drawn) for part in self.parts], axis=1)
         weights = np.maximum(1.0 - (distances - distances.min(axis=1, keepdims=True)) / _MARGIN, 0.0)
         found: Array = weights / weights.sum(axis=1, keepdims=True)
         return found
 
     def stiffness(self, points: Array) -> Array:
-        """Multiplier of Young's modulus `[n]` [-] at points `[n, 3]` [m]."""
+        """Stiffness relative to muscle `[n]` [-] at points `[n, 3]` [m]."""
         found: Array = self._tissue(points / self.scale) @ [part.stiffness for part in self.parts]
         return found
 
     def membership(self, points: Array) -> Array:
-        """Share of each muscle `[n, muscle_count]` [-] at points `[n, 3]` [m]; less than 1 together where matter is
-        passive."""
+        """Share of each muscle `[n, muscle_count]` [-] at points `[n, 3]` [m]; their sum is less than 1 in passive
+        tissue."""
         drawn = points / self.scale
         tissue = self._tissue(drawn)
         return np.hstack([tissue[:, [n]] * part.muscles.shares(drawn) for n, part in enumerate(self.parts)])
 
     def fibres(self, points: Array) -> Array:
-        """Unit directions `[n, 3]` in which the muscles contract: the mean over the tissues at points `[n, 3]` [m]."""
+        """Unit directions of contraction `[n, 3]`, the mean over the tissues, at points `[n, 3]` [m]."""
         drawn = points / self.scale
         directions = np.array([part.fibre for part in self.parts])
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -198,3 +193,23 @@ class Animal:
         mean[np.linalg.norm(mean, axis=1) < 1e-6] = (1.0, 0.0, 0.0)
         found: Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return found
+
+
+def swimmer(length: float, *parts: BodyPart) -> Animal:
+    """A swimmer of this length [m], half as high and wide."""
+    return Animal(box=(0.10, 0.05, 0.05), parts=parts, neck=0.022, rump=-0.022, length=length)
+
+
+def flanks(trunk: Distance, rear: float, front: float) -> BodyPart:
+    """A trunk with three segments of muscle on each side from `rear` to `front` along x [m]."""
+    return BodyPart(solid=trunk, muscles=crossed(in_a_row(("flank-1", "flank-2", "flank-3"), rear, front), SIDES))
+
+
+def paired(name: str, solid: Distance, fibre: Point) -> BodyPart:
+    """A pair of limbs with a muscle on each side."""
+    return BodyPart(solid=solid, muscles=crossed(whole(name), SIDES), fibre=fibre)
+
+
+def stiff(*solids: Distance) -> tuple[BodyPart, ...]:
+    """Stiff parts without muscle."""
+    return tuple(BodyPart(solid=solid, stiffness=STIFF) for solid in solids)

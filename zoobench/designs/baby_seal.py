@@ -1,17 +1,6 @@
 """The baby seal: a fat, tapering body with a raised round head and four flippers."""
 
-from zoobench.designs.anatomy import (
-    LIGHT,
-    SIDES,
-    SOFT,
-    STIFF,
-    THINNEST,
-    Animal,
-    Part,
-    crossed,
-    in_a_row,
-    whole,
-)  # fmt: skip
+from zoobench.designs.anatomy import LIGHT, SIDES, SOFT, THINNEST, Animal, BodyPart, crossed, in_a_row, paired, stiff
 from zoobench.designs.shapes import Plane, capsule, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -51,9 +40,9 @@ _HIND = mirrored(
 def baby_seal(*, length: float = 0.10) -> Animal:
     """A fat crawler on its belly with four flippers, 0.10 m long, with ten muscles.
 
-    The trunk's fibres run along the body, at the rear and the front, on either side: waves along them gallop as seals
-    do. Those of the neck run up to the head, those of the flippers outwards. The blubber on the back is soft and
-    light, which keeps it upright in water; the head is twice as stiff. Neither has muscle.
+    The fibres of the trunk run along the body, at rear and front on each side, for waves that gallop like a seal. Those
+    of the neck run up to the head, those of the flippers outwards. Blubber on the back is soft and light, which keeps
+    the body upright in water; the head is twice as stiff. Neither has muscle.
 
     * `length`: of the whole body [m]; it is half as high and 0.8 as wide, flippers included.
     """
@@ -61,13 +50,13 @@ def baby_seal(*, length: float = 0.10) -> Animal:
     return Animal(
         box=(0.10, 0.053, 0.08),
         parts=(
-            Part(solid=_TRUNK, muscles=trunk),
-            Part(solid=_NECK, muscles=crossed(whole("neck"), SIDES), fibre=(0.78, 0.62, 0.0)),
-            Part(solid=_FORE, muscles=crossed(whole("fore-flipper"), SIDES), fibre=(0.45, 0.0, -1.0)),
-            Part(solid=_HIND, muscles=crossed(whole("hind-flipper"), SIDES), fibre=(1.0, 0.0, -0.55)),
-            Part(solid=_BLUBBER, stiffness=SOFT, density_ratio=LIGHT),
-            Part(solid=_HEAD, stiffness=STIFF),
-            Part(solid=_SNOUT),
+            BodyPart(solid=_TRUNK, muscles=trunk),
+            paired("neck", _NECK, (0.78, 0.62, 0.0)),
+            paired("fore-flipper", _FORE, (0.45, 0.0, -1.0)),
+            paired("hind-flipper", _HIND, (1.0, 0.0, -0.55)),
+            BodyPart(solid=_BLUBBER, stiffness=SOFT, density_ratio=LIGHT),
+            *stiff(_HEAD),
+            BodyPart(solid=_SNOUT),
         ),
         neck=0.024,
         rump=-0.028,

@@ -1,4 +1,4 @@
-"""Wasserstein barycenter (H.6): shapes between primitives by transport of their mass, with their volume kept."""
+"""The Wasserstein barycenter design space (specification H.6): interpolation of primitives by transport of mass."""
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 _VOXELS = 32  # along the longest edge of the workspace: the thinnest fin is four voxels thick
 _WIDTH = 1.0  # of the entropic kernel [voxels]
-_ITERATIONS = 100  # 0.1 s; four times as many change the ends of the simplex by 1 % of their particles
+_ITERATIONS = 100  # 0.1 s; with four times as many, 1 % of the particles change at the ends of the simplex
 
-# A particle sees the density through a filter as wide as itself, or its gradient would vanish beside the skin.
+# the density is filtered over the width of a particle, or its gradient would vanish beside the surface
 _FILTER = 0.4  # [particle spacings]
 _LEAST_FILTER = 0.5  # [voxels]
 
-_TEMPERATURE = 0.5  # of the sigmoid: full in the middle of a primitive, where the density is twice the level
-_HALVINGS = 60  # of the interval in which the level lies: to the last bit
+_TEMPERATURE = 0.5  # of the sigmoid: occupancy 1 in the middle of a primitive, where the density is twice the level
+_HALVINGS = 60  # of the interval of the level: to machine precision
 
 
 @register(Kind.DESIGN, "barycenter", tags=("space",))
 def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
     """Bodies between animals, by Wasserstein barycenters of their volumes: matter moves from one to another.
 
-    One coefficient per animal and part: geometry, stiffness, and muscle groups; a softmax makes each part's positive
-    and 1 together. A form has the mean volume of the animals, by the coefficients of the geometry. Stiffness and muscle
-    groups are means; fibres run along the body.
+    Geometry, stiffness and muscles have one coefficient for each animal; a softmax turns them into weights. The volume
+    of a form is the weighted mean of the animals' volumes. Stiffness and muscles are weighted means; fibres run along
+    the body.
 
     * `primitives`: names of animals, joined by +.
-    * `length`: of each of them [m].
+    * `length`: of every animal [m].
     * `connected`: whether only the largest connected piece is built.
     """
     mixed = Primitives(primitives, length)
@@ -45,36 +45,35 @@ def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.
 
 
 def _fibres(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
-    """Those of the workspace, which run along the body `[particle_count, 3]`."""
+    """The fibres of the workspace, which run along the body `[particle_count, 3]`."""
     import torch
 
     return torch.as_tensor(body.fibres)
 
 
 def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
-    """Where the barycenter's density is above the level at which the volume is the primitives' mean
-    `[particle_count]`."""
+    """Occupancy above the level of the barycenter's density that encloses the mean volume `[particle_count]`."""
     import torch
     from torch.utils.checkpoint import checkpoint
 
     grid, densities = _densities(primitives)
     transport = partial(barycenter, densities, kernels=grid.kernels(_WIDTH), iterations=_ITERATIONS)
-    # iterated again on the way back: kept, the iterations of a world would take 0.15 GB
+    # recomputed in the backward pass: storing the iterations of a world would take 0.15 GB
     density = checkpoint(transport, weights, use_reentrant=False)
     width = max(_FILTER * float(np.cbrt(body.volumes.mean())) / grid.edge, _LEAST_FILTER)
-    seen = grid.at(body.positions, convolve(density[None], grid.kernels(width))[0])
+    filtered = grid.at(body.positions, convolve(density[None], grid.kernels(width))[0])
     volume = mean(weights, torch.as_tensor(primitives.volumes))
-    return keep_volume(torch.log(seen + 1e-300), torch.as_tensor(body.volumes), volume)
+    return keep_volume(torch.log(filtered + 1e-300), torch.as_tensor(body.volumes), volume)
 
 
 @dataclass(frozen=True)
 class _Grid:
-    """The voxels of a workspace's right half, on which mass is moved; animals are symmetric, so is what lies between.
+    """Voxels of the right half of a workspace, on which mass is transported; all bodies are symmetric.
 
     Attributes:
-        lower: corner `[3]` [m], on the plane of symmetry.
+        lower: corner on the plane of symmetry `[3]` [m].
         edge: of a voxel [m].
-        counts: voxels along each axis.
+        counts: number of voxels along each axis.
     """
 
     lower: Array
@@ -83,18 +82,18 @@ class _Grid:
 
     @property
     def centres(self) -> Array:
-        """Of the voxels `[voxel_count, 3]` [m]."""
+        """Centres of the voxels `[voxel_count, 3]` [m]."""
         found: Array = self.lower + self.edge * (np.indices(self.counts).reshape(3, -1).T + 0.5)
         return found
 
     def kernels(self, width: float) -> "list[Tensor]":
-        """Gaussians of that width [voxels] along the axes; across the plane of symmetry, the left side is folded in."""
+        """Gaussians of this width [voxels] along the axes; that across the plane of symmetry includes the left side."""
         along, up, side = self.counts
         both = gaussian(2 * side, width)
         return [gaussian(along, width), gaussian(up, width), (both + both.flip(1))[side:, side:]]
 
     def at(self, points: Array, field: "Tensor") -> "Tensor":
-        """A field `[*counts]` at points `[n, 3]` [m] of both sides `[n]`, by trilinear interpolation."""
+        """Trilinear interpolation `[n]` of a field `[*counts]` at points of both sides `[n, 3]` [m]."""
         import torch
 
         folded = np.stack([points[:, 0], points[:, 1], np.abs(points[:, 2])], axis=1)
@@ -106,7 +105,7 @@ class _Grid:
 
 @lru_cache(maxsize=8)
 def _densities(primitives: Primitives) -> "tuple[_Grid, Tensor]":
-    """The grid, and the primitives on it as densities of sum 1 `[primitive_count, *counts]`."""
+    """The grid, and the primitives as densities on it with sum 1 `[primitive_count, *counts]`."""
     import torch
 
     lower, upper = primitives.box
@@ -118,11 +117,10 @@ def _densities(primitives: Primitives) -> "tuple[_Grid, Tensor]":
 
 
 def keep_volume(field: "Tensor", volumes: "Tensor", volume: "Tensor") -> "Tensor":
-    """Occupancy `[n]` by a `field` `[n]`, the logarithm of a density, in particles of `volumes` `[n]` [m^3]: above the
-    level at which `volume` [m^3] is filled.
+    """Occupancy `[n]` of particles with `volumes` `[n]` [m^3] above the level of `field` `[n]` that encloses `volume`.
 
-    The level is found by bisection; one Newton step from there, whose value is zero, gives it its gradient by the
-    implicit function theorem.
+    `field` is the logarithm of a density, `volume` in [m^3]. The level is found by bisection. One Newton step from it,
+    whose value is zero, gives it the gradient of the implicit function theorem.
     """
     import torch
 
@@ -134,16 +132,16 @@ def keep_volume(field: "Tensor", volumes: "Tensor", volume: "Tensor") -> "Tensor
             low, high = torch.where(too_much, level, low), torch.where(too_much, high, level)
     with torch.enable_grad():
         free = level.clone().requires_grad_()
-        (slope,) = torch.autograd.grad((volumes * _above(field.detach() - free)).sum(), free)
+        (derivative,) = torch.autograd.grad((volumes * _above(field.detach() - free)).sum(), free)
     excess = (volumes * _above(field - level)).sum() - volume
-    return _above(field - (level - excess / slope))
+    return _above(field - (level - excess / derivative))
 
 
 def _above(excess: "Tensor") -> "Tensor":
     """Occupancy where the logarithm of a density exceeds the level by `excess`.
 
-    Outside, the logarithm falls with the distance to the skin, which leaves no haze. Inside it stays near log 2, which
-    is not enough for a sigmoid to be full: there the cube of the density, (e^(3 excess) - 1) / 3, is added.
+    Outside, the logarithm falls with the distance to the surface, and occupancy vanishes. Inside it is about log 2,
+    too little for a sigmoid near 1; therefore the cube of the density, (e^(3 excess) - 1) / 3, is added.
     """
     import torch
 

@@ -1,4 +1,4 @@
-"""What a design is: a body at rest, as particles with everything that the physics and the tasks ask for."""
+"""The protocol of designs, and the body: particles at rest with the properties for simulator and tasks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,33 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.errors import SceneError
+from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
 
 Mask = NDArray[np.bool_]
 
-# Cells along the longest edge when a volume is measured; 0.1 % on rounded shapes.
-_MEASURE_CELLS = 100
+_MEASURE_CELLS = 100  # along the longest edge when a volume is measured: an error of 0.1 % on rounded shapes
 
 
 @dataclass(frozen=True)
 class Body:
-    """A robot at rest, relative to the point on the ground below its centre; x is ahead, y up, z to the
-    right.
+    """A robot at rest, relative to the point on the ground below its centre; x is ahead, y up, z to the right.
 
     Attributes:
         positions: `[particle_count, 3]` [m].
-        volumes: `[particle_count]` rest volume that each particle stands for [m^3].
+        volumes: `[particle_count]` rest volumes [m^3].
         stiffness: `[particle_count]` multiplier of Young's modulus [-].
         density_ratio: `[particle_count]` multiplier of the density [-].
         occupancy: `[particle_count]` in [0, 1]; 0 is empty space.
         muscle_membership: `[particle_count, muscle_count]` share of each muscle [-].
-        fibres: `[particle_count, 3]` unit direction in which a muscle contracts.
-        head, tail: `[particle_count]` labels that give the heading.
+        fibres: `[particle_count, 3]` unit directions of contraction.
+        head, tail: `[particle_count]` labels that define the heading.
         muscles: names of the muscles.
-        malleable: whether the body is the workspace of a design space: a medium that it stands in then fills what is
-            left empty.
+        malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
     """
 
     positions: Array
@@ -49,43 +46,68 @@ class Body:
     muscles: tuple[str, ...]
     malleable: bool = False
 
+    @classmethod
+    def uniform(
+        cls, sample: tuple[Array, Array], membership: Array, muscles: tuple[str, ...], *, head: Mask, tail: Mask
+    ) -> "Body":
+        """A body of muscle alone with fibres ahead; `sample` has positions and volumes, the others are as above."""
+        positions, volumes = sample
+        ones = np.ones(len(positions))
+        return cls(
+            positions=positions,
+            volumes=volumes,
+            stiffness=ones,
+            density_ratio=ones,
+            occupancy=ones,
+            muscle_membership=membership,
+            fibres=np.tile([1.0, 0.0, 0.0], (len(positions), 1)),
+            head=head,
+            tail=tail,
+            muscles=muscles,
+        )
+
     @property
     def particle_count(self) -> int:
-        """How many particles the body has, empty ones included."""
+        """Number of particles, empty ones included."""
         return len(self.positions)
 
     @property
     def muscle_count(self) -> int:
-        """How many muscles move it."""
+        """Number of muscles."""
         return len(self.muscles)
 
     def masses(self, density: float) -> Array:
-        """Mass of every particle `[particle_count]` [kg] at this density [kg/m^3]."""
+        """Masses of the particles `[particle_count]` [kg] at this density of muscle [kg/m^3]."""
         return density * self.density_ratio * self.occupancy * self.volumes
 
 
 class Design(Protocol):
-    """A recipe for a body at any resolution."""
+    """A body that can be sampled at any resolution."""
 
     def body(self, fidelity: Fidelity) -> Body:
-        """The body, sampled as the fidelity asks.
+        """The body at this resolution.
 
         Raises:
-            SceneError: the fidelity is too coarse to hold any of it.
+            SceneError: the fidelity is too coarse for a single particle.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A solid: `inside(points [n, 3]) -> mask [n]`, within the box `lower` to `upper` [m]."""
+    """A solid: `inside` maps points `[n, 3]` [m] to a mask `[n]`, within the box `lower` to `upper` [m]."""
 
     inside: Callable[[Array], Mask]
     lower: tuple[float, float, float]
     upper: tuple[float, float, float]
 
+    @classmethod
+    def standing(cls, inside: Callable[[Array], Mask], length: float, height: float, width: float) -> "Shape":
+        """A solid in a box of this size [m] that stands on y = 0, centred in x and z."""
+        return cls(inside, (-length / 2, 0.0, -width / 2), (length / 2, height, width / 2))
+
     def volume(self) -> float:
-        """The true volume [m^3], by counting a fine lattice."""
+        """The volume [m^3], measured on a fine lattice."""
         lower, upper = np.array(self.lower), np.array(self.upper)
         spacing = float((upper - lower).max()) / _MEASURE_CELLS
         points = fill_box(lower, upper, spacing, 1)
@@ -94,12 +116,11 @@ class Shape:
     def sample(self, fidelity: Fidelity) -> tuple[Array, Array]:
         """Lattice particles inside: positions `[particle_count, 3]` [m] and volumes `[particle_count]` [m^3].
 
-        The lattice starts at the lower y and is centred in x and z, so that a symmetric shape stays
-        symmetric. Every particle stands for an equal share of the true volume: the mass does not depend on
-        the sampling.
+        The lattice starts at the lower y and is centred in x and z, so that a symmetric shape stays symmetric. All
+        particles have equal shares of the true volume, so that the mass does not depend on the resolution.
 
         Raises:
-            SceneError: no lattice particle lies inside.
+            SceneError: no particle lies inside.
         """
         lower, upper = np.array(self.lower), np.array(self.upper)
         cells = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9)
@@ -114,3 +135,14 @@ class Shape:
                 f"{fidelity.grid_spacing:.4g} m. Use a finer fidelity or a larger body."
             )
         return positions, np.full(len(positions), self.volume() / len(positions))
+
+
+def check_size(noun: str, *edges: float) -> None:
+    """Check the edges of a body [m].
+
+    Raises:
+        UsageError: one is not positive.
+    """
+    if min(edges) <= 0:
+        size = " x ".join(f"{edge:g}" for edge in edges)
+        raise UsageError(f"A {noun} of {size} m has no volume. Give positive lengths.")

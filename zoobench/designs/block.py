@@ -1,11 +1,11 @@
-"""The block: a plain box of muscle, the workspace that design spaces start from."""
+"""The block: a box of muscle, the default workspace of design spaces."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask, Shape
+from zoobench.designs.base import Body, Mask, Shape, check_size
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
@@ -19,15 +19,15 @@ _MOST_ROWS = 8
 @register(Kind.DESIGN, "block", tags=("land", "water"))
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """A plain box with muscles in rows, left and right, bottom and top: eight of them, 0.10 m long.
+    """A box with muscles in rows, left and right, bottom and top: eight of them, 0.10 m long.
 
-    All fibres run along the body. One side against the other bends it sideways, bottom against top up and down, and
-    one row after the other makes waves.
+    All fibres run along the body. Antagonists are left and right, which bend it sideways, and bottom and top, which
+    bend it up and down.
 
     * `length`, `width`, `height`: of the box [m].
     * `rows`: of muscles along the body, 1 to 8, the first at the tail.
-    * `columns`: 2 for left and right, 1 for both in one.
-    * `layers`: 2 for bottom and top, 1 for both in one.
+    * `columns`: 2 for left and right, 1 for no division.
+    * `layers`: 2 for bottom and top, 1 for no division.
     """
 
     length: float = 0.10
@@ -38,10 +38,7 @@ class Block:
     layers: int = 2
 
     def __post_init__(self) -> None:
-        if min(self.length, self.width, self.height) <= 0:
-            raise UsageError(
-                f"A block of {self.length:g} x {self.width:g} x {self.height:g} m has no body. Give positive lengths."
-            )
+        check_size("block", self.length, self.width, self.height)
         if not 1 <= self.rows <= _MOST_ROWS or self.columns not in (1, 2) or self.layers not in (1, 2):
             raise UsageError(
                 f"Muscles in {self.rows} rows, {self.columns} columns and {self.layers} layers are not offered. "
@@ -51,15 +48,11 @@ class Block:
     @property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
-        return Shape(
-            inside=self._inside,
-            lower=(-self.length / 2, 0.0, -self.width / 2),
-            upper=(self.length / 2, self.height, self.width / 2),
-        )
+        return Shape.standing(self._inside, self.length, self.height, self.width)
 
     @property
     def muscles(self) -> tuple[str, ...]:
-        """Names, row by row from the tail, as `row-1-left-bottom`; a division into one has no name."""
+        """Names such as `row-1-left-bottom`, row by row from the tail; without a division its word is left out."""
         columns = [f"-{name}" for name in _SIDES] if self.columns == 2 else [""]
         layers = [f"-{name}" for name in _LAYERS] if self.layers == 2 else [""]
         return tuple(f"row-{row + 1}{side}{layer}" for row in range(self.rows) for side in columns for layer in layers)
@@ -67,19 +60,8 @@ class Block:
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
         positions, volumes = self.shape.sample(fidelity)
-        ones = np.ones(len(positions))
-        return Body(
-            positions=positions,
-            volumes=volumes,
-            stiffness=ones,
-            density_ratio=ones,
-            occupancy=ones,
-            muscle_membership=self._membership(positions),
-            fibres=np.tile([1.0, 0.0, 0.0], (len(positions), 1)),
-            head=positions[:, 0] > (0.5 - _END) * self.length,
-            tail=positions[:, 0] < -(0.5 - _END) * self.length,
-            muscles=self.muscles,
-        )
+        membership, along, end = self._membership(positions), positions[:, 0], (0.5 - _END) * self.length
+        return Body.uniform((positions, volumes), membership, self.muscles, head=along > end, tail=along < -end)
 
     def _inside(self, points: Array) -> Mask:
         unit = points / (self.length, self.height, self.width) - (0.0, 0.5, 0.0)
@@ -96,9 +78,9 @@ class Block:
 
 
 def _bands(unit: Array, count: int) -> Array:
-    """To which of so many equal bands of [0, 1] each number belongs `[n, count]`.
+    """Share of each of so many equal bands of [0, 1] at each number `[n, count]`.
 
-    What lies on a border belongs to both bands alike: an odd lattice must not make the body turn.
+    A point on a border belongs to both bands equally, so that a symmetric body does not turn.
     """
     below, above = (np.clip(np.floor(unit * count + nudge), 0, count - 1).astype(int) for nudge in (-1e-9, 1e-9))
     found: Array = (np.eye(count)[below] + np.eye(count)[above]) / 2

@@ -1,22 +1,21 @@
-"""The caterpillar: a row of round segments on stubby feet, each with its own muscles."""
+"""The caterpillar: a row of round segments on short feet, each with its own muscles."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask, Shape
-from zoobench.errors import UsageError
+from zoobench.designs.base import Body, Mask, Shape, check_size
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
 _SEGMENTS = 4
-# In units of the body's length 1, width 1 and height 1, each measured in its own direction.
+# relative to the body's length, height and width
 _PITCH = 0.2167  # between segment centres
 _SEGMENT_RADII = (0.175, 0.46, 0.5)  # ellipsoids that overlap, leaving a waist of 0.79 between two segments
 _AXIS_HEIGHT = 0.54
 _FOOT_RADII = (0.065, 0.22, 0.17)
-_FOOT_HEIGHT = 0.16  # centre: the sole is a flat cut at the ground
+_FOOT_HEIGHT = 0.16  # centre: the foot is cut off at the ground
 _FOOT_SIDE = 0.25  # centre, left and right of the middle
 
 
@@ -25,9 +24,9 @@ _FOOT_SIDE = 0.25  # centre, left and right of the middle
 class Caterpillar:
     """A segmented crawler, 0.10 m long, with eight ventral and two dorsal muscles.
 
-    All fibres run along the body. A ventral muscle of one side and segment bends the body up and to the other
-    side there; the dorsal pair bends it down along the whole back. Waves along the ventral muscles crawl, a
-    difference between left and right turns.
+    All fibres run along the body. A ventral muscle of one side and segment bends the body up and to the other side
+    there; the dorsal pair bends the whole back down. Waves along the ventral muscles crawl, a difference between left
+    and right turns.
 
     * `length`, `width`, `height`: of the whole body [m].
     """
@@ -37,43 +36,25 @@ class Caterpillar:
     height: float = 0.05
 
     def __post_init__(self) -> None:
-        if min(self.length, self.width, self.height) <= 0:
-            raise UsageError(
-                f"A caterpillar of {self.length:g} x {self.width:g} x {self.height:g} m has no body. "
-                "Give positive lengths."
-            )
+        check_size("caterpillar", self.length, self.width, self.height)
 
     @property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
-        return Shape(
-            inside=lambda points: _inside(points / (self.length, self.height, self.width)),
-            lower=(-self.length / 2, 0.0, -self.width / 2),
-            upper=(self.length / 2, self.height, self.width / 2),
-        )
+        size = (self.length, self.height, self.width)
+        return Shape.standing(lambda points: _inside(points / size), *size)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
         positions, volumes = self.shape.sample(fidelity)
         unit = positions / (self.length, self.height, self.width)
         membership, names = _muscles(unit)
-        ones = np.ones(len(positions))
-        return Body(
-            positions=positions,
-            volumes=volumes,
-            stiffness=ones,
-            density_ratio=ones,
-            occupancy=ones,
-            muscle_membership=membership,
-            fibres=np.tile([1.0, 0.0, 0.0], (len(positions), 1)),
-            head=unit[:, 0] > _PITCH,
-            tail=unit[:, 0] < -_PITCH,
-            muscles=names,
-        )
+        head, tail = unit[:, 0] > _PITCH, unit[:, 0] < -_PITCH
+        return Body.uniform((positions, volumes), membership, names, head=head, tail=tail)
 
 
 def _centres() -> Array:
-    """Where the segments lie along x, from the tail on, in unit coordinates `[4]`."""
+    """Centres of the segments along x from the tail, in unit coordinates `[4]`."""
     return np.linspace(-1.0, 1.0, _SEGMENTS) * (_SEGMENTS - 1) / 2 * _PITCH
 
 
@@ -90,7 +71,7 @@ def _inside(unit: Array) -> Mask:
 def _muscles(unit: Array) -> tuple[Array, tuple[str, ...]]:
     """Membership `[particle_count, 10]` and the muscles' names, segments counted from the tail.
 
-    Particles on the middle plane belong to both sides alike: an odd lattice must not make the body turn.
+    Particles on the middle plane belong to both sides equally, so that the body does not turn by itself.
     """
     segment = np.abs(unit[:, 0, None] - _centres()).argmin(axis=1)
     left_group = np.where(unit[:, 1] > _AXIS_HEIGHT, 2 * _SEGMENTS, 2 * segment)

@@ -1,4 +1,4 @@
-"""A user's own body, point by point: where it is, which muscle it belongs to, and how the fibres run."""
+"""A user's own body: a point cloud from a file, with muscles and fibres."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,13 +23,13 @@ _END = 0.25  # of the length: head and tail
 @register(Kind.DESIGN, "cloud", tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class CloudDesign:
-    """A body from a point cloud in a file (PLY, PCD or NPZ), with muscles and fibres as they are given there.
+    """A body from a point cloud in a file (PLY, PCD or NPZ), with the muscles and fibres given there.
 
     In metres, x ahead, y up. A PLY file has the vertex properties, and a PCD file the fields, x, y, z, muscle (a number
-    from 0, or -1 for none), fx, fy, fz, and if it likes stiffness and density_ratio; an NPZ file has the arrays
-    `positions` [n, 3], `muscle` [n] and `fibres` [n, 3], and if it likes the other two. `zoobench design export` writes
-    such a PLY or PCD. Each point stands for a cube as wide as its distance to the next; what lies in a cube has what
-    its point has.
+    from 0, or -1 for none), fx, fy, fz, and optionally stiffness and density_ratio; an NPZ file has the arrays
+    `positions` [n, 3], `muscle` [n] and `fibres` [n, 3], and optionally the other two. `zoobench design export` writes
+    such PLY and PCD files. Each point represents a cube as wide as the distance of neighbouring points; particles in
+    the cube have the properties of the point.
 
     * `path`: of the file; its content becomes part of the run's key.
     """
@@ -37,7 +37,7 @@ class CloudDesign:
     path: InputFile
 
     def __post_init__(self) -> None:
-        _ = self._points  # a file that cannot be used is refused now
+        _ = self._points  # checks the file
 
     @cached_property
     def _points(self) -> "_Points":
@@ -57,29 +57,25 @@ class CloudDesign:
 
     @cached_property
     def _edge(self) -> float:
-        """Of the cube that a point stands for [m]."""
+        """Edge of the cube that a point represents [m]."""
         return float(np.quantile(self._tree.query(self._points.positions, k=2)[0][:, 1], 0.95))
 
     @cached_property
     def _foot(self) -> Array:
-        """The point below the middle, on the ground `[3]` [m]."""
+        """The point on the ground below the middle `[3]` [m]."""
         low, high = self._points.positions.min(axis=0), self._points.positions.max(axis=0)
         return np.array([(low[0] + high[0]) / 2, low[1] - self._edge / 2, (low[2] + high[2]) / 2])
 
     def _nearest(self, points: Array) -> tuple[NDArray[np.int64], Mask]:
-        """The nearest point of the cloud, by the largest coordinate difference, and whether its cube is met."""
+        """Index of the nearest point of the cloud in the maximum norm, and whether the point is in its cube."""
         gap, index = self._tree.query(points + self._foot, p=np.inf)
         return index, gap <= self._edge / 2 * (1.0 + 1e-6)
 
     @cached_property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
-        half = (np.ptp(self._points.positions, axis=0) + self._edge) / 2
-        return Shape(
-            inside=lambda points: self._nearest(points)[1],
-            lower=(-half[0], 0.0, -half[2]),
-            upper=(half[0], 2 * half[1], half[2]),
-        )
+        size = np.ptp(self._points.positions, axis=0) + self._edge
+        return Shape.standing(lambda points: self._nearest(points)[1], *size)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
@@ -94,7 +90,7 @@ class CloudDesign:
             stiffness=points.stiffness[own],
             density_ratio=points.density_ratio[own],
             occupancy=np.ones(len(positions)),
-            muscle_membership=np.eye(count + 1)[points.muscle[own], :count],  # -1 is the row that is left out
+            muscle_membership=np.eye(count + 1)[points.muscle[own], :count],  # -1 selects the last row, which is zero
             fibres=points.fibres[own],
             head=positions[:, 0] > reach,
             tail=positions[:, 0] < -reach,
@@ -104,7 +100,7 @@ class CloudDesign:
 
 @dataclass(frozen=True)
 class _Points:
-    """The columns of a file, checked; see `CloudDesign`."""
+    """The checked columns of a file; see `CloudDesign`."""
 
     positions: Array
     muscle: NDArray[np.int64]
@@ -114,10 +110,10 @@ class _Points:
 
 
 def _load(name: str) -> _Points:
-    """Read and check.
+    """The points of a file.
 
     Raises:
-        UsageError: the file cannot be read, or its columns make no body.
+        UsageError: the file cannot be read, or its columns are invalid.
     """
     path, content = path_of(name), read(name)
     reader = {".npz": _npz, ".pcd": _pcd, ".ply": _ply}.get(path.suffix.lower())
@@ -136,10 +132,10 @@ def _load(name: str) -> _Points:
         )
     except UsageError:
         raise
-    except Exception as error:  # whatever a reader makes of a stranger's file
+    except Exception as error:  # readers raise errors of many types
         reason = str(error).partition("\n")[0]
         raise UsageError(
-            f"{path.name!r} is no point cloud with its columns: {reason}. See `zoobench show cloud`."
+            f"{path.name!r} is no point cloud with the required columns: {reason}. See `zoobench show cloud`."
         ) from None
     _check(found, path.name)
     lengths = np.linalg.norm(found.fibres, axis=1, keepdims=True)
@@ -155,21 +151,21 @@ def _check(points: _Points, name: str) -> None:
         values = getattr(points, column)
         if values.shape != shape or not np.isfinite(values).all() or count < 2:
             raise UsageError(
-                f"The column {column!r} of {name!r} has shape {values.shape}; {shape}, finite, was expected."
+                f"The column {column!r} of {name!r} has shape {values.shape}; {shape} and finite values were expected."
             )
     if points.muscle.min() < -1 or set(range(points.muscle.max() + 1)) - set(points.muscle.tolist()):
-        raise UsageError(f"The muscles of {name!r} are not numbered 0, 1, 2, ... with -1 for none. Number them so.")
+        raise UsageError(f"The muscles of {name!r} are not numbered 0, 1, 2, ... with -1 for none. Renumber them.")
     if points.muscle.max() < 0:
-        raise UsageError(f"{name!r} has no muscle: nothing would move it. Give some points a muscle from 0 on.")
+        raise UsageError(f"{name!r} has no muscle. Give some points a muscle from 0 on.")
     if min(points.stiffness.min(), points.density_ratio.min()) <= 0.0:
         raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
 
 
 def _whole(values: Any) -> NDArray[np.int64]:
-    """Numbers of muscles; other programs may have written them as decimals.
+    """Numbers of muscles as integers; other programs may write them as decimals.
 
     Raises:
-        ValueError: one is not whole.
+        ValueError: a number is not whole.
     """
     numbers = np.asarray(values, float)
     if not (np.isfinite(numbers) & (numbers == np.round(numbers))).all():
@@ -196,13 +192,13 @@ def _pcd(content: bytes) -> dict[str, Any]:
         ) from None
     cloud: Any = PointCloud.from_fileobj(BytesIO(content))
     rows, promised = cloud.pc_data, cloud.metadata.points
-    if len(rows) != promised:  # the library takes what there is of a file that was cut off
-        raise ValueError(f"its header promises {promised} points and it holds {len(rows)}")
+    if len(rows) != promised:  # the library accepts truncated files
+        raise ValueError(f"its header declares {promised} points, but it has {len(rows)}")
     return _columns(rows)
 
 
 def _columns(rows: NDArray[np.void]) -> dict[str, Any]:
-    """A table by columns, those of a vector side by side."""
+    """The columns of a table by name, with `positions` and `fibres` as vectors."""
     columns: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
     columns["positions"] = np.stack([rows[name] for name in ("x", "y", "z")], axis=1)
     columns["fibres"] = np.stack([rows[name] for name in ("fx", "fy", "fz")], axis=1)

@@ -1,6 +1,6 @@
 """The clownfish: short and high, with round fins and one long fin along the back."""
 
-from zoobench.designs.anatomy import SIDES, STIFF, THINNEST, Animal, Part, crossed, in_a_row, whole
+from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -49,17 +49,5 @@ def clownfish(*, length: float = 0.10) -> Animal:
 
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
-    flanks = crossed(in_a_row(("flank-1", "flank-2", "flank-3"), -0.034, 0.026), SIDES)
-    return Animal(
-        box=(0.10, 0.05, 0.05),
-        parts=(
-            Part(solid=_TRUNK, muscles=flanks),
-            Part(solid=_SIDE_FINS, muscles=crossed(whole("fin"), SIDES), fibre=(0.25, 0.12, -1.0)),
-            Part(solid=_TAIL_FIN, stiffness=STIFF),
-            Part(solid=_BACK_FIN, stiffness=STIFF),
-            Part(solid=_ANAL_FIN, stiffness=STIFF),
-        ),
-        neck=0.022,
-        rump=-0.022,
-        length=length,
-    )
+    trunk, fins = flanks(_TRUNK, -0.034, 0.026), paired("fin", _SIDE_FINS, (0.25, 0.12, -1.0))
+    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN, _ANAL_FIN))

@@ -1,4 +1,4 @@
-"""Bodies for other tools: particles with all that is known of them, or the surface around them."""
+"""Export of bodies for other tools: particles with their properties, or the surface around them."""
 
 from pathlib import Path
 from typing import Any
@@ -11,23 +11,23 @@ from zoobench.errors import UsageError
 
 FORMATS = ("npz", "pcd", "ply", "stl")
 
-_EXISTS = 0.5  # occupancy from which on a particle is part of the surface's inside
-_SOFTNESS = 0.7  # of the surface [particle edges]: rounds the lattice's steps
+_EXISTS = 0.5  # least occupancy of an exported particle
+_SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
 
 
 def export(body: Body, edge: float, path: Path) -> None:
-    """Write a body in the format that the path's ending names, in metres, x ahead and y up.
+    """Write a body in the format given by the suffix of the path, in metres, x ahead and y up.
 
     * `npz`: the arrays of `Body` by name.
-    * `ply`: the particles that exist, as vertices x, y, z, muscle (-1 for none), fx, fy, fz, stiffness, density_ratio.
+    * `ply`: the existing particles as vertices x, y, z, muscle (-1 for none), fx, fy, fz, stiffness, density_ratio.
     * `pcd`: the same columns as fields of the Point Cloud Library's format 0.7, in binary.
     * `stl`: the closed surface around them, which encloses the body's volume.
 
     Args:
-        edge: of the cube that a particle stands for [m]; for `stl`, the particles are on a lattice of this spacing.
+        edge: of the cube that a particle represents [m]; for `stl`, the lattice spacing of the particles.
 
     Raises:
-        UsageError: another ending, a file that cannot be written, or no scikit-image for `stl`.
+        UsageError: another suffix, a file that cannot be written, or no scikit-image for `stl`.
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
@@ -73,11 +73,11 @@ def _pcd(body: Body, edge: float, path: Path) -> None:
 
 
 COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio")
-"""What is written of a point in a PLY or PCD file."""
+"""Columns of a PLY or PCD file."""
 
 
 def _rows(body: Body) -> "np.ndarray[tuple[int, ...], np.dtype[np.void]]":
-    """The particles that exist, one row of `COLUMNS` each."""
+    """The existing particles, one row of `COLUMNS` each."""
     own = body.occupancy > _EXISTS
     shares = body.muscle_membership[own]
     active = shares.sum(axis=1) > 0.5
@@ -102,10 +102,10 @@ def _stl(body: Body, edge: float, path: Path) -> None:
 
 
 def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np.int64]]"]:
-    """A closed surface around the particles that exist: vertices `[n, 3]` [m] and faces `[m, 3]`, normals outwards.
+    """A closed surface around the existing particles: vertices `[n, 3]` [m] and faces `[m, 3]`, normals outwards.
 
-    Marching cubes (Lorensen and Cline 1987) on the lattice of particles, softened, at the level whose surface encloses
-    the body's volume.
+    Marching cubes (Lorensen and Cline 1987) on the filtered lattice of particles, at the level that encloses the body's
+    volume.
 
     Raises:
         UsageError: scikit-image is not installed.

@@ -1,4 +1,4 @@
-"""Whether a form is a body: in one piece, not empty, and thick enough to bend; and the constraint to one piece."""
+"""Feasibility of forms: connected, not empty and thick enough to bend; and the constraint to one connected piece."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,20 +17,20 @@ SOLID = 0.5
 """Occupancy above which matter is solid."""
 
 THINNEST = 2
-"""Particles across the thickest place of a body, at least: a sheet or thread of one has no stiffness in bending."""
+"""Least number of particles across the thickest place of a body: a sheet or thread of one has no bending stiffness."""
 
-_REACH = 1.45  # spacings to a neighbour: particles that share a face or an edge of the lattice hang together
+_REACH = 1.45  # [spacings] to neighbours: particles that share a face or an edge of the lattice are connected
 
 
 @dataclass(frozen=True)
 class Feasibility:
-    """What became of one form.
+    """The feasibility of one form.
 
     Attributes:
-        components: connected pieces of solid matter.
-        mass_kept: share of the mass of the solid matter that the largest piece has, in [0, 1].
+        components: number of connected pieces of solid matter.
+        mass_kept: the largest piece's share of the mass of solid matter, in [0, 1].
         thickness: edge of the largest block of the lattice within the largest piece [particles].
-        fault: why this is no body, and what to do; empty if it is one.
+        fault: why it cannot be built, and the remedy; empty if it can.
     """
 
     components: int
@@ -40,11 +40,10 @@ class Feasibility:
 
 
 def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasibility]]:
-    """The form that can be built, and a report on each world.
+    """The form that can be built, and the feasibility of each world.
 
-    With `connected`, solid particles outside the largest piece become empty; particles that are not solid stay as they
-    are, and so do all gradients but those through what was emptied. Of pieces of equal mass, the one with the first
-    particle counts as the largest.
+    With `connected`, solid particles outside the largest piece become empty; other particles, and the gradients
+    through them, are unchanged. Of pieces of equal mass, that with the first particle counts as the largest.
     """
     import torch
 
@@ -68,18 +67,18 @@ def _fault(fullest: float, thickness: int, edge: float) -> str:
     if not thickness:
         return (
             f"The design is empty: no particle is more than half occupied, the fullest is {fullest:.2g}. "
-            "Start nearer to the base, or take smaller steps."
+            "Start closer to the base, or take smaller steps."
         )
     if thickness < THINNEST:
         return (
-            f"The design is too thin for the grid: nowhere more than {thickness} particle of {1e3 * edge:.2g} mm "
-            f"across, and {THINNEST} are needed. Use a finer fidelity or a larger base, or take smaller steps."
+            f"The design is too thin for the grid: it is {thickness} particle of {1e3 * edge:.2g} mm across at its "
+            f"thickest, and {THINNEST} are needed. Use a finer fidelity or a larger base, or take smaller steps."
         )
     return ""
 
 
 def _largest_piece(lattice: "_Lattice", solid: Mask, masses: Array) -> tuple[Mask, int]:
-    """The particles of the piece of most mass, and the number of pieces."""
+    """The particles of the piece with the largest mass, and the number of pieces."""
     if not solid.any():
         return solid, 0
     pieces = lattice.pieces(solid)
@@ -91,19 +90,19 @@ def _largest_piece(lattice: "_Lattice", solid: Mask, masses: Array) -> tuple[Mas
 
 @dataclass(frozen=True)
 class _Lattice:
-    """Who is whose neighbour.
+    """The neighbours on a lattice of particles.
 
     Attributes:
-        pairs: `[pair_count, 2]` neighbours.
-        corners: `[particle_count, 7]` the other corners of the lattice cell that begins at a particle; the particle
-            count where there is none.
+        pairs: of neighbours `[pair_count, 2]`.
+        corners: the other corners of the lattice cell that begins at a particle `[particle_count, 7]`; the particle
+            count for a missing one.
     """
 
     pairs: Indices
     corners: Indices
 
     def pieces(self, solid: Mask) -> Indices:
-        """The number of each solid particle's piece `[particle_count]`; of no meaning for the others."""
+        """The number of each solid particle's piece `[particle_count]`; undefined for the others."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -113,7 +112,7 @@ class _Lattice:
         return found
 
     def thickness(self, piece: Mask) -> int:
-        """Edge of the largest block within: as often as it can be taken that all corners of a cell are inside."""
+        """Edge of the largest block within: the number of erosions by a lattice cell until nothing is left."""
         inside = np.append(piece, False)
         steps = 0
         while inside.any():
@@ -124,7 +123,7 @@ class _Lattice:
 
 @lru_cache(maxsize=8)
 def _lattice(content: bytes) -> _Lattice:
-    """The neighbours among positions `[particle_count, 3]` on a lattice, given as bytes; cubic or face-centred."""
+    """The neighbours on a cubic or face-centred lattice of positions `[particle_count, 3]`, given as bytes."""
     from scipy.spatial import KDTree
 
     positions = np.frombuffer(content).reshape(-1, 3)
@@ -143,7 +142,7 @@ def _lattice(content: bytes) -> _Lattice:
 
 
 def _cell(positions: Array, nearest: Indices, spacing: float) -> Array | None:
-    """Edges `[3, 3]` [m] of the lattice's cell: three directions to nearest neighbours; None in a flat lattice."""
+    """Edges of the lattice cell `[3, 3]` [m]: three independent directions to neighbours; None in a flat lattice."""
     gaps = np.unique(np.round((positions[nearest[:, 1]] - positions[nearest[:, 0]]) / spacing, 3), axis=0)
     for trio in combinations(gaps * spacing, 3):
         if abs(np.linalg.det(np.array(trio))) > 0.1 * spacing**3:

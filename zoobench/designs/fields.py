@@ -1,7 +1,7 @@
-"""From the numbers of a field, one row for each particle, to a form; and the priors that the spaces share.
+"""Forms from fields of numbers, one row for each particle, and the common prior of the design spaces.
 
-A row is occupancy, stiffness and one number for each muscle, all unbounded. Every space of the specification's H.1 to
-H.4 is such a field and differs from the others only in what its parameters are.
+A row holds numbers for occupancy, stiffness and every muscle, all unbounded. The design spaces H.1 to H.4 of the
+specification are such fields with different parameters.
 """
 
 from collections.abc import Callable
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 Field = Callable[["Tensor"], "Tensor"]
-"""The parameters of one world `[parameter_count]` to the rows of all particles `[particle_count, 2 + muscle_count]`."""
+"""Maps parameters of one world `[parameter_count]` to rows of all particles `[particle_count, 2 + muscle_count]`."""
 
 FULL, FIRM = 2.2, 0.8
-"""Means of the prior's occupancy and stiffness before their sigmoids: nine tenths full, a multiplier of 0.7."""
+"""Means of the prior's occupancy and stiffness before their sigmoids: an occupancy of 0.9, a multiplier of 0.7."""
 
 SPREAD = 0.35
-"""Deviation of both: occupancy 0.8 to 0.95 and stiffness 0.5 to 0.85 within two deviations."""
+"""Standard deviation of both: occupancy 0.8 to 0.95 and stiffness 0.5 to 0.85 within two deviations."""
 
-_CONTRAST = 2.0 * FULL  # of painted occupancy: where a pattern is -1, a body is as empty as it is full elsewhere
-_SHADES = 2.0  # of painted stiffness: multipliers of 0.25 to 0.95
-_LEAD = 3.0  # of painted muscles: in most places one of them leads
+_OCCUPANCY_GAIN = 2.0 * FULL  # of patterns: -1 gives the opposite of the prior's mean
+_STIFFNESS_GAIN = 2.0  # of patterns: multipliers of 0.25 to 0.95
+_MUSCLE_GAIN = 3.0  # of patterns: in most places one muscle dominates
 
-_LOYALTY = 4.0  # lead of a particle's own muscle in the softmax: seven eighths of it among eight
+_OWN_MUSCLE = 4.0  # of a particle's muscle in the base, before the softmax: a share of 7/8 among eight muscles
 
 
 def width_of(body: Body) -> int:
-    """Numbers in a row."""
+    """Length of a row."""
     return 2 + body.muscle_count
 
 
 def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
-    """The forms that a field describes for `parameters` `[worlds, parameter_count]`, with all fibres ahead.
+    """The forms of a field for `parameters` `[worlds, parameter_count]`, with fibres ahead.
 
-    One world at a time, each from a copy of its own: how sums and sigmoids round depends on the width of a batch and on
-    where in memory it starts, and a form must not depend on what is computed beside it.
+    Each world is computed by itself from its own copy: the rounding of sums and sigmoids depends on the width of a
+    batch and on its alignment in memory, and a form must not depend on the other worlds.
     """
     import torch
 
@@ -56,24 +56,24 @@ def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
 
 
 def painted(patterns: Array) -> Array:
-    """Rows, as one vector, for patterns of order one `[n, 2 + muscle_count]`; what is beyond -1 and 1 is cut off.
+    """Rows, as one vector, for patterns `[n, 2 + muscle_count]`, which are clipped to [-1, 1].
 
-    Where all patterns are 0, the body is as full and firm as the prior's mean, and belongs to all muscles alike.
+    Patterns of 0 give the prior's mean of occupancy and stiffness, and equal shares of all muscles.
     """
     count = patterns.shape[1] - 2
     means = np.array([FULL, FIRM, *[0.0] * count])
-    gains = np.array([_CONTRAST, _SHADES, *[_LEAD] * count])
+    gains = np.array([_OCCUPANCY_GAIN, _STIFFNESS_GAIN, *[_MUSCLE_GAIN] * count])
     rows: Array = (means + gains * np.clip(patterns, -1.0, 1.0)).ravel()
     return rows
 
 
 def rows_like(membership: Array, rng: np.random.Generator) -> Array:
-    """A draw of rows `[n, 2 + muscle_count]` for places with these shares `[n, muscle_count]` of the base's muscles.
+    """A draw of rows `[n, 2 + muscle_count]` for places with these shares of the base's muscles `[n, muscle_count]`.
 
-    Nearly full (0.8 to 0.95), of stiffness 0.5 to 0.85, and loyal to the muscles of the base; where it had none, to all
-    alike but for the noise.
+    Occupancy is 0.8 to 0.95, stiffness 0.5 to 0.85, and the muscles are mostly the base's; where it has none, their
+    shares are equal but for the noise.
     """
     count, muscle_count = membership.shape
-    means = np.hstack([np.tile([FULL, FIRM], (count, 1)), _LOYALTY * membership])
+    means = np.hstack([np.tile([FULL, FIRM], (count, 1)), _OWN_MUSCLE * membership])
     rows: Array = means + rng.normal(0.0, SPREAD, (count, 2 + muscle_count))
     return rows

@@ -1,6 +1,6 @@
 """The fish: a trout-like swimmer that bends from side to side."""
 
-from zoobench.designs.anatomy import SIDES, STIFF, THINNEST, Animal, Part, crossed, in_a_row, whole
+from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -23,7 +23,7 @@ _TAIL_FIN = fin(
 )  # fmt: skip
 _BACK_FIN = fin(UPRIGHT, [(0.017, 0.034), (0.010, 0.0495), (-0.006, 0.046), (-0.013, 0.032)], THINNEST)
 _ANAL_FIN = fin(UPRIGHT, [(-0.009, 0.012), (-0.021, 0.0), (-0.027, 0.0), (-0.023, 0.018)], THINNEST)
-# low and wide, so that a fish out of water is propped up on them
+# low and wide, so that they support the fish out of water
 _SIDE_FINS = mirrored(
     fin(
         Plane((0.020, 0.010, 0.010), (-0.35, -0.10, 1.0), (1.0, 0.0, 0.35)),
@@ -37,22 +37,10 @@ _SIDE_FINS = mirrored(
 def fish(*, length: float = 0.10) -> Animal:
     """A swimmer that bends from side to side, 0.10 m long, with eight muscles.
 
-    Flank fibres run along the body, in three segments on each side: waves along them, left against right, swim. Those
-    of the two pectoral fins run outwards. The head and the other fins have no muscle; fins are twice as stiff.
+    Flank fibres run along the body, in three segments on each side, for waves of lateral bending. Those of the two
+    pectoral fins run outwards. The head and the other fins have no muscle; fins are twice as stiff.
 
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
-    flanks = crossed(in_a_row(("flank-1", "flank-2", "flank-3"), -0.036, 0.024), SIDES)
-    return Animal(
-        box=(0.10, 0.05, 0.05),
-        parts=(
-            Part(solid=_TRUNK, muscles=flanks),
-            Part(solid=_SIDE_FINS, muscles=crossed(whole("fin"), SIDES), fibre=(0.35, 0.10, -1.0)),
-            Part(solid=_TAIL_FIN, stiffness=STIFF),
-            Part(solid=_BACK_FIN, stiffness=STIFF),
-            Part(solid=_ANAL_FIN, stiffness=STIFF),
-        ),
-        neck=0.022,
-        rump=-0.022,
-        length=length,
-    )
+    trunk, fins = flanks(_TRUNK, -0.036, 0.024), paired("fin", _SIDE_FINS, (0.35, 0.10, -1.0))
+    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN, _ANAL_FIN))

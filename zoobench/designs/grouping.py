@@ -1,4 +1,4 @@
-"""Muscle groups of a body of which nothing but the shape is known, and the way their fibres run."""
+"""Muscle groups and fibres derived from the shape of a body."""
 
 from dataclasses import dataclass
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from zoobench.arrays import Array
 
-_ROUNDS = 100  # of k-means; it comes to rest earlier
-_ELONGATED = 1.3  # longest to second longest spread of a group, from which on it has an axis of its own
+_ROUNDS = 100  # limit of k-means iterations; it converges earlier
+_ELONGATED = 1.3  # least ratio of the longest to the second longest spread for an axis of its own
 
 
 @dataclass(frozen=True)
 class Grouping:
-    """Groups around centres: a point belongs to the nearest.
+    """Groups around centres: a point belongs to the nearest centre.
 
     Attributes:
-        centres: `[group_count, 3]` [m], from the tail on.
-        directions: `[group_count, 3]` unit vectors of the fibres.
-        metric: `[3, 3]` by which points are multiplied before distances are measured; slices have rank one.
+        centres: `[group_count, 3]` [m], from the tail.
+        directions: unit vectors of the fibres `[group_count, 3]`.
+        metric: linear map of points before distances are measured `[3, 3]`; of rank one for slices.
     """
 
     centres: Array
@@ -26,25 +26,25 @@ class Grouping:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the muscles, numbered from the tail on."""
+        """Names of the muscles, numbered from the tail."""
         return tuple(f"muscle-{number + 1}" for number in range(len(self.centres)))
 
     def distances(self, points: Array) -> Array:
-        """From points `[n, 3]` to every centre `[n, group_count]` [m]."""
+        """Distances of points `[n, 3]` from every centre `[n, group_count]` [m]."""
         gap = (points[:, None, :] - self.centres) @ self.metric
         found: Array = np.linalg.norm(gap, axis=2)
         return found
 
     def membership(self, points: Array) -> Array:
-        """The share of each muscle `[n, group_count]`: all of the nearest."""
+        """The share of each muscle `[n, group_count]`: 1 for the nearest centre."""
         found: Array = np.eye(len(self.centres))[self.distances(points).argmin(axis=1)]
         return found
 
     def fibres(self, points: Array) -> Array:
-        """Unit directions `[n, 3]`: the groups' own at their centres, between them means weighted by 1 / distance^2.
+        """Unit directions `[n, 3]`, means of the groups' directions weighted by 1 / distance^2.
 
-        The mean is that of lines: the first principal axis of the sum of the directions' outer products, which does not
-        depend on their senses.
+        The mean of lines is the first principal axis of the sum of the directions' outer products, which does not
+        depend on their signs.
         """
         weights = 1.0 / (self.distances(points) ** 2 + 1e-12)
         outer = self.directions[:, :, None] * self.directions[:, None, :]
@@ -53,9 +53,9 @@ class Grouping:
 
 
 def k_means(points: Array, count: int) -> Grouping:
-    """Compact groups of points `[n, 3]`: Lloyd's algorithm from the rearmost point and those farthest from each other.
+    """Compact groups of points `[n, 3]` by Lloyd's algorithm, deterministic.
 
-    Nothing is drawn at random: the same points give the same groups.
+    The initial centres are the rearmost point and then, one by one, the point farthest from the centres so far.
     """
     centres = points[[np.lexsort(points.T[::-1])[0]]]
     while len(centres) < count:
@@ -84,7 +84,7 @@ def slices(points: Array, count: int) -> Grouping:
 
 
 def _directions(points: Array, groups: list[Array]) -> Array:
-    """Unit vectors `[group_count, 3]`: a long group's own axis, or that of the body; none against another."""
+    """Unit vectors `[group_count, 3]`: a long group's own axis, or that of the body, with agreeing signs."""
     body = _body_axis(points)
     found = []
     for group in groups:
@@ -95,14 +95,14 @@ def _directions(points: Array, groups: list[Array]) -> Array:
 
 
 def _body_axis(points: Array) -> Array:
-    """The long axis of a body, or ahead if it has none `[3]`."""
+    """The long axis of a body `[3]`, or ahead if it has none."""
     axis, elongation = _main_axis(points)
     return axis if elongation >= _ELONGATED else np.array([1.0, 0.0, 0.0])
 
 
 def _main_axis(points: Array) -> tuple[Array, float]:
-    """The direction of largest spread `[3]`, ahead rather than back, and how much it exceeds the second."""
+    """The direction of the largest spread `[3]`, pointing ahead, and its ratio to the second largest."""
     spreads, axes = np.linalg.eigh(np.cov(points.T) if len(points) > 1 else np.eye(3))
     axis: Array = axes[:, 2]
-    sense = axis[np.abs(axis).argmax()] if abs(axis[0]) < 1e-6 else axis[0]
-    return (axis if sense > 0.0 else -axis), float(np.sqrt(spreads[2] / max(spreads[1], 1e-30)))
+    sign = axis[np.abs(axis).argmax()] if abs(axis[0]) < 1e-6 else axis[0]
+    return (axis if sign > 0.0 else -axis), float(np.sqrt(spreads[2] / max(spreads[1], 1e-30)))

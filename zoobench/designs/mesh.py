@@ -1,6 +1,6 @@
-"""A user's own body: a closed mesh from a file, with muscles and fibres that follow from its shape."""
+"""A user's own body: a closed mesh from a file, with muscles and fibres derived from its shape."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -17,25 +17,25 @@ from zoobench.sim.model.fidelity import Fidelity
 
 Direction = Literal["x", "y", "z", "-x", "-y", "-z"]
 
-_SMALLEST, _LARGEST = 0.01, 1.0  # [m] lengths that a robot of this benchmark can have
-_GROUPING_POINTS = 4000  # about, on which the muscle groups are found
+_SMALLEST, _LARGEST = 0.01, 1.0  # [m] range of the body's length
+_GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 _END = 0.25  # of the length: head and tail
-_NEAR = 1.75  # particle edges to a neighbour, diagonals of a square included
-_SHEET = 9  # neighbours that a particle within a sheet of one layer does not have
+_NEAR = 1.75  # [particle edges] distance of neighbours, diagonals of a square included
+_SHEET = 9  # a particle in a sheet of one layer has fewer neighbours
 
 
 @register(Kind.DESIGN, "mesh", tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class MeshDesign:
-    """A body from a closed mesh in a file (STL, OBJ, PLY or GLB), with muscles found from its shape.
+    """A body from a closed mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
 
-    The mesh is turned so that `ahead` and `up` are what they say, scaled, and stood on the ground. Its volume is
-    divided into muscle groups; the fibres of a group run along its longest direction, or along the body where a group
-    has none, and pass smoothly into those of its neighbours. A file gives the same groups at every resolution.
+    The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Its volume is divided into muscle groups.
+    The fibres of a group run along its longest direction, or along the body if it has none, and change smoothly between
+    groups. The groups do not depend on the resolution.
 
     * `path`: of the file; its content becomes part of the run's key.
-    * `length`: of the body along `ahead` [m]; 0 takes the file's numbers as metres.
-    * `muscles`: how many groups.
+    * `length`: of the body along `ahead` [m]; 0 if the file is in metres.
+    * `muscles`: number of groups.
     * `grouping`: `k-means` for compact groups, `axis` for slices of equal length along the longest axis.
     * `ahead`, `up`: directions in the file; most CAD tools have z up.
     """
@@ -55,11 +55,11 @@ class MeshDesign:
             )
         if self.ahead[-1] == self.up[-1]:
             raise UsageError(f"ahead={self.ahead} and up={self.up} lie on one line. Give two axes of the file.")
-        _ = self.mesh  # a file that cannot be used is refused now
+        _ = self.mesh  # checks the file
 
     @cached_property
     def mesh(self) -> Mesh:
-        """The surface as it stands: x ahead, y up, the lowest point at y = 0, the middle at x = z = 0 [m]."""
+        """The surface in place: x ahead, y up, the lowest point at y = 0, the middle at x = z = 0 [m]."""
         raw = load(self.path)
         ahead, up = _axis(self.ahead), _axis(self.up)
         vertices = raw.vertices @ np.stack([ahead, up, np.cross(ahead, up)], axis=1)
@@ -70,7 +70,7 @@ class MeshDesign:
         if not _SMALLEST <= size.max() <= _LARGEST:
             raise SceneError(
                 f"The body of {self.path!r} is {size.max():g} m long; {_SMALLEST:g} to {_LARGEST:g} m was expected. "
-                "The file's unit may not be the metre: give the length that is meant, as length=0.1."
+                "The file's unit may not be the metre: give the intended length, such as length=0.1."
             )
         return Mesh(vertices * scale, raw.faces)
 
@@ -86,7 +86,7 @@ class MeshDesign:
 
     @cached_property
     def groups(self) -> Grouping:
-        """The muscle groups, found once on a lattice of their own: they do not depend on the fidelity."""
+        """The muscle groups, computed once on a lattice of their own, so that they do not depend on the fidelity."""
         spacing = (self._volume / _GROUPING_POINTS) ** (1 / 3)
         points, _ = self.shape.sample(Fidelity(spacing, particles_per_cell=1))
         return (k_means if self.grouping == "k-means" else slices)(points, self.muscles)
@@ -95,24 +95,15 @@ class MeshDesign:
         """The body at this resolution.
 
         Raises:
-            SceneError: it is too thin for the grid: a sheet of one layer of particles, or in pieces.
+            SceneError: the body is too thin for the grid: a single layer of particles, or not connected.
         """
         positions, _ = self.shape.sample(fidelity)
         self._check_thickness(positions, fidelity)
-        ones = np.ones(len(positions))
-        reach = float(np.abs(positions[:, 0]).max())
-        return Body(
-            positions=positions,
-            volumes=np.full(len(positions), self._volume / len(positions)),
-            stiffness=ones,
-            density_ratio=ones,
-            occupancy=ones,
-            muscle_membership=self.groups.membership(positions),
-            fibres=self.groups.fibres(positions),
-            head=positions[:, 0] > (1.0 - 2.0 * _END) * reach,
-            tail=positions[:, 0] < -(1.0 - 2.0 * _END) * reach,
-            muscles=self.groups.names,
-        )
+        volumes = np.full(len(positions), self._volume / len(positions))
+        along, membership = positions[:, 0], self.groups.membership(positions)
+        end = (1.0 - 2.0 * _END) * float(np.abs(along).max())
+        body = Body.uniform((positions, volumes), membership, self.groups.names, head=along > end, tail=along < -end)
+        return replace(body, fibres=self.groups.fibres(positions))
 
     def _check_thickness(self, positions: Array, fidelity: Fidelity) -> None:
         from scipy.sparse.csgraph import connected_components

@@ -1,4 +1,4 @@
-"""A design space between primitives: one coefficient for each animal in geometry, stiffness and muscles."""
+"""Design spaces between primitives: weights of the animals in geometry, stiffness and muscles."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,37 +15,36 @@ from zoobench.sim.model.fidelity import Fidelity
 if TYPE_CHECKING:
     from torch import Tensor
 
-Part = Callable[[Primitives, "Tensor", Body], "Tensor"]
-"""What a part of a body is at every particle of a workspace, from the primitives and their weights
-`[primitive_count]`."""
+ParticleField = Callable[[Primitives, "Tensor", Body], "Tensor"]
+"""A property at every particle of a workspace, from the primitives and their weights `[primitive_count]`."""
 
 _BLOCKS = 3  # of coefficients: geometry, stiffness, muscles
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mixture:
-    """Bodies between primitives. A softmax makes the coefficients of each part positive and 1 together.
+    """Bodies between primitives: a softmax turns the coefficients of each block into weights.
 
-    Stiffness and muscle groups are means.
+    Stiffness and muscle shares are weighted means.
 
     Attributes:
-        primitives: that are mixed.
+        primitives: the animals to mix.
         connected: whether only the largest connected piece is built.
-        occupancy: `[particle_count]` by the weights of the geometry.
-        fibres: `[particle_count, 3]` by the weights of the muscles.
+        occupancy: `[particle_count]`, by the weights of the geometry.
+        fibres: `[particle_count, 3]`, by the weights of the muscles.
     """
 
     primitives: Primitives
     connected: bool
-    occupancy: Part
-    fibres: Part
+    occupancy: ParticleField
+    fibres: ParticleField
 
     def body(self, fidelity: Fidelity) -> Body:
         """The workspace."""
         return self.primitives.workspace(fidelity)
 
     def parameter_count(self, body: Body) -> int:
-        """Three coefficients per primitive: of its geometry, its stiffness, its muscles."""
+        """Three coefficients for each primitive: of geometry, stiffness and muscles."""
         return _BLOCKS * self.primitives.count
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
@@ -53,8 +52,8 @@ class Mixture:
         return self.primitives.draw(rng, _BLOCKS)
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`; each world is computed for itself, so that its bits
-        do not depend on the others."""
+        """The forms for `parameters` `[worlds, parameter_count]`; each world is computed by itself, since the rounding
+        of a batch depends on its width."""
         import torch
 
         tissues = self.primitives.tissues(body)

@@ -1,5 +1,4 @@
-"""Networks of the place as design spaces, whose parameters are one flat vector: hidden layers, and a head that is the
-same for all."""
+"""Design spaces by networks over space, with one flat parameter vector for hidden layers and an affine head."""
 
 import math
 from collections.abc import Callable
@@ -12,20 +11,19 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import FIRM, FULL, SPREAD, grow, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import base_design, features, workspace
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.designs.workspace import BasedSpace, features
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-_MUSCLE_SPREAD = 3.0  # of the muscles' numbers over the workspace: in most places one of them leads
+_MUSCLE_SPREAD = 3.0  # of the muscles' numbers over the workspace: in most places one of them dominates
 
 
 @dataclass(frozen=True)
 class Affine:
     """A layer y = x W / sqrt(inputs) + b, whose parameters are W, row by row, then b.
 
-    With the root outside, parameters are of order one however wide the layer is (Jacot et al. 2018).
+    With this scaling, parameters are of order one for any width of the layer (Jacot et al. 2018).
     """
 
     inputs: int
@@ -33,7 +31,7 @@ class Affine:
 
     @property
     def parameter_count(self) -> int:
-        """Weights and biases."""
+        """Number of weights and biases."""
         return (self.inputs + 1) * self.outputs
 
     def __call__(self, parameters: "Tensor", places: "Tensor") -> "Tensor":
@@ -44,22 +42,23 @@ class Affine:
 
 @dataclass(frozen=True)
 class Network:
-    """A design space as a network: its hidden layers, and behind them an affine head with a row for each particle.
+    """A network over space: hidden layers, and an affine head that gives a row of numbers for each particle.
 
     Attributes:
-        hidden: its parameters `[hidden_count]` and places `[n, 7]` to what the head sees `[n, seen_count]`.
-        hidden_count, seen_count: see there.
-        pace: the network's numbers are its parameters times this. All numbers bear on every particle, so that steps of
-            an optimiser add up: it makes a step of Adam move the body about as far as in the particle-based space.
+        hidden: maps parameters `[hidden_count]` and features `[n, 7]` to the inputs of the head `[n, head_inputs]`.
+        hidden_count, head_inputs: see `hidden`.
+        rate_scale: factor from the parameters to the network's weights, and so of an optimiser's learning rate. Every
+            weight acts on all particles, so that their steps add up; with this factor a step of Adam changes the body
+            about as much as in the particle-based space.
     """
 
     hidden: Callable[["Tensor", "Tensor"], "Tensor"]
     hidden_count: int
-    seen_count: int
-    pace: float
+    head_inputs: int
+    rate_scale: float
 
     def parameter_count(self, body: Body) -> int:
-        """Parameters of the hidden layers, then of the head."""
+        """Number of parameters of hidden layers and head."""
         return self.hidden_count + self._head(body).parameter_count
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
@@ -69,66 +68,52 @@ class Network:
         places, head = torch.as_tensor(features(body)), self._head(body)
 
         def field(row: "Tensor") -> "Tensor":
-            numbers = self.pace * row
+            numbers = self.rate_scale * row
             return head(numbers[self.hidden_count :], self.hidden(numbers[: self.hidden_count], places))
 
         return grow(parameters, body, field)
 
     def initial(self, numbers: Array, rng: np.random.Generator, body: Body) -> Array:
-        """The parameters of hidden layers with these numbers `[hidden_count]` and a random head.
+        """Parameters `[parameter_count]` with these weights of the hidden layers `[hidden_count]` and a random head.
 
-        Every output of the head is shifted and scaled to a mean and a deviation over the workspace: nearly full and
-        firm, as the other spaces' priors are, and muscles that differ from place to place, each of them somewhere in
-        the lead. Where all muscles were alike, a body could only swell and shrink.
+        Every output of the head is normalised to a mean and a deviation over the workspace: occupancy and stiffness
+        as in the priors of the other spaces, and muscles that differ from place to place. With equal muscles everywhere
+        a body could only expand and contract.
         """
         import torch
 
-        seen = self.hidden(torch.as_tensor(numbers), torch.as_tensor(features(body))).numpy()
+        inputs = self.hidden(torch.as_tensor(numbers), torch.as_tensor(features(body))).numpy()
         muscle_count = body.muscle_count
-        weights = rng.normal(size=(self.seen_count, 2 + muscle_count))
-        outputs = seen @ weights / math.sqrt(self.seen_count)
+        weights = rng.normal(size=(self.head_inputs, 2 + muscle_count))
+        outputs = inputs @ weights / math.sqrt(self.head_inputs)
         deviations = outputs.std(axis=0)
         wanted = np.array([SPREAD, SPREAD, *[_MUSCLE_SPREAD] * muscle_count])
         scale = wanted / np.where(deviations > 0.0, deviations, 1.0)
         bias = np.array([FULL, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
-        return np.concatenate([numbers, (scale * weights).ravel(), bias]) / self.pace
+        return np.concatenate([numbers, (scale * weights).ravel(), bias]) / self.rate_scale
 
     def _head(self, body: Body) -> Affine:
-        return Affine(self.seen_count, width_of(body))
+        return Affine(self.head_inputs, width_of(body))
 
 
 @dataclass(frozen=True, kw_only=True)
-class NetworkSpace:
-    """A design space that a network describes in the workspace of a base.
+class NetworkSpace(BasedSpace):
+    """A design space given by a network in the workspace of a base.
 
     Attributes:
-        base: the fixed design whose particles are the workspace.
-        connected: whether only the largest connected piece is built.
-        network: gives every particle its row.
-        draw: numbers of the network's hidden layers from their prior `[hidden_count]`.
-
-    Raises:
-        UnknownNameError, UsageError: as `base_design`.
+        network: gives every particle its row of numbers.
+        draw: gives weights of the network's hidden layers from their prior `[hidden_count]`.
     """
 
-    base: str
-    connected: bool
     network: Network
     draw: Callable[[np.random.Generator], Array]
 
-    def __post_init__(self) -> None:
-        base_design(self.base)  # one that cannot be used is refused now
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return workspace(self.base, fidelity)
-
     def parameter_count(self, body: Body) -> int:
-        """Parameters of the hidden layers, then of the head."""
+        """Number of parameters of hidden layers and head."""
         return self.network.parameter_count(body)
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A random network that is nearly full and firm."""
+        """A draw from the prior `[parameter_count]`."""
         return self.network.initial(self.draw(rng), rng, body)
 
     def form(self, parameters: "Tensor", body: Body) -> Form:

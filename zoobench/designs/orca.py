@@ -1,6 +1,6 @@
 """The orca: a whale that beats its flat tail up and down."""
 
-from zoobench.designs.anatomy import SIDES, STIFF, THINNEST, Animal, Part, crossed, in_a_row, opposed, whole
+from zoobench.designs.anatomy import THINNEST, Animal, BodyPart, crossed, in_a_row, opposed, paired, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -39,22 +39,12 @@ _FLIPPERS = mirrored(
 def orca(*, length: float = 0.10) -> Animal:
     """A whale that beats its flat tail up and down, 0.10 m long, with eight muscles.
 
-    The fibres of back and belly run along the body, in three segments each: waves along them, back against belly,
-    swim. Those of the two flippers run outwards and steer. The head, the flukes and the tall fin on the back have no
-    muscle; fins are twice as stiff.
+    The fibres of back and belly run along the body, in three segments each, for waves of dorsoventral bending. Those of
+    the two flippers run outwards, for steering. The head, the flukes and the tall fin on the back have no muscle; fins
+    are twice as stiff.
 
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
     rows = in_a_row(("segment-1", "segment-2", "segment-3"), -0.038, 0.026)
-    return Animal(
-        box=(0.10, 0.05, 0.05),
-        parts=(
-            Part(solid=_TRUNK, muscles=crossed(rows, opposed(("belly", "back"), 1, 0.009, 0.025))),
-            Part(solid=_FLIPPERS, muscles=crossed(whole("flipper"), SIDES), fibre=(0.35, 0.15, -1.0)),
-            Part(solid=_FLUKES, stiffness=STIFF),
-            Part(solid=_BACK_FIN, stiffness=STIFF),
-        ),
-        neck=0.022,
-        rump=-0.022,
-        length=length,
-    )
+    trunk = BodyPart(solid=_TRUNK, muscles=crossed(rows, opposed(("belly", "back"), 1, 0.009, 0.025)))
+    return swimmer(length, trunk, paired("flipper", _FLIPPERS, (0.35, 0.15, -1.0)), *stiff(_FLUKES, _BACK_FIN))

@@ -1,15 +1,6 @@
 """The panda: a round body and head on four stout legs."""
 
-from zoobench.designs.anatomy import (
-    SIDES,
-    SOFT,
-    STIFF,
-    Animal,
-    Part,
-    crossed,
-    opposed,
-    whole,
-)  # fmt: skip
+from zoobench.designs.anatomy import SIDES, SOFT, Animal, BodyPart, crossed, opposed, stiff, whole
 from zoobench.designs.shapes import capsule, ellipsoid, mirrored
 from zoobench.registry import Kind, register
 
@@ -21,11 +12,11 @@ _EARS = mirrored(ellipsoid((0.026, 0.0520, 0.0160), (0.0080, 0.0080, 0.0080)))
 _LEG_X = {"fore": 0.010, "hind": -0.037}
 
 
-def _leg(end: str) -> Part:
-    """A pair of legs: what lies ahead of the bone swings the foot forward, what lies behind it swings it back."""
+def _leg(end: str) -> BodyPart:
+    """A pair of legs: the muscle before the bone swings the foot forward, that behind it swings it back."""
     x = _LEG_X[end]
     halves = opposed((f"{end}-back", f"{end}-front"), 0, x - 0.006, x + 0.006)
-    return Part(
+    return BodyPart(
         solid=mirrored(capsule((x, 0.024, 0.0165), (x, 0.0095, 0.0185), 0.0130, 0.0115)),
         muscles=crossed(halves, SIDES),
         fibre=(0.0, -1.0, 0.14),
@@ -36,9 +27,9 @@ def _leg(end: str) -> Part:
 def panda(*, length: float = 0.10) -> Animal:
     """A walker on four stout legs, 0.10 m long, with ten muscles.
 
-    Each leg has a muscle at the front and one at the back, whose fibres run down the leg: against each other they swing
-    it, together they shorten it. Two long muscles bend the back to either side. The belly is soft, the head twice as
-    stiff; neither has muscle.
+    Each leg has a muscle at the front and one at the back with fibres along the leg, which swing it as antagonists and
+    shorten it together. Two long muscles bend the back to either side. The belly is soft, the head twice as stiff;
+    neither has muscle.
 
     * `length`: of the whole body [m]; it is 0.6 as high and as wide.
     """
@@ -48,11 +39,11 @@ def panda(*, length: float = 0.10) -> Animal:
         parts=(
             _leg("hind"),
             _leg("fore"),
-            Part(solid=_TRUNK, muscles=back),
-            Part(solid=_BELLY, stiffness=SOFT),
-            Part(solid=_HEAD, stiffness=STIFF),
-            Part(solid=_SNOUT),
-            Part(solid=_EARS),
+            BodyPart(solid=_TRUNK, muscles=back),
+            BodyPart(solid=_BELLY, stiffness=SOFT),
+            *stiff(_HEAD),
+            BodyPart(solid=_SNOUT),
+            BodyPart(solid=_EARS),
         ),
         neck=0.018,
         rump=-0.034,

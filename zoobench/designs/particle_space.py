@@ -1,4 +1,4 @@
-"""The particle-based design space (specification H.1): every particle of the workspace on its own."""
+"""The particle-based design space (specification H.1): independent parameters for every particle."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -9,9 +9,8 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import base_design, features, workspace
+from zoobench.designs.workspace import BasedSpace, features
 from zoobench.registry import Kind, register
-from zoobench.sim.model.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -19,33 +18,23 @@ if TYPE_CHECKING:
 
 @register(Kind.DESIGN, "particle", tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
-class ParticleSpace:
+class ParticleSpace(BasedSpace):
     """A design space in which every particle has its own occupancy, stiffness and muscle.
 
-    The parameters are one number for occupancy and one for stiffness, each behind a sigmoid, and one for each muscle
-    behind a softmax, particle by particle; fibres run ahead. A draw from the prior is the base nearly full (0.8 to
-    0.95), of stiffness 0.5 to 0.85, with its own muscles and noise on all.
+    The parameters of a particle are one for occupancy and one for stiffness, each mapped by a sigmoid, and one for each
+    muscle, mapped by a softmax; fibres run ahead. A draw from the prior is the base with noise: occupancy 0.8 to 0.95,
+    stiffness 0.5 to 0.85, and mostly its own muscles.
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
     """
-
-    base: str = "block"
-    connected: bool = True
-
-    def __post_init__(self) -> None:
-        base_design(self.base)  # one that cannot be used is refused now
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return workspace(self.base, fidelity)
 
     def parameter_count(self, body: Body) -> int:
         """A row of numbers for each particle."""
         return body.particle_count * width_of(body)
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A body near the base."""
+        """A draw from the prior `[parameter_count]`."""
         return rows_like(body.muscle_membership, rng).ravel()
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
@@ -57,5 +46,5 @@ class ParticleSpace:
         return features(body)
 
     def painted(self, patterns: Array) -> Array:
-        """The parameters of the body with these patterns."""
+        """The parameters for these patterns."""
         return painted(patterns)

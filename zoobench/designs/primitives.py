@@ -1,7 +1,6 @@
-"""Design primitives: animals of one length in one workspace, and what each of them is at every particle of it.
+"""Design primitives: animals of one length in one workspace, and their properties at every particle of it.
 
-The spaces that mix animals (SDF-Lerp and the Wasserstein barycenter) differ in the geometry only; what they share is
-here.
+The common part of the spaces that mix animals (SDF-Lerp and the Wasserstein barycenter), which differ in the geometry.
 """
 
 from dataclasses import dataclass
@@ -26,20 +25,20 @@ if TYPE_CHECKING:
 DEFAULT_PRIMITIVES = "orca+shark+clownfish+tuna"
 
 ROOM = 1.25
-"""The workspace's box relative to that of the primitives: the surface can move, and at the default length every named
-fidelity tiles the box with whole cells."""
+"""The workspace's box relative to that of the primitives: the surface can move, and at the default length the box is a
+whole number of cells at every named fidelity."""
 
-_SAMPLES = 64  # along a primitive, when what lies outside it looks for the nearest point inside
+_SAMPLES = 64  # along a primitive, for the search of nearest points inside
 
 
 @dataclass(frozen=True)
 class Tissues:
-    """What each primitive is at the particles of a workspace; outside its skin, as at the nearest point inside.
+    """Properties of each primitive at the particles of a workspace; outside, those of the nearest point inside.
 
     Attributes:
-        distances: `[primitive_count, particle_count]` signed distance to the skin, negative inside [m].
+        distances: `[primitive_count, particle_count]` signed distance to the surface, negative inside [m].
         stiffness: `[primitive_count, particle_count]` relative to the stiffest tissue of all, in (0, 1] [-].
-        membership: `[primitive_count, particle_count, muscle_count]` share of each muscle, 1 together [-].
+        membership: `[primitive_count, particle_count, muscle_count]` share of each muscle, with sum 1 [-].
         fibres: `[primitive_count, particle_count, 3]` unit directions.
     """
 
@@ -53,40 +52,40 @@ class Tissues:
 class Primitives:
     """Animals between which a space interpolates.
 
-    Muscles are matched by their number: the first channel of the controller drives the first muscle of every primitive.
-    A name that the primitives do not agree on becomes `muscle-1` and so on; a primitive with fewer muscles than another
-    leaves the last channels unused. Where a primitive has no muscle, the nearest one reaches: the shares of a form are
-    1 together everywhere, as those of the other spaces are.
+    Muscles are matched by number: the first channel of the controller drives the first muscle of every primitive. A
+    muscle with different names in the primitives is called `muscle-1` and so on; a primitive with fewer muscles than
+    another does not use the last channels. Passive tissue has the shares of the nearest muscle, since the shares of a
+    form have the sum 1 everywhere.
 
     Attributes:
         names: of registered animals, joined by `+`.
-        length: of each of them [m].
+        length: of every animal [m].
     """
 
     names: str
     length: float
 
     def __post_init__(self) -> None:
-        _ = self.animals  # names that cannot be used are refused now
+        _ = self.animals  # checks the names
 
     @cached_property
     def animals(self) -> tuple[Animal, ...]:
-        """The primitives themselves, in the order of their coefficients.
+        """The primitives, in the order of their coefficients.
 
         Raises:
-            UsageError: fewer than two names, one of them twice, or one without a signed distance.
-            UnknownNameError: no design has this name.
+            UsageError: fewer than two names, a name given twice, or a design without a signed distance.
+            UnknownNameError: a name is unknown.
         """
         names = [name.strip() for name in self.names.split("+")]
         if len(names) < 2 or len(set(names)) < len(names):
             raise UsageError(
-                f"{self.names!r} are no two or more different primitives. Join their names, as {DEFAULT_PRIMITIVES}."
+                f"{self.names!r} are not two or more different primitives. Join their names, as {DEFAULT_PRIMITIVES}."
             )
         return tuple(_animal(name, self.length) for name in names)
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of primitives."""
         return len(self.animals)
 
     @property
@@ -112,15 +111,14 @@ class Primitives:
 
     @cached_property
     def volumes(self) -> Array:
-        """The true volume of each primitive `[primitive_count]` [m^3]."""
+        """The volume of each primitive `[primitive_count]` [m^3]."""
         return np.array([animal.shape.volume() for animal in self.animals])
 
     def workspace(self, fidelity: Fidelity) -> Body:
-        """The box filled with particles, each of the stiffest tissue; where the primitives' heads and tails are, on
-        average, are head and tail of every form.
+        """The box filled with particles of the stiffest tissue; head and tail are at the mean place of the primitives'.
 
         Raises:
-            SceneError: the fidelity is too coarse to hold any primitive.
+            SceneError: the fidelity is too coarse for a single particle of any primitive.
         """
         lower, upper = self.box
         half = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9) * fidelity.grid_spacing / 2
@@ -138,7 +136,7 @@ class Primitives:
             positions=positions,
             volumes=np.full(count, particle_volume(fidelity.grid_spacing, fidelity.particles_per_cell)),
             stiffness=np.full(count, self.stiffest),
-            density_ratio=np.ones(count),  # a form weighs what as much muscle weighs, whatever of the box it fills
+            density_ratio=np.ones(count),  # a form has the density of muscle
             occupancy=np.ones(count),
             muscle_membership=np.full((count, len(names)), 1.0 / len(names)),
             fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
@@ -149,18 +147,18 @@ class Primitives:
         )
 
     def tissues(self, body: Body) -> Tissues:
-        """What each primitive is at the particles of `body`; computed once for each workspace."""
+        """Properties of each primitive at the particles of `body`, cached for each workspace."""
         return _tissues(self, body.positions.tobytes())
 
     def draw(self, rng: np.random.Generator, blocks: int) -> Array:
-        """Coefficients from the prior `[blocks * primitive_count]`, before their softmax: standard normal, so that one
-        primitive often leads and none is out of reach."""
+        """Coefficients before the softmax from the prior, standard normal `[blocks * primitive_count]`: one primitive
+        often dominates, and none is out of reach."""
         found: Array = rng.normal(size=blocks * self.count)
         return found
 
 
 def _animal(name: str, length: float) -> Animal:
-    """The registered animal of that name and length."""
+    """The registered animal with this name and length."""
     ref = Ref.parse(name)
     component = registry.get(Kind.DESIGN, ref.name, ref.version)
     made = None
@@ -168,7 +166,7 @@ def _animal(name: str, length: float) -> Animal:
         made = registry.create(Kind.DESIGN, ref.with_defaults(length=length))
     if not isinstance(made, Animal):
         raise UsageError(
-            f"The design {name!r} is no primitive: its skin has no signed distance. "
+            f"The design {name!r} is no primitive: it has no signed distance. "
             f"Choose animals made of parts, as {DEFAULT_PRIMITIVES}."
         )
     return made
@@ -192,10 +190,9 @@ def _tissues(primitives: Primitives, positions: bytes) -> Tissues:
 
 
 def _nearest_inside(animal: Animal, points: Array) -> tuple[Array, Array]:
-    """For points `[n, 3]` [m] the nearest inside the animal, and the nearest inside one of its muscles, each
-    `[n, 3]` [m]: themselves, where they are there.
+    """For points `[n, 3]` [m], the nearest points inside the animal and inside one of its muscles, `[n, 3]` [m] each.
 
-    The right side is searched and mirrored, so that a symmetric animal has symmetric surroundings.
+    A point inside is its own nearest point. The right side is searched and mirrored, so that the result is symmetric.
     """
     from scipy.spatial import KDTree
 
@@ -214,17 +211,17 @@ def _nearest_inside(animal: Animal, points: Array) -> tuple[Array, Array]:
 
 
 def simplex(parameters: "Tensor", blocks: int) -> "Tensor":
-    """Coefficients `[blocks, primitive_count]`, each block's positive and 1 together, of one world's parameters.
+    """Weights `[blocks, primitive_count]`, positive and with sum 1 in each block, from the parameters of one world.
 
-    A softmax: a mean of primitives stays a distance in metres, a stiffness between theirs and a whole muscle, and a
-    space of free coefficients holds no other shapes but those beyond the primitives.
+    With weights from a softmax the mean distance stays a distance in metres, stiffness stays within the primitives'
+    range, and muscle shares have the sum 1. Free coefficients would only add shapes beyond the primitives.
     """
     import torch
 
-    # a copy: how a softmax rounds depends on where in memory it starts, that is, on the worlds before
+    # a copy, since the rounding of a softmax depends on its alignment in memory, that is, on the worlds before it
     return torch.softmax(parameters.clone().reshape(blocks, -1), dim=1)
 
 
 def mean(weights: "Tensor", values: "Tensor") -> "Tensor":
-    """The mean of `values` `[primitive_count, ...]` with `weights` `[primitive_count]`."""
+    """The mean of `values` `[primitive_count, ...]` by `weights` `[primitive_count]`."""
     return (weights.reshape(-1, *[1] * (values.ndim - 1)) * values).sum(dim=0)

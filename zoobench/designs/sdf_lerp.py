@@ -1,4 +1,4 @@
-"""SDF-Lerp (H.5): the zero level of a weighted mean of the primitives' signed distances."""
+"""The SDF-Lerp design space (specification H.5): zero level of the weighted mean of the signed distances."""
 
 from typing import TYPE_CHECKING
 
@@ -12,18 +12,18 @@ from zoobench.registry import Kind, register
 if TYPE_CHECKING:
     from torch import Tensor
 
-_TEMPERATURE = 0.15  # of the sigmoid, in particle spacings: one spacing outside the skin 0.1 % are left
+_TEMPERATURE = 0.15  # of the sigmoid [particle spacings]: occupancy 0.1 % one spacing outside the surface
 
 
 @register(Kind.DESIGN, "sdf-lerp", tags=("space",))
 def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
-    """Bodies between animals, where the weighted mean of the signed distances to their skins is negative.
+    """Bodies between animals, where the weighted mean of the signed distances to their surfaces is negative.
 
-    One coefficient per animal and part: geometry, stiffness, and muscles (groups and directions); a softmax makes each
-    part's positive and 1 together. Stiffness and muscle groups are means; fibres are means of rotations.
+    Geometry, stiffness and muscles (shares and directions) have one coefficient for each animal; a softmax turns them
+    into weights. Stiffness and muscle shares are weighted means; fibres are means of rotations.
 
     * `primitives`: names of animals, joined by +.
-    * `length`: of each of them [m].
+    * `length`: of every animal [m].
     * `connected`: whether only the largest connected piece is built.
     """
     mixed = Primitives(primitives, length)
@@ -31,7 +31,7 @@ def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, conn
 
 
 def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
-    """Where the mean distance is negative `[particle_count]`."""
+    """Occupancy where the mean distance is negative `[particle_count]`."""
     import torch
 
     temperature = _TEMPERATURE * torch.as_tensor(np.cbrt(body.volumes))
@@ -39,12 +39,12 @@ def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor
 
 
 def _fibres(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":
-    """The mean of the primitives' lines `[particle_count, 3]`."""
+    """The mean direction of the primitives' fibres `[particle_count, 3]`."""
     return mean_line(weights, primitives.tissues(body).fibres)
 
 
 def mean_line(weights: "Tensor", directions: "Tensor") -> "Tensor":
-    """The weighted mean `[n, 3]` of lines given by unit vectors `[count, n, 3]`, whose senses have no meaning.
+    """The weighted mean `[n, 3]` of lines given by unit vectors of arbitrary sign `[count, n, 3]`.
 
     A line is the rotation by half a turn about it, R = 2 d d^T - 1, the same for d and -d. Rotations are averaged by
     projecting their weighted sum on the rotations (Brégier, "Deep Regression on Manifolds: A 3D Rotation Case Study",
@@ -57,7 +57,7 @@ def mean_line(weights: "Tensor", directions: "Tensor") -> "Tensor":
 
     half_turns = 2.0 * directions[..., :, None] * directions[..., None, :] - torch.eye(3, dtype=directions.dtype)
     projector = (special_procrustes(mean(weights, half_turns)) + torch.eye(3, dtype=directions.dtype)) / 2.0
-    # every column of u u^T lies along u; the longest is not lost in rounding
+    # every column of u u^T is parallel to u; the longest has the least rounding error
     longest = torch.diagonal(projector, dim1=-2, dim2=-1).argmax(dim=-1)
     column = torch.take_along_dim(projector, longest[:, None, None], dim=2)[..., 0]
     found: Tensor = column / column.norm(dim=1, keepdim=True)

@@ -1,7 +1,7 @@
 """Solids by their signed distance: ellipsoids, tapered capsules, lofted trunks, flat fins, and their smooth unions.
 
-A distance is negative inside. It is exact on the surface and has about the right slope near it, which is what blending
-and sampling ask for; it is a true Euclidean distance for capsules only.
+A distance is negative inside. It is zero on the surface with a gradient of about 1, as blending and sampling require;
+only that of capsules is the exact Euclidean distance.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ Point = tuple[float, float, float]
 Distance = Callable[[Array], Array]
 """Points `[n, 3]` [m] to signed distances `[n]` [m]."""
 
-_SLIVER = 1e-4  # [m] the least radius of a cross-section: a trunk's tips are points
+_LEAST_RADIUS = 1e-4  # [m] of a cross-section, instead of 0 at a trunk's tips
 
 
 def ellipsoid(centre: Point, radii: Point) -> Distance:
@@ -24,15 +24,15 @@ def ellipsoid(centre: Point, radii: Point) -> Distance:
     def distance(points: Array) -> Array:
         scaled = (points - centre) / radii
         size = np.linalg.norm(scaled, axis=1)
-        slope = np.linalg.norm(scaled / radii, axis=1)
-        found: Array = np.where(slope > 0.0, size * (size - 1.0) / np.maximum(slope, 1e-12), -min(radii))
+        gradient = np.linalg.norm(scaled / radii, axis=1)
+        found: Array = np.where(gradient > 0.0, size * (size - 1.0) / np.maximum(gradient, 1e-12), -min(radii))
         return found
 
     return distance
 
 
 def capsule(start: Point, end: Point, start_radius: float, end_radius: float) -> Distance:
-    """A rod with round ends whose radius [m] changes evenly from start to end."""
+    """A rod with round ends whose radius [m] changes linearly from start to end."""
     foot = np.array(start)
     axis = np.array(end) - foot
 
@@ -48,7 +48,7 @@ def capsule(start: Point, end: Point, start_radius: float, end_radius: float) ->
 def loft(stations: Sequence[tuple[float, float, float, float]]) -> Distance:
     """A trunk along x through elliptic cross-sections (x, height of the centre, half height, half width) [m].
 
-    Between stations the centre and the squared radii are monotone cubics, so that a tip of radius 0 is round.
+    Centre and squared radii are monotone cubic functions of x, so that a tip of radius 0 is round.
     """
     rows = np.array(sorted(stations))
 
@@ -58,7 +58,7 @@ def loft(stations: Sequence[tuple[float, float, float, float]]) -> Distance:
         x = np.clip(points[:, 0], rows[0, 0], rows[-1, 0])
         centre = PchipInterpolator(rows[:, 0], rows[:, 1])(x)
         radii = PchipInterpolator(rows[:, 0], rows[:, 2:] ** 2)(x)
-        radii = np.maximum(np.sqrt(np.maximum(radii, 0.0)), _SLIVER)
+        radii = np.maximum(np.sqrt(np.maximum(radii, 0.0)), _LEAST_RADIUS)
         offset = np.stack([points[:, 1] - centre, points[:, 2]], axis=1)
         across = (np.linalg.norm(offset / radii, axis=1) - 1.0) * radii.min(axis=1)
         beyond = np.abs(points[:, 0] - x)
@@ -70,7 +70,7 @@ def loft(stations: Sequence[tuple[float, float, float, float]]) -> Distance:
 
 @dataclass(frozen=True)
 class Plane:
-    """Where a flat fin lies: `origin` [m], and the directions in which its outline is drawn (made orthonormal)."""
+    """The plane of a flat fin: `origin` [m], and the axes of its outline, which are made orthonormal."""
 
     origin: Point
     along: Point
@@ -93,7 +93,7 @@ FLAT = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) -> Distance:
-    """A plate of even `thickness` [m] with a polygonal outline [m] in a plane."""
+    """A plate of constant `thickness` [m] with a polygonal outline [m] in a plane."""
     corners = np.array(outline)
 
     def distance(points: Array) -> Array:
@@ -124,10 +124,10 @@ def mirrored(solid: Distance) -> Distance:
 
 
 def smooth_union(distances: Sequence[Array], blend: float) -> Array:
-    """The distance `[n]` to all solids together, filleted where two surfaces are nearer than `blend` [m].
+    """The distance `[n]` to the union of solids, with fillets where two surfaces are nearer than `blend` [m].
 
-    The polynomial smooth minimum: min(a, b) - k/4 max(1 - |a - b| / k, 0)^2; it raises a surface by a quarter of
-    the blend at most.
+    The polynomial smooth minimum min(a, b) - k/4 max(1 - |a - b| / k, 0)^2 raises a surface by at most a quarter of the
+    blend k.
     """
     found = distances[0]
     for other in distances[1:]:

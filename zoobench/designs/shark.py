@@ -1,6 +1,6 @@
 """The shark: slender, with a pointed snout and a tail fin whose upper lobe is the longer."""
 
-from zoobench.designs.anatomy import SIDES, STIFF, THINNEST, Animal, Part, crossed, in_a_row, whole
+from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -40,16 +40,5 @@ def shark(*, length: float = 0.10) -> Animal:
 
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
-    flanks = crossed(in_a_row(("flank-1", "flank-2", "flank-3"), -0.036, 0.024), SIDES)
-    return Animal(
-        box=(0.10, 0.05, 0.05),
-        parts=(
-            Part(solid=_TRUNK, muscles=flanks),
-            Part(solid=_SIDE_FINS, muscles=crossed(whole("fin"), SIDES), fibre=(0.45, 0.10, -1.0)),
-            Part(solid=_TAIL_FIN, stiffness=STIFF),
-            Part(solid=_BACK_FIN, stiffness=STIFF),
-        ),
-        neck=0.022,
-        rump=-0.022,
-        length=length,
-    )
+    trunk, fins = flanks(_TRUNK, -0.036, 0.024), paired("fin", _SIDE_FINS, (0.45, 0.10, -1.0))
+    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN))

@@ -1,4 +1,4 @@
-"""Closed triangle meshes: read from a file, repaired where that is safe, and asked which points lie inside."""
+"""Closed triangle meshes: reading with safe repairs, and the test which points lie inside."""
 
 from dataclasses import dataclass
 from io import BytesIO
@@ -17,23 +17,23 @@ FORMATS = ("stl", "obj", "ply", "glb")
 
 @dataclass(frozen=True)
 class Mesh:
-    """A closed surface of triangles, its normals outwards.
+    """A closed surface of triangles with normals outwards.
 
     Attributes:
         vertices: `[vertex_count, 3]`, in the file's units.
-        faces: `[face_count, 3]` indices of corners.
+        faces: indices of corners `[face_count, 3]`.
     """
 
     vertices: Array
     faces: NDArray[np.int64]
 
     def volume(self) -> float:
-        """By the divergence theorem: the sum of the signed tetrahedra from the origin to every face."""
+        """Volume by the divergence theorem: the sum of the signed tetrahedra from the origin to every face."""
         a, b, c = (self.vertices[self.faces[:, n]] for n in range(3))
         return float((a * np.cross(b, c)).sum() / 6.0)
 
     def pieces(self) -> int:
-        """How many surfaces it consists of."""
+        """Number of connected surfaces."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -46,8 +46,8 @@ class Mesh:
     def inside(self, points: Array) -> Mask:
         """Whether points `[n, 3]` lie inside.
 
-        A vertical line through each point: the faces crossed above it, counted with the sign of their normals, are its
-        winding number. Points of a lattice share their lines, so that the cost is that of the lines, not of the points.
+        The faces that a vertical line crosses above a point, counted with the sign of their normals, are its winding
+        number. Points of a lattice share these lines, so that the cost grows with the lines and not with the points.
         """
         columns, line = np.unique(points[:, [0, 2]], axis=0, return_inverse=True)
         line = line.ravel()
@@ -55,7 +55,7 @@ class Mesh:
         low, high = self.vertices[:, 1].min(), self.vertices[:, 1].max()
 
         def rank(lines: NDArray[np.int64], y: Array) -> Array:
-            """Lines one after the other, heights in order within each."""
+            """A number that sorts by line, and by height within a line."""
             found: Array = lines + 0.25 + 0.5 * np.clip((y - low) / (high - low), -0.25, 1.25)
             return found
 
@@ -67,8 +67,8 @@ class Mesh:
         return found
 
     def _crossings(self, columns: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64]]:
-        """Where vertical lines at (x, z) `[m, 2]`, sorted by x, cross faces: which line, height, sign of the normal."""
-        # a hair off the lattice, by no ratio of whole numbers: no line meets an edge or a corner
+        """Crossings of faces with vertical lines at (x, z) `[m, 2]`, sorted by x: line, height, sign of the normal."""
+        # shifted off the lattice by an irrational ratio, so that no line meets an edge or a corner
         shift = 1e-7 * float(np.ptp(self.vertices, axis=0).max()) * np.array([np.sqrt(2.0) - 1.0, np.sqrt(3.0) - 1.0])
         lines = columns + shift
         corners = self.vertices[self.faces]
@@ -97,10 +97,10 @@ def _cross(first: Array, second: Array) -> Array:
 
 
 def load(name: str) -> Mesh:
-    """The mesh in a file, pinned or not; equal corners are merged, normals turned outwards, small holes closed.
+    """The mesh in a file, with equal corners merged, normals outwards, and small holes closed.
 
     Raises:
-        UsageError: no mesh can be read, or it is empty, open or not a surface.
+        UsageError: the file cannot be read, or its mesh is empty, open or not a surface.
     """
     trimesh = trimesh_or_advice()
     path = path_of(name)
@@ -111,7 +111,7 @@ def load(name: str) -> Mesh:
     try:
         mesh = trimesh.load(BytesIO(content), file_type=kind, force="mesh", process=True)
         faces = len(getattr(mesh, "faces", ()))
-    except Exception as error:  # whatever a reader makes of a stranger's file
+    except Exception as error:  # readers raise errors of many types
         raise UsageError(f"{path.name!r} is no {kind} file that can be read: {error}. Export it again.") from None
     if not faces or not np.isfinite(mesh.vertices).all():
         raise UsageError(f"{path.name!r} holds no triangles with finite corners. Export a mesh of the surface.")
@@ -128,10 +128,10 @@ def load(name: str) -> Mesh:
 
 
 def _check_closed(mesh: Any, name: str) -> None:
-    """Every edge has two faces.
+    """Check that every edge has two faces.
 
     Raises:
-        UsageError: how many edges have one, or more than two.
+        UsageError: an edge has one face, or more than two.
     """
     _, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     crowded, open_edges = int((counts > 2).sum()), int((counts == 1).sum())
@@ -142,12 +142,12 @@ def _check_closed(mesh: Any, name: str) -> None:
         )
     if open_edges or not len(mesh.faces):
         raise UsageError(
-            f"{name!r} is not watertight: {open_edges} edges have one face only. Close its holes where it was made."
+            f"{name!r} is not watertight: {open_edges} edges have one face only. Close its holes in a modeller."
         )
 
 
 def trimesh_or_advice() -> Any:
-    """The library, imported.
+    """The module of trimesh.
 
     Raises:
         UsageError: it is not installed.

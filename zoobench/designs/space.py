@@ -1,7 +1,6 @@
-"""A design space turns parameters into the form of a body, in torch, so that bodies are optimised through physics.
+"""The protocol of design spaces: from parameters to the form of a body, differentiable, in torch.
 
-All spaces work on one set of particles, the workspace: a form says how much of each particle is there, how stiff it is,
-to which muscle it belongs and along which line it contracts.
+A form gives occupancy, stiffness, muscle shares and fibre direction of every particle of a fixed set, the workspace.
 """
 
 from dataclasses import dataclass
@@ -17,18 +16,18 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 LEAST_STIFFNESS = 0.05
-"""Smallest share of the workspace's stiffness: softer matter would not hold its own weight on any grid."""
+"""Least stiffness relative to the workspace: softer matter could not carry its own weight."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """A body that a design space describes, in every world; gradients reach the parameters through all of it.
+    """A body of a design space in every world; all arrays are differentiable by the parameters.
 
     Attributes:
         occupancy: `[worlds, particle_count]` in [0, 1]; 0 is empty space.
-        stiffness: `[worlds, particle_count]` share of the workspace's stiffness, in (0, 1] [-].
-        muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, 1 together [-].
-        fibres: `[worlds, particle_count, 3]` unit direction in which a muscle contracts.
+        stiffness: `[worlds, particle_count]` relative to the workspace, in (0, 1] [-].
+        muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, with sum 1 [-].
+        fibres: `[worlds, particle_count, 3]` unit directions of contraction.
     """
 
     occupancy: "Tensor"
@@ -37,27 +36,26 @@ class Form:
     fibres: "Tensor"
 
     def matter(self, body: Body) -> "dict[str, Tensor]":
-        """The arrays that the simulator takes, by its own names, for a form in the workspace `body`.
+        """The arrays of the simulator, by its names, for a form in the workspace `body`.
 
-        Where matter is scarce it is soft and weak beyond its share: its elastic and active stress fall with the third
-        power of the occupancy, as in topology optimisation (SIMP, Bendsoe 1989; mass and volume with the first). What
-        is half there is worth less than half, so that bodies become clear; and thin matter gives way to a
-        flow around the body instead of holding on to it.
+        Elastic and active stress are proportional to the third power of the occupancy, as in topology optimisation
+        (SIMP, Bendsoe 1989), mass and volume to the first. This penalises intermediate occupancy, and matter of low
+        occupancy does not hold on to the flow around the body.
         """
         import torch
 
-        scarcity = self.occupancy**2
+        penalty = self.occupancy**2
         return {
             "occupancy": self.occupancy,
-            "stiffness": self.stiffness * torch.as_tensor(body.stiffness) * scarcity,
-            "muscle_membership": self.muscle_membership * scarcity[..., None],
+            "stiffness": self.stiffness * torch.as_tensor(body.stiffness) * penalty,
+            "muscle_membership": self.muscle_membership * penalty[..., None],
             "fibres": self.fibres,
         }
 
 
 @runtime_checkable
 class DesignSpace(Protocol):
-    """A family of bodies in one workspace, by one flat vector of parameters, the same for every method.
+    """A family of bodies in one workspace, with one flat parameter vector.
 
     Attributes:
         connected: whether only the largest connected piece of a form is built.
@@ -66,10 +64,10 @@ class DesignSpace(Protocol):
     connected: bool
 
     def body(self, fidelity: Fidelity) -> Body:
-        """The workspace: every particle that a form may use, with the labels and density of all forms.
+        """The workspace: all particles that a form can have, with the labels and density of all forms.
 
         Raises:
-            SceneError: the fidelity is too coarse to hold any of it.
+            SceneError: the fidelity is too coarse for a single particle.
         """
         ...
 
@@ -88,21 +86,21 @@ class DesignSpace(Protocol):
 
 @runtime_checkable
 class SiteSpace(DesignSpace, Protocol):
-    """A design space whose parameters are one row of numbers for every site of the workspace, so that any pattern over
-    space is a body. It is registered with the tag `sites`."""
+    """A design space with a row of parameters for every site of the workspace, so that every pattern over space is a
+    body. It is registered with the tag `sites`."""
 
     def sites(self, body: Body) -> NDArray[np.float64]:
-        """Where the rows are, as a pattern sees it `[site_count, 7]`: see `zoobench.designs.workspace.features`."""
+        """Inputs of a pattern at the sites `[site_count, 7]`, see `zoobench.designs.workspace.features_at`."""
         ...
 
     def painted(self, patterns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The parameters `[parameter_count]` of the body that has these patterns, of order one, at its sites
-        `[site_count, 2 + muscle_count]`: occupancy, stiffness, muscles."""
+        """The parameters `[parameter_count]` for patterns of order one at the sites `[site_count, 2 + muscle_count]`,
+        in the order occupancy, stiffness, muscles."""
         ...
 
 
 def stiffness_multiplier(raw: "Tensor") -> "Tensor":
-    """Share of the workspace's stiffness in (0, 1) from any number: a sigmoid above `LEAST_STIFFNESS`."""
+    """Stiffness relative to the workspace, in (0, 1), from any number: a sigmoid above `LEAST_STIFFNESS`."""
     import torch
 
     return LEAST_STIFFNESS + (1.0 - LEAST_STIFFNESS) * torch.sigmoid(raw)

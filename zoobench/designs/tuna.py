@@ -1,6 +1,6 @@
-"""The tuna: a spindle with a narrow stem and a tail fin like a sickle."""
+"""The tuna: a spindle with a narrow stem and a sickle-shaped tail fin."""
 
-from zoobench.designs.anatomy import SIDES, STIFF, THINNEST, Animal, Part, crossed, in_a_row, whole
+from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -37,22 +37,12 @@ _SIDE_FINS = mirrored(
 
 @register(Kind.DESIGN, "tuna", tags=("primitive", "water"))
 def tuna(*, length: float = 0.10) -> Animal:
-    """A spindle with a tail fin like a sickle, 0.10 m long, with eight muscles.
+    """A spindle with a sickle-shaped tail fin, 0.10 m long, with eight muscles.
 
     Flank fibres run along the body, in three segments on each side; those of the two pectoral fins run outwards. The
     head and the other fins have no muscle; fins are twice as stiff.
 
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
-    flanks = crossed(in_a_row(("flank-1", "flank-2", "flank-3"), -0.036, 0.024), SIDES)
-    return Animal(
-        box=(0.10, 0.05, 0.05),
-        parts=(
-            Part(solid=_TRUNK, muscles=flanks),
-            Part(solid=_SIDE_FINS, muscles=crossed(whole("fin"), SIDES), fibre=(0.60, 0.10, -1.0)),
-            *(Part(solid=solid, stiffness=STIFF) for solid in (_TAIL_FIN, *_BACK_FINS, _ANAL_FIN)),
-        ),
-        neck=0.022,
-        rump=-0.022,
-        length=length,
-    )
+    trunk, fins = flanks(_TRUNK, -0.036, 0.024), paired("fin", _SIDE_FINS, (0.60, 0.10, -1.0))
+    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, *_BACK_FINS, _ANAL_FIN))

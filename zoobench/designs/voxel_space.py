@@ -1,4 +1,4 @@
-"""The voxel-based design space (specification H.2): the particles of one cube of the workspace together."""
+"""The voxel-based design space (specification H.2): common parameters for the particles in a cube."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,10 +10,9 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import base_design, extent, seen_at, workspace
+from zoobench.designs.workspace import BasedSpace, extent, features_at
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.sim.model.fidelity import Fidelity
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -23,39 +22,34 @@ _SMALLEST, _LARGEST = 0.001, 1.0  # edges of a voxel [m]
 
 @register(Kind.DESIGN, "voxel", tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
-class VoxelSpace:
+class VoxelSpace(BasedSpace):
     """A design space in which every voxel of the workspace has its own occupancy, stiffness and muscle.
 
-    As `particle`, but all particles in a voxel are alike. Voxels are cubes, centred on the workspace; those without
-    particles have no parameters, so that their number depends on the fidelity where they are smaller than its
-    particles. The prior is that of `particle`, with the mean of the base's muscles in each voxel.
+    As `particle`, but all particles in a voxel have the same values. Voxels are cubes on a grid centred on the
+    workspace; those without particles have no parameters, so that the number of parameters depends on the fidelity if
+    voxels are smaller than its particles. The prior is that of `particle`, with the mean of the base's muscles in each
+    voxel.
 
     * `base`: the fixed design whose particles are the workspace.
     * `edge`: of a voxel [m].
     * `connected`: whether only the largest connected piece is built.
     """
 
-    base: str = "block"
     edge: float = 0.0125
-    connected: bool = True
 
     def __post_init__(self) -> None:
-        base_design(self.base)  # one that cannot be used is refused now
+        super().__post_init__()
         if not _SMALLEST <= self.edge <= _LARGEST:
             raise UsageError(
                 f"Voxels of {self.edge:g} m are not offered. Give an edge of {_SMALLEST:g} to {_LARGEST:g} m."
             )
-
-    def body(self, fidelity: Fidelity) -> Body:
-        """The workspace."""
-        return workspace(self.base, fidelity)
 
     def parameter_count(self, body: Body) -> int:
         """A row of numbers for each voxel that holds particles."""
         return int(self._voxels(body).max() + 1) * width_of(body)
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A body near the base."""
+        """A draw from the prior `[parameter_count]`."""
         return rows_like(self._means(body.muscle_membership, body), rng).ravel()
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
@@ -66,25 +60,25 @@ class VoxelSpace:
         return grow(parameters, body, lambda row: row.reshape(-1, width_of(body))[voxels])
 
     def sites(self, body: Body) -> Array:
-        """The voxels, each where its particles are on average."""
-        return seen_at(self._means(body.positions, body), body)
+        """The voxels, at the mean positions of their particles."""
+        return features_at(self._means(body.positions, body), body)
 
     def painted(self, patterns: Array) -> Array:
-        """The parameters of the body with these patterns."""
+        """The parameters for these patterns."""
         return painted(patterns)
 
     def _means(self, values: Array, body: Body) -> Array:
-        """Of values of the particles `[particle_count, n]`, in every voxel `[voxel_count, n]`."""
+        """Means in every voxel `[voxel_count, n]` of values of the particles `[particle_count, n]`."""
         voxels = self._voxels(body)
         sums = np.stack([np.bincount(voxels, column) for column in values.T], axis=1)
         found: Array = sums / np.bincount(voxels)[:, None]
         return found
 
     def _voxels(self, body: Body) -> NDArray[np.int64]:
-        """The number of each particle's voxel `[particle_count]`, counted over those that hold particles."""
+        """The number of each particle's voxel `[particle_count]`, among voxels with particles."""
         centre, half = extent(body)
         counts = np.ceil(2 * half / self.edge - 1e-9).astype(int)
-        # a particle on a border is in the upper voxel, however its place was rounded
+        # a particle on a border is in the upper voxel, however its position was rounded
         places = np.floor((body.positions - centre) / self.edge + counts / 2 + 1e-9).astype(int)
         numbers = np.ravel_multi_index(tuple(places.T), tuple(counts))
         return np.unique(numbers, return_inverse=True)[1].astype(np.int64)

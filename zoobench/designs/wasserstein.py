@@ -1,8 +1,8 @@
-"""The Wasserstein barycenter of densities on a grid: the mean that moves mass instead of fading it.
+"""The Wasserstein barycenter of densities on a grid.
 
 Convolutional (Solomon et al., "Convolutional Wasserstein Distances", SIGGRAPH 2015): with the cost |x - y|^2 the
 entropic kernel is a Gaussian, which is applied one axis after the other. Debiased (Janati et al., "Debiased Sinkhorn
-Barycenters", ICML 2020): the entropy blurs no longer, and the barycenter of one density is that density.
+Barycenters", ICML 2020): without the blur of the entropy, so that the barycenter of one density is that density.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from torch import Tensor
 
-_FARTHEST = 200.0  # exponent at which the kernel ends along an axis: beyond, products would underflow
+_LARGEST_EXPONENT = 200.0  # of the kernel along an axis: beyond it, products would underflow
 _TINY = 1e-300
 
 
@@ -23,14 +23,14 @@ def gaussian(count: int, width: float) -> "Tensor":
     import torch
 
     place = torch.arange(count, dtype=torch.float64)
-    return torch.exp(-torch.clamp((place[:, None] - place) ** 2 / (2.0 * width**2), max=_FARTHEST))
+    return torch.exp(-torch.clamp((place[:, None] - place) ** 2 / (2.0 * width**2), max=_LARGEST_EXPONENT))
 
 
 def convolve(fields: "Tensor", kernels: Sequence["Tensor"]) -> "Tensor":
-    """Each of `fields` `[count, *grid]` with a symmetric kernel `[n, n]` along every axis of the grid."""
+    """Convolution of `fields` `[count, *grid]` with a symmetric kernel `[n, n]` along every axis of the grid."""
     import torch
 
-    for kernel in kernels:  # takes the first axis and puts it last: after all, they are in order again
+    for kernel in kernels:  # moves the first axis of the grid to the end, so that finally they are in order
         fields = torch.tensordot(fields, kernel, dims=([1], [0]))
     return fields
 
@@ -44,11 +44,11 @@ def barycenter(
     refinements: int = 3,
     debiased: bool = True,
 ) -> "Tensor":
-    """The density `[*grid]` of the least weighted sum of entropic transport costs to `densities` `[count, *grid]`.
+    """The density `[*grid]` with the least weighted sum of entropic transport costs to `densities` `[count, *grid]`.
 
-    Iterative Bregman projections, by scalings u and v of each plan K: its one marginal is the given density, its other
-    is common to all, their weighted geometric mean. `refinements` of the factor that takes the blur away follow each.
-    Both numbers are fixed: the result is a smooth function of `weights` `[count]`, which are 1 together, and its
+    Iterative Bregman projections by scalings u and v of each plan K, one marginal of which is the given density; the
+    other, common to all, is the weighted geometric mean. Each iteration is followed by `refinements` of the debiasing
+    factor. Both numbers are fixed, so that the result is a smooth function of `weights` `[count]`, with sum 1, and its
     gradient exact.
     """
     import torch

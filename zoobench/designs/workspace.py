@@ -1,6 +1,6 @@
-"""The workspace of a design space: the particles of a fixed design, and where each of them is in it."""
+"""The workspace of a design space: the particles of a fixed design, and the inputs of networks at each of them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,15 +15,15 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
 FEATURES = 7
-"""Inputs of the networks that see places, see `features`."""
+"""Number of inputs of networks over space, see `features_at`."""
 
 
 def base_design(base: str) -> Design:
-    """The fixed design that a workspace is taken from, as in `block`, `panda-v1` or `caterpillar[length=0.2]`.
+    """The fixed design of a workspace, such as `block`, `panda-v1` or `caterpillar[length=0.2]`.
 
     Raises:
-        UnknownNameError, UsageError: there is no such design, it is a design space itself, or it comes from a file
-            whose content the name does not tell.
+        UnknownNameError, UsageError: the design is unknown, is a design space itself, or comes from a file that is
+            given without its digest.
     """
     ref = Ref.parse(base)
     pinned = registry.resolve(Kind.DESIGN, ref).kwargs
@@ -31,47 +31,63 @@ def base_design(base: str) -> Design:
     files = {name: pinned[name] for name, expected in parameters.items() if expected is InputFile}
     if files and not files.items() <= ref.kwargs.items():
         whole = Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **files}.items())))
-        raise UsageError(
-            f"The base {base!r} does not say what is in its file, and a run's key must. Write base={whole}."
-        )
+        raise UsageError(f"The base {base!r} must name its file with the digest of the content. Write base={whole}.")
     design: Design = registry.create(Kind.DESIGN, ref)
     if isinstance(design, DesignSpace):
         raise UsageError(
-            f"The base {base!r} is a design space; a workspace is taken from a fixed body. "
-            "Give one, as base=block or base=caterpillar."
+            f"The base {base!r} is a design space, but a workspace needs a fixed body. "
+            "Give one, such as base=block or base=caterpillar."
         )
     return design
 
 
-def workspace(base: str, fidelity: Fidelity) -> Body:
-    """All particles of the base, full and stiff, with fibres ahead: what every form is a part of.
+@dataclass(frozen=True, kw_only=True)
+class BasedSpace:
+    """The workspace part of a design space.
+
+    Attributes:
+        base: the fixed design whose particles are the workspace.
+        connected: whether only the largest connected piece is built.
 
     Raises:
-        UnknownNameError, UsageError: as `base_design`; SceneError: the fidelity is too coarse for the base.
+        UnknownNameError, UsageError: as `base_design`.
     """
-    body = base_design(base).body(fidelity)
-    ones = np.ones(body.particle_count)
-    ahead = np.tile([1.0, 0.0, 0.0], (body.particle_count, 1))
-    return replace(body, stiffness=ones, occupancy=ones, fibres=ahead, malleable=True)
+
+    base: str = "block"
+    connected: bool = True
+
+    def __post_init__(self) -> None:
+        base_design(self.base)
+
+    def body(self, fidelity: Fidelity) -> Body:
+        """All particles of the base, of full occupancy and stiffness, with fibres ahead.
+
+        Raises:
+            SceneError: the fidelity is too coarse for the base.
+        """
+        body = base_design(self.base).body(fidelity)
+        ones = np.ones(body.particle_count)
+        ahead = np.tile([1.0, 0.0, 0.0], (body.particle_count, 1))
+        return replace(body, stiffness=ones, occupancy=ones, fibres=ahead, malleable=True)
 
 
 def extent(body: Body) -> tuple[Array, Array]:
-    """Centre and half extent `[3]` each [m] of the box around the particles, each a cube of its volume."""
+    """Centre and half extent of the box around the particles as cubes, `[3]` each [m]."""
     edge = np.cbrt(body.volumes.mean())
     low, high = body.positions.min(axis=0) - edge / 2, body.positions.max(axis=0) + edge / 2
     return (low + high) / 2, (high - low) / 2
 
 
 def features(body: Body) -> Array:
-    """What a network sees of each particle `[particle_count, 7]`, see `seen_at`."""
-    return seen_at(body.positions, body)
+    """`features_at` the particles `[particle_count, 7]`."""
+    return features_at(body.positions, body)
 
 
-def seen_at(places: Array, body: Body) -> Array:
-    """What a network sees of places `[n, 3]` [m] in a workspace `[n, 7]`: x, y, z, distances along the xy, xz and yz
-    planes from the centre, and the radius, in units of the workspace (centre 0, half extent 1 along each axis) [-].
+def features_at(places: Array, body: Body) -> Array:
+    """Inputs of a network at places `[n, 3]` [m] in a workspace `[n, 7]` (specification F.3, H.3, H.4).
 
-    Specification F.3, H.3, H.4.
+    x, y, z, distances from the centre in the xy, xz and yz planes, and the radius, in units of the workspace (centre 0,
+    half extent 1 along each axis) [-].
     """
     centre, half = extent(body)
     x, y, z = ((places - centre) / half).T

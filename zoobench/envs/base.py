@@ -1,4 +1,4 @@
-"""What an environment is: matter, ground and arena as data, and the scene they make with a body in it."""
+"""Environments as data, and the scene that an environment forms with a body."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -15,10 +15,11 @@ from zoobench.sim.model.matter import ElasticMaterial, Medium
 from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.model.terrain import Terrain
 
-# The robot of SoftZoo's reference implementation on land, with muscles of 0.15 E and a viscosity that silicone has, too
-# (loss factor 2 eta omega / E = 0.3 at the 80 rad/s of the fastest controllers). Half of the 0.3 E that are common, and
-# the damping, are what keeps it whole: all muscles in unison at 80 rad/s tear a robot of 0.3 E apart within 10 frames,
-# one of 0.15 E without damping within 20 (ground, h = 1/128), while this one is stretched to 1.6 at most.
+# The robot of SoftZoo's reference implementation on land, with muscles of 0.15 E and a viscosity similar to silicone's
+# (loss factor 2 eta omega / E = 0.3 at the 80 rad/s of the fastest controllers). Muscles are half as strong as the
+# usual 0.3 E, and damped, so that the robot does not tear: with all muscles in phase at 80 rad/s a robot with 0.3 E
+# tears within 10 frames, one with 0.15 E but no damping within 20 (ground, h = 1/128). This one reaches a
+# stretch ratio of 1.6.
 LAND_ROBOT = ElasticMaterial(
     youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=1.5e3, viscosity=20.0
 )
@@ -27,21 +28,20 @@ LAND_ROBOT = ElasticMaterial(
 OPEN_ARENA = (2.0, 0.4, 2.0)
 
 
-# A swimmer is stiffer: it has to push water, and the reference implementation has 1e5 Pa there. Water alone damps it
-# too little at h = 1/128: under square waves of full strength it came apart in the 197th frame.
+# A swimmer is stiffer, as in the reference implementation, since it has to push water. The damping by water alone is
+# insufficient at h = 1/128: under square waves of full strength the robot tore in the 197th frame.
 SWIMMING_ROBOT = ElasticMaterial(
     youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, muscle_strength=1.5e4, viscosity=20.0
 )
 
 
 EQUILIBRATION_FRAMES = 80
-"""Control frames in which a robot, and the medium that it stands on or swims in, come to rest: one period of the
-slowest wave, the sloshing of the ocean's tank (0.66 s). In the second after it, the kinetic energy stays below
-1.2e-7 of the potential energy, in the ocean below 1e-9."""
+"""Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
+second after it, the kinetic energy is below 1.2e-7 of the potential energy, in the ocean below 1e-9."""
 
 
 class Stance(Enum):
-    """Where a robot starts: on the bed (or the bare ground), on the ground in the medium, or midway in its depth."""
+    """Height of the start: on the bed or bare ground, on the ground in the medium, or at half the medium's depth."""
 
     STANDING = "standing"
     WADING = "wading"
@@ -50,18 +50,18 @@ class Stance(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Environment:
-    """A place to move in, as data.
+    """An environment.
 
     Attributes:
-        robot: what robots are made of here.
+        robot: the material of robots in this environment.
         friction: Coulomb coefficient of the ground [-].
-        arena: its size along x, y, z [m]; it begins at the origin, the ground is y = 0 where there is no terrain.
+        arena: size along x, y, z [m]; it begins at the origin, and the ground is y = 0 without a terrain.
         bed: the medium on the ground, or None.
-        start: where the robot's centre stands, as shares of the arena along x and z.
-        stance: at which height it starts.
-        equilibration_frames: control frames in which the scene comes to rest, under damping, before the clock starts.
+        start: initial position of the robot's centre, relative to the arena's size along x and z.
+        stance: initial height of the robot.
+        equilibration_frames: control frames of damped equilibration before the episode.
         gravity: [m/s^2].
-        terrain: heights of ground that is not level; a bed lies on it with the same thickness everywhere.
+        terrain: heights of ground that is not level; a bed lies on it with constant thickness.
     """
 
     robot: ElasticMaterial
@@ -79,10 +79,10 @@ class Environment:
             raise UsageError(f"A friction of {self.friction:g} is not possible. Give 0 or more.")
         if min(self.arena) <= 0.0 or (self.bed is not None and not 0.0 < self.bed.thickness < self.arena[1]):
             depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
-            raise UsageError(f"An arena of {self.arena} m{depth} has no room. Give positive lengths that fit.")
+            raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
 
     def scene(self, body: Body, fidelity: Fidelity) -> Scene:
-        """The body at rest at its starting place; a medium in which it stands or swims makes room for it.
+        """The body at rest at its start, in or on the medium without overlap.
 
         Raises:
             SceneError: the body does not fit into the arena.
@@ -118,7 +118,7 @@ class Environment:
         )
 
     def _rise(self, positions: Array) -> float:
-        """How far a body that stands on y = 0 has to be lifted so that no particle is nearer to the terrain [m]."""
+        """Height by which a body that stands on y = 0 is lifted so that no particle is closer to the terrain [m]."""
         if self.terrain is None:
             return 0.0
         lowest = positions[:, 1].min()
@@ -133,7 +133,7 @@ class Environment:
         return max(0.0, (self.bed.thickness - float(body.positions[:, 1].max())) / 2)
 
     def _fill(self, size: Array, robot: ElasticBody, fidelity: Fidelity, *, shared: bool) -> MediumBed | None:
-        """The medium; it makes room for a robot that stands in it, or shares the robot's places."""
+        """The medium, without particles at the robot's place, or with particles that share it."""
         if self.bed is None:
             return None
         bed = self.bed.fill(size, -self.gravity[1], fidelity)
@@ -150,7 +150,7 @@ class Environment:
 
 
 def firm_environment(*, friction: float, relief: float, wavelength: float, terrain_seed: int) -> Environment:
-    """A land robot on firm ground, level or with `hills`, without a wall within its reach."""
+    """A land robot on firm ground, level or with `hills`, far from walls."""
     return Environment(
         robot=LAND_ROBOT,
         friction=friction,

@@ -13,12 +13,12 @@ from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, WaterMa
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
-_ROOM = 0.75  # of the particles' spacing: between touching lattices and a hole around the body
+_ROOM = 0.75  # [particle spacings] least distance of bed and body: between overlapping lattices and a gap
 
 
 @dataclass(frozen=True)
 class Bed:
-    """A level bed that covers the whole floor of the arena, held by its walls.
+    """A level bed that covers the floor of the arena from wall to wall.
 
     Attributes:
         thickness: [m].
@@ -28,13 +28,12 @@ class Bed:
     thickness: float
 
     def fill(self, size: Array, gravity: float, fidelity: Fidelity) -> MediumBed:
-        """The bed at rest in an arena of this `size` [m]; `gravity` [m/s^2] is the downward magnitude.
+        """The bed at rest in an arena of this `size` [m] under downward `gravity` [m/s^2].
 
         The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is
-        density times thickness times area at every fidelity, and no gap is left at the walls. Water is heavier by what
-        it is compressed: a particle of strain J takes the place of one unstrained of volume V / J. With equal masses
-        water from below would be too light for its pressure once it rises, and the tank would turn over, at a rate of
-        sqrt(g^2 rho / K): within seconds.
+        density times thickness times area at every fidelity, and there is no gap at the walls. Compressed water is
+        denser: a particle of volume ratio J fills the place of an unstrained volume V / J. With equal masses the
+        stratification would be unstable, and the tank would overturn at a rate of sqrt(g^2 rho / K), within seconds.
         """
         box = np.array([size[0], self.thickness, size[2]])
         rounded = np.maximum(np.round(box / fidelity.grid_spacing * 2) / 2, 0.5) * fidelity.grid_spacing
@@ -45,7 +44,7 @@ class Bed:
         return self.at_rest(positions, np.full(len(positions), box.prod() / len(positions)), gravity)
 
     def at_rest(self, positions: Array, room: Array, gravity: float) -> MediumBed:
-        """The bed's matter at `positions` `[n, 3]` [m], at rest there in so much `room` `[n]` [m^3]."""
+        """The bed's matter at rest at `positions` `[n, 3]` [m] in the volumes `room` `[n]` [m^3]."""
         load = self.material.density * gravity * (self.thickness - positions[:, 1])
         strains = rest_strains(self.material, load)
         if isinstance(self.material, WaterMaterial):
@@ -56,9 +55,9 @@ class Bed:
 def rest_strains(material: Medium, load: Array) -> Array:
     """Principal elastic Hencky strains `[n, 3]` (x, y, z) of a confined column under a vertical load `[n]` [Pa].
 
-    In small-strain closed form: at the loads of a bed of centimetres the strain is some tenths of a percent. A solid
-    carries the load with eps_yy = -load / (lambda + 2 mu); one that would yield under the difference of the stresses,
-    at the yield stress; a fluid by pressure alone.
+    The closed form for small strains: under the loads of a bed of centimetres they are some tenths of a percent. A
+    solid carries the load by eps_yy = -load / (lambda + 2 mu), with the deviatoric stress limited to the yield stress;
+    a fluid carries it by pressure alone.
     """
     mu, lam, *_ = material.constants
     bulk = lam + 2.0 / 3.0 * mu
@@ -76,28 +75,28 @@ def rest_strains(material: Medium, load: Array) -> Array:
 
 
 def lifted(bed: MediumBed, terrain: Terrain) -> MediumBed:
-    """The bed on a terrain: every column raised by the height of the ground below it, its volume unchanged."""
+    """The bed on a terrain: every column is raised by the height of the ground below it, with its volume unchanged."""
     rise = np.zeros_like(bed.positions)
     rise[:, 1] = terrain.heights_below(bed.positions)
     return replace(bed, positions=bed.positions + rise)
 
 
 def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBed:
-    """The bed without the particles that stand where the body's particles `[n, 3]` [m] are.
+    """The bed without particles at the place of the body's particles `[n, 3]` [m].
 
-    A medium particle gives way if it is nearer to a body particle than the edge of the cube that it stands for: the two
-    lattices then neither overlap nor leave a gap wider than a particle.
+    A bed particle is removed if it is nearer to a body particle than `_ROOM` particle spacings: then the lattices
+    neither overlap nor leave a gap wider than a particle.
     """
     from scipy.spatial import KDTree
 
     edge = fidelity.particle_edge
     distance, _ = KDTree(body).query(bed.positions, distance_upper_bound=edge)
-    stays = ~(distance < _ROOM * edge)
-    return replace(bed, **{name: value[stays] for name, value in _arrays(bed).items()})
+    kept = ~(distance < _ROOM * edge)
+    return replace(bed, **{name: value[kept] for name, value in _arrays(bed).items()})
 
 
 def sharing(bed: MediumBed, guests: MediumBed, hosts: NDArray[np.int64]) -> MediumBed:
-    """The bed with `guests`, particles that share the places of the robot's particles `hosts` `[n]`."""
+    """The bed with `guests`, particles at the places of the robot's particles `hosts` `[n]`."""
     alone = np.full(bed.particle_count, -1)
     theirs = _arrays(guests)
     joined: dict[str, Any] = {name: np.concatenate([mine, theirs[name]]) for name, mine in _arrays(bed).items()}
@@ -105,6 +104,6 @@ def sharing(bed: MediumBed, guests: MediumBed, hosts: NDArray[np.int64]) -> Medi
 
 
 def _arrays(bed: MediumBed) -> dict[str, Any]:
-    """What it has of every particle, by name."""
+    """The arrays over particles by name."""
     values = {item.name: getattr(bed, item.name) for item in fields(bed)}
     return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}

@@ -1,4 +1,4 @@
-"""Clay: plasticine that keeps every footprint."""
+"""Clay: a soft plastic solid."""
 
 from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.hills import hills
@@ -25,14 +25,12 @@ def clay(
     * `friction`: Coulomb coefficient of the ground under the clay [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
-    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; SoftZoo's reference has 200.
+    * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; 200 in SoftZoo's reference.
     * `relief`: height of the highest hill of the ground [m]; 0 is level.
     * `wavelength`: of the widest hills [m].
     * `terrain_seed`: which hills.
     """
     # E 1e5 Pa, nu 0.2, rho 1800 kg/m^3: the medium of SoftZoo's reference implementation
-    material = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=yield_stress)
+    bed = ClayMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1800.0, yield_stress=yield_stress)
     terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
-    return bed_environment(
-        material, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain
-    )
+    return bed_environment(bed, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)

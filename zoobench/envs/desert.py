@@ -1,4 +1,4 @@
-"""Desert: a bed of dry sand that yields under the robot."""
+"""Desert: a bed of dry sand."""
 
 from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.hills import hills
@@ -20,14 +20,14 @@ def desert(
 ) -> Environment:
     """A bed of dry sand on rough ground.
 
-    The bed fills the arena from wall to wall, so its size is the price of the environment. The default is just
-    enough for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and may turn
-    on the spot. It is a whole number of cells at the fidelities draft and paper.
+    The bed fills the arena from wall to wall, so its size determines the cost of the environment. The default suffices
+    for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and can turn on the
+    spot. It is a whole number of cells at the fidelities draft and paper.
 
     * `friction`: Coulomb coefficient of the ground under the sand [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
-    * `friction_angle`: of the sand, in triaxial compression [degrees]; SoftZoo's reference has 45.
+    * `friction_angle`: of the sand, in triaxial compression [degrees]; 45 in SoftZoo's reference.
     * `relief`: height of the highest hill of the ground [m]; 0 is level.
     * `wavelength`: of the widest hills [m].
     * `terrain_seed`: which hills.

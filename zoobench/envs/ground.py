@@ -1,4 +1,4 @@
-"""Firm ground: the plain case that every other environment is compared with."""
+"""Firm ground: the simplest environment."""
 
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.registry import Kind, register

@@ -1,4 +1,4 @@
-"""Rolling ground: seeded gradient noise (Perlin 1985, with the smooth fade of Perlin 2002) as a height field."""
+"""Hills: seeded gradient noise (Perlin 1985, with the smooth fade of Perlin 2002) as a height field."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,10 @@ Hashes = NDArray[np.uint64]
 
 OCTAVES = 2
 POINTS_PER_WAVE = 8
-"""Points of the height field along the shortest wavelength; a bicubic spline goes through them."""
+"""Points of the height field along the shortest wavelength, interpolated by a bicubic spline."""
 
 _LARGEST_NOISE = np.sqrt(0.5)
-"""Bound of one octave in two dimensions: met in the middle of a cell whose four gradients point there."""
+"""Bound of one octave in two dimensions: attained in the middle of a cell whose four gradients point there."""
 
 _FEWEST_POINTS = 4
 
@@ -24,12 +24,13 @@ def hills(
 ) -> Terrain | None:
     """A terrain over an arena of this size along x and z [m]; None if it has no relief.
 
-    The same seed gives the same hills at the same place however large the arena is.
+    A seed gives the same hills at the same place in an arena of any size.
 
     Args:
-        relief: no point is higher than this, none below 0 [m].
+        relief: heights are between 0 and this [m].
         wavelength: of the widest hills [m]; each octave has half the wavelength and height of the one before.
-        seed: which hills.
+        seed: of the noise.
+        octaves: number of octaves.
 
     Raises:
         UsageError: a negative relief or seed, a wavelength that is not positive, or no octave.
@@ -51,7 +52,7 @@ def hills(
 def perlin(x: Array, z: Array, *, seed: int, octaves: int = 1) -> Array:
     """Gradient noise in [-1, 1] at points in units of the longest wavelength, of the arrays' common shape.
 
-    Its mean over many waves is 0; it is 0 at all points with whole coordinates if there is one octave.
+    Its mean over many waves is 0; a single octave is 0 at all points with whole coordinates.
     """
     x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
     total, bound = np.zeros(x.shape), 0.0
@@ -64,7 +65,7 @@ def perlin(x: Array, z: Array, *, seed: int, octaves: int = 1) -> Array:
 
 
 def _octave(x: Array, z: Array, seed: int, octave: int) -> Array:
-    """One octave: the corners' gradients, each as a plane through 0 at its corner, faded into each other."""
+    """One octave: for each corner a plane through 0 with its gradient, blended between the corners."""
     column, row = np.floor(x), np.floor(z)
     u, w = x - column, z - row
     planes = [
@@ -77,7 +78,7 @@ def _octave(x: Array, z: Array, seed: int, octave: int) -> Array:
 
 
 def _plane(column: Array, row: Array, u: Array, w: Array, seed: int, octave: int) -> Array:
-    """The corner's unit gradient times the way from the corner."""
+    """The corner's unit gradient times the distance vector from the corner."""
     angle = 2.0 * np.pi * _uniform(column, row, seed, octave)
     plane: Array = np.cos(angle) * u + np.sin(angle) * w
     return plane
@@ -89,7 +90,7 @@ def _fade(t: Array) -> Array:
 
 
 def _uniform(column: Array, row: Array, seed: int, octave: int) -> Array:
-    """A number in [0, 1) for each corner, from whole numbers alone: the same with every version of every library."""
+    """A pseudorandom number in [0, 1) for each corner, by integer arithmetic that no library version can change."""
     key = _mix(np.full(column.shape, seed, np.uint64))
     for part in (np.full(column.shape, octave, np.uint64), column.astype(np.int64), row.astype(np.int64)):
         key = _mix(key ^ part.astype(np.uint64))

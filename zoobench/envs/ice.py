@@ -1,4 +1,4 @@
-"""Ice: the ground without a grip."""
+"""Ice: firm ground with little friction."""
 
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.registry import Kind, register

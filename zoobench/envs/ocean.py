@@ -1,4 +1,4 @@
-"""Ocean: deep water, a neutrally buoyant swimmer clear of floor and surface."""
+"""Ocean: deep water with a neutrally buoyant swimmer, away from floor and surface."""
 
 from zoobench.envs.base import EQUILIBRATION_FRAMES, SWIMMING_ROBOT, Environment, Stance
 from zoobench.envs.bed import Bed
@@ -14,11 +14,11 @@ def ocean(
     width: float = 0.1875,
     bulk_modulus: float = 1e5,
 ) -> Environment:
-    """Water three times as deep as a robot is tall, which hangs in the middle of it.
+    """Water three times as deep as a robot is tall, which floats in the middle.
 
     * `depth`: of the water [m].
     * `length`, `width`: of water and arena along x and z [m].
-    * `bulk_modulus`: K [Pa]. At 1e5 the water's weight compresses it by 1.5 % at the bottom; sound has 10 m/s.
+    * `bulk_modulus`: K [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed of sound is 10 m/s.
     """
     water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
     return Environment(

@@ -14,16 +14,16 @@ def shallow_water(
     width: float = 0.375,
     bulk_modulus: float = 2e4,
 ) -> Environment:
-    """Water that reaches up to the robot's knees, which stands in it on rough ground.
+    """Knee-deep water on rough ground, in which the robot stands.
 
-    The water fills the arena from wall to wall. It is twice as long and wide as the solid beds, because waves come
-    back from the walls: in a tank half as large they change a robot's speed by more than the noise floor.
+    The water fills the arena from wall to wall. It is twice as long and wide as the solid beds because waves are
+    reflected by the walls: in a tank half as large they change a robot's speed by more than the noise floor.
 
     * `friction`: Coulomb coefficient of the ground [-].
     * `depth`: of the water [m].
     * `length`, `width`: of water and arena along x and z [m].
-    * `bulk_modulus`: K [Pa]. At 2e4 the water's weight compresses it by 1 %, and sound, at 4.5 m/s, is ten times as
-      fast as any robot.
+    * `bulk_modulus`: K [Pa]. At 2e4 the water is compressed by 1 % at the bottom, and the speed of sound, 4.5 m/s, is
+      ten times that of any robot.
     """
     water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
     return bed_environment(water, friction=friction, thickness=depth, length=length, width=width, stance=Stance.WADING)

@@ -1,4 +1,4 @@
-"""Snow: light, compacted underfoot, harder the more it is compacted."""
+"""Snow: a light bed that hardens under compression."""
 
 from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.hills import hills
@@ -25,13 +25,13 @@ def snow(
     * `friction`: Coulomb coefficient of the ground under the snow [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
-    * `hardening`: xi of Stomakhin et al. 2013 [-]; SoftZoo's reference has 1.
+    * `hardening`: xi of Stomakhin et al. 2013 [-]; 1 in SoftZoo's reference.
     * `relief`: height of the highest hill of the ground [m]; 0 is level.
     * `wavelength`: of the widest hills [m].
     * `terrain_seed`: which hills.
     """
     # nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
-    material = SnowMaterial(
+    bed = SnowMaterial(
         youngs_modulus=1e5,
         poissons_ratio=0.2,
         density=400.0,
@@ -40,6 +40,4 @@ def snow(
         hardening=hardening,
     )
     terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
-    return bed_environment(
-        material, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain
-    )
+    return bed_environment(bed, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)

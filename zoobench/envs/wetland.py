@@ -1,4 +1,4 @@
-"""Wetland: mud that bears a little, then flows."""
+"""Wetland: mud with a small yield stress."""
 
 from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.hills import hills

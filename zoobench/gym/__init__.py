@@ -1,8 +1,8 @@
 """The cells of the benchmark as Gymnasium environments: `gymnasium.make("zoobench/Desert-Caterpillar-Turning-v0")`.
 
-Importing this package makes the names known, since Gymnasium looks for no plug-ins: `import zoobench.gym` first, or
-write `gymnasium.make("zoobench.gym:zoobench/Desert-Caterpillar-Turning-v0")`. Gymnasium and stable-baselines3 come with
-`zoobench[ppo]`.
+Importing this package registers the names: `import zoobench.gym` first, or write
+`gymnasium.make("zoobench.gym:zoobench/Desert-Caterpillar-Turning-v0")`. Gymnasium and stable-baselines3 are installed
+with `zoobench[ppo]`.
 """
 
 try:

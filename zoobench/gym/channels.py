@@ -1,4 +1,4 @@
-"""Between a policy and a session: spaces, and what an action does."""
+"""Observation and action spaces of a policy, and their relation to a session."""
 
 from typing import Literal
 
@@ -21,13 +21,13 @@ _UNLIMITED = Budget("substeps", 1e18)
 
 
 class Channels:
-    """What a policy sees of a session and does to it.
+    """Observations and actions of a policy in a session.
 
-    It sees the observation of `zoobench.cell.observation.ObservationModel` and, behind it, the phase of the waves. Its
-    action is, for every frame anew and within [-1, 1],
+    An observation is that of `zoobench.cell.observation.ObservationModel`, followed by the phase of the waves. An
+    action is given for every frame, in [-1, 1]:
 
-    * `waves`: the parameters of the sine basis of the specification (G): weights, muscle by muscle and slow waves
-      first, then biases. Muscle k does tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
+    * `waves`: the parameters of the sine basis (specification G): weights, muscle by muscle and slow waves first, then
+      biases. The activity of muscle k is tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
     * `muscles`: the activity of every muscle.
     """
 
@@ -38,31 +38,30 @@ class Channels:
         self.action_space = spaces.Box(-1.0, 1.0, (count,), np.float32)
         self.observation_space = spaces.Box(-np.inf, np.inf, (session.observation_count + PHASE_COUNT,), np.float32)
 
-    def seen(self, observations: NDArray[np.float64]) -> Floats:
-        """What the policy sees `[worlds, count]`, from a session's observations now."""
+    def inputs(self, observations: NDArray[np.float64]) -> Floats:
+        """Inputs of the policy `[worlds, count]`, from the session's present observations."""
         import torch
 
-        both = zip(observations, self._session.times.tolist(), strict=True)
-        return np.stack([with_phase(torch.as_tensor(felt), time).numpy() for felt, time in both]).astype(np.float32)
+        pairs = zip(observations, self._session.times.tolist(), strict=True)
+        return np.stack([with_phase(torch.as_tensor(row), time).numpy() for row, time in pairs]).astype(np.float32)
 
     def activity(self, actions: Floats) -> NDArray[np.float64]:
-        """What the muscles do `[worlds, muscle_count]`, for actions `[worlds, count]`; what is out of range is cut."""
+        """Muscle activity `[worlds, muscle_count]` for actions `[worlds, count]`, which are clipped to [-1, 1]."""
         import torch
 
-        cut = np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
+        clipped = np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
         if self._action == "muscles":
-            return cut
+            return clipped
         muscles, times = self._session.muscle_count, self._session.times
-        both = zip(torch.as_tensor(cut), torch.as_tensor(times), strict=True)
-        driven = [SineBasis().actuation(weights[None], time[None], muscles)[0, 0] for weights, time in both]
-        return torch.stack(driven).numpy()
+        pairs = zip(torch.as_tensor(clipped), torch.as_tensor(times), strict=True)
+        return torch.stack([SineBasis().actuation(row[None], time[None], muscles)[0, 0] for row, time in pairs]).numpy()
 
 
 def session_of(env: str, design: str, task: str, fidelity: str, frames: int, worlds: int) -> Session:
-    """A session of this cell with no limit to its budget; components are written as on the command line.
+    """A session of this cell with an unlimited budget; components are written as on the command line.
 
     Raises:
-        UnknownNameError, UsageError, SceneError: they name or describe something that cannot be simulated.
+        UnknownNameError, UsageError, SceneError: the components are unknown or cannot be simulated.
     """
     kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
     texts = (env, task, design, "policy-network", fidelity)

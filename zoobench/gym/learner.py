@@ -1,4 +1,4 @@
-"""Proximal policy optimisation by stable-baselines3, on the worlds of a session."""
+"""Proximal policy optimisation by stable-baselines3 on the worlds of a session."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,10 +16,10 @@ from zoobench.gym.vector import ZooVectorEnv
 
 
 class Worlds(VecEnv):
-    """A vector environment as stable-baselines3 takes it.
+    """A vector environment with the interface of stable-baselines3.
 
     Attributes:
-        rewards: of every step since they were last cleared, the mean over worlds.
+        rewards: of every step since the list was cleared, the mean over worlds.
     """
 
     def __init__(self, envs: ZooVectorEnv) -> None:
@@ -33,12 +33,12 @@ class Worlds(VecEnv):
         return self._envs.reset()[0]
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Keep the actions for `step_wait`."""
+        """Store the actions for `step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], list[dict[str, Any]]]:
-        """Take all worlds through a control frame."""
-        seen, rewards, terminated, truncated, info = self._envs.step(self._actions)
+        """Simulate a control frame in all worlds."""
+        observations, rewards, terminated, truncated, info = self._envs.step(self._actions)
         self.rewards.append(float(rewards.mean()))
         over = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
@@ -47,13 +47,13 @@ class Worlds(VecEnv):
                 "terminal_observation": info["final_obs"][world],
                 "TimeLimit.truncated": bool(truncated[world]),
             }
-        return seen, rewards, over, infos
+        return observations, rewards, over, infos
 
     def close(self) -> None:
         """Nothing to close."""
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The attribute of the vector environment, once for each world."""
+        """The attribute of the vector environment for each world."""
         return [getattr(self._envs, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -65,22 +65,22 @@ class Worlds(VecEnv):
         raise NotImplementedError("The worlds of one solver have no methods of their own.")
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """They never are."""
+        """False for each world."""
         return [False for _ in self._get_indices(indices)]
 
 
 class Learner:
-    """A policy of two hidden layers of tanh units, and a value function of the same form, that learn by PPO.
+    """PPO of a policy with two hidden layers of tanh units and a value function of the same form.
 
     Args:
-        envs: where it learns.
-        actor: the policy's first parameters, in the order of `zoobench.controllers.policy_network`.
+        envs: the training environments.
+        actor: the policy's initial parameters, in the order of `zoobench.controllers.policy_network`.
         hidden: units of a hidden layer.
-        deviation: of the first exploration, in every action.
+        deviation: initial standard deviation of the exploration, in every action.
         settings: further arguments of `stable_baselines3.PPO`.
 
     Raises:
-        ValueError: the actor has another number of parameters.
+        ValueError: `actor` has another number of parameters.
     """
 
     def __init__(
@@ -112,22 +112,22 @@ class Learner:
 
     @property
     def deviation(self) -> float:
-        """Of the exploration now, the mean over actions."""
+        """Present standard deviation of the exploration, averaged over actions."""
         return float(self._model.policy.log_std.detach().exp().mean())
 
     @property
     def timesteps(self) -> int:
-        """Frames that it has learnt from."""
+        """Number of frames learnt from."""
         return self._model.num_timesteps
 
     def learn(self) -> float:
-        """Fill the buffer once and learn from it; the mean reward of the frames in it."""
+        """Fill the buffer once and learn from it; returns the mean reward of its frames."""
         self._worlds.rewards.clear()
         self._model.learn(self._model.n_steps * self._worlds.num_envs, reset_num_timesteps=False)
         return float(np.mean(self._worlds.rewards))
 
     def state(self) -> dict[str, Any]:
-        """Plain tensors and numbers for a checkpoint: all but the worlds, which begin anew."""
+        """Plain tensors and numbers for a checkpoint; the worlds are not part of it."""
         policy = self._model.policy
         return {"policy": policy.state_dict(), "optimiser": policy.optimizer.state_dict(), "timesteps": self.timesteps}
 

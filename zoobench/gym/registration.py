@@ -1,4 +1,4 @@
-"""The names under which Gymnasium knows the cells."""
+"""Registration of the cells with Gymnasium."""
 
 from itertools import product
 
@@ -12,7 +12,7 @@ _NAMESPACE = "zoobench"
 
 
 def register_envs() -> None:
-    """Register every environment with every body and task, each once."""
+    """Register every combination of environment, body and task once."""
     for env, design, task in product(registry.names(Kind.ENV), _bodies(), registry.names(Kind.TASK)):
         name = name_of(env, design, task)
         if f"{_NAMESPACE}/{name}" in gymnasium.registry:
@@ -27,12 +27,12 @@ def register_envs() -> None:
 
 
 def name_of(env: str, design: str, task: str) -> str:
-    """`Desert-BabySeal-Turning-v0`, from names in kebab case."""
+    """A name such as `Desert-BabySeal-Turning-v0`, from names in kebab case."""
     words = ("".join(part.capitalize() for part in name.split("-")) for name in (env, design, task))
     return "-".join(words) + "-v0"
 
 
 def _bodies() -> list[str]:
-    """Designs that are there by name alone: no design spaces, and none from a user's file."""
+    """Designs with a fixed body and no required parameter: neither design spaces nor bodies from a file."""
     components = (registry.get(Kind.DESIGN, name) for name in registry.names(Kind.DESIGN))
     return [component.name for component in components if "space" not in component.tags and not component.required]

@@ -16,18 +16,18 @@ Stepped = tuple[Floats, Numbers, Numbers, Numbers, dict[str, Any]]
 
 
 class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
-    """Cells as in `ZooEnv`, as many as `num_envs`; each gives the same numbers, to the last bit, as alone.
+    """`num_envs` environments as `ZooEnv`; each gives the same numbers as alone, bit for bit.
 
-    A world whose episode is over begins the next in the same step: what is returned is its first observation, and
-    `final_obs` in info holds the last one of the old, where `_final_obs` is true; `failure` the reason, where it
-    terminated.
+    A world whose episode is over begins the next one in the same step and returns its first observation. Where
+    `_final_obs` in info is true, `final_obs` holds the last observation of the old episode; where it terminated,
+    `failure` holds the reason.
 
     Args:
         env, design, task, action, fidelity, frames: as in `ZooEnv`.
-        num_envs: how many worlds.
+        num_envs: number of worlds.
 
     Raises:
-        UnknownNameError, UsageError, SceneError: they name or describe something that cannot be simulated.
+        UnknownNameError, UsageError, SceneError: the components are unknown or cannot be simulated.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
@@ -47,7 +47,7 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
 
     @classmethod
     def of(cls, session: Session, action: Action = "waves") -> Self:
-        """The worlds of a session that is there already, for a method that goes by a problem's meter."""
+        """The worlds of an existing session, for a method that uses a problem's meter."""
         made = cls.__new__(cls)
         made._take(session, action)
         return made
@@ -61,12 +61,12 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
-        """Begin all episodes; the first observations `[num_envs, count]`."""
+        """Begin all episodes; returns the first observations `[num_envs, count]`."""
         super().reset(seed=seed)
-        return self._channels.seen(self._session.begin()), {}
+        return self._channels.inputs(self._session.begin()), {}
 
     def step(self, actions: Floats) -> Stepped:
-        """Take every world through a control frame; `actions` `[num_envs, count]`.
+        """Simulate a control frame in every world, with `actions` `[num_envs, count]`.
 
         Raises:
             UsageError: actions of another shape or not finite.
@@ -74,13 +74,13 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         if actions.shape != self.action_space.shape:
             raise UsageError(f"The actions have shape {actions.shape}; {self.action_space.shape} was expected.")
         step = self._session.step(self._channels.activity(actions))
-        seen = self._channels.seen(step.observations)
+        observations = self._channels.inputs(step.observations)
         over = step.terminated | step.truncated
         info: dict[str, Any] = {}
         if over.any():
-            info = {"final_obs": seen, "_final_obs": over}
-            seen = self._channels.seen(self._session.begin(np.flatnonzero(over).tolist()))
+            info = {"final_obs": observations, "_final_obs": over}
+            observations = self._channels.inputs(self._session.begin(np.flatnonzero(over).tolist()))
         if step.failures:
             reasons = [str(step.failures.get(world, "")) for world in range(self.num_envs)]
             info |= {"failure": np.array(reasons, dtype=object), "_failure": step.terminated.copy()}
-        return seen, step.rewards, step.terminated, step.truncated, info
+        return observations, step.rewards, step.terminated, step.truncated, info

@@ -1,4 +1,4 @@
-"""An archive: what a method has found beside the best, good solutions of every kind."""
+"""An archive of solutions that differ in their measures, as quality diversity finds them."""
 
 import io
 from dataclasses import dataclass, fields
@@ -11,14 +11,14 @@ from zoobench.arrays import Array
 
 @dataclass(frozen=True)
 class Archive:
-    """The best of every cell of a grid over what solutions are measured by; the elites, the best of all first.
+    """The elites: the best solution in every cell of a grid over the measures, sorted by falling score.
 
     Attributes:
         params: `[elite_count, parameter_count]`.
         scores: `[elite_count]`, in the task's unit.
         measures: `[elite_count, measure_count]`, each in [0, 1].
         names: of the measures `[measure_count]`.
-        cells: along each side of the grid, which divides [0, 1] evenly.
+        cells: number of equal cells along each side of the grid.
     """
 
     params: Array
@@ -28,11 +28,11 @@ class Archive:
     cells: int
 
     def arrays(self) -> dict[str, Any]:
-        """All of it as arrays by name, as they are stored."""
+        """The attributes as arrays by name, as they are stored."""
         return {item.name: np.array(getattr(self, item.name)) for item in fields(self)}
 
     def to_bytes(self) -> bytes:
-        """As an NPZ file, exact to the last bit."""
+        """The content of an NPZ file, bit for bit."""
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **self.arrays())
         return buffer.getvalue()

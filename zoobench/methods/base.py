@@ -1,4 +1,4 @@
-"""What a method is: it makes a problem's score large within its budget, and can be interrupted."""
+"""The protocol of methods, which maximise a problem's score within its budget and can be interrupted."""
 
 import io
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from zoobench.methods.archive import Archive
 
 
 class RunContext(Protocol):
-    """The world outside of the physics, as a method sees it."""
+    """Random numbers, reports and checkpoints of one run."""
 
     rng: np.random.Generator
 
@@ -25,31 +25,31 @@ class RunContext(Protocol):
         ...
 
     def checkpoint(self, data: bytes) -> None:
-        """Replace the stored state; everything reported before becomes durable with it."""
+        """Replace the stored state; all earlier reports are stored with it."""
         ...
 
     def restore(self) -> bytes | None:
-        """The stored state, or None in a fresh run."""
+        """The stored state; None in a new run."""
         ...
 
     def should_stop(self) -> bool:
-        """Whether somebody asks the method to return after this iteration."""
+        """Whether the method is to return after this iteration."""
         ...
 
     def progress(self, fraction: float, score: float | None) -> None:
-        """Say how far the run is, in [0, 1], and the best score so far."""
+        """Report the completed fraction of the run, in [0, 1], and the best score so far."""
         ...
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What a method found.
+    """The solution of a run.
 
     Attributes:
         params: the best parameters `[parameter_count]`.
-        evaluation: the episode in which they were measured.
-        facts: counts and readings of the method itself, such as gradients clipped.
-        archive: what was found beside the best, of a method that looks for that; kept with the run.
+        evaluation: their episode.
+        facts: counts and readings of the method itself, such as clipped gradients.
+        archive: further solutions, of a method that collects them; stored with the run.
     """
 
     params: Array
@@ -61,16 +61,15 @@ class Solution:
 class Method(Protocol):
     """An optimiser.
 
-    One that asks for gradients is registered with the tag `gradient`: cells that have none are skipped with the reason.
+    One that needs gradients is registered with the tag `gradient`; cells without gradients are skipped with a reason.
     """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Spend the problem's budget and return the best found; goes on from `context.restore()` if there is
-        one.
+        """Spend the problem's budget and return the best solution; continues from `context.restore()` if that is given.
 
         Raises:
-            DivergenceError: every evaluation diverged.
-            BudgetExhaustedError: the budget does not hold the first iteration.
+            DivergenceError: every evaluation failed.
+            BudgetExhaustedError: the budget does not suffice for the first iteration.
         """
         ...
 
@@ -79,8 +78,8 @@ _FAILURES: dict[str, type[Failure]] = {kind.__name__: kind for kind in (Divergen
 
 
 @dataclass
-class Champion:
-    """The best evaluation so far; one that failed, or whose score is no number, never wins."""
+class Incumbent:
+    """The best solution so far; failed evaluations and scores that are not finite are never taken."""
 
     params: Array | None = None
     evaluation: Evaluation | None = None
@@ -89,11 +88,11 @@ class Champion:
 
     @property
     def score(self) -> float | None:
-        """Its score, None while every evaluation diverged."""
+        """Its score; None while every evaluation has failed."""
         return None if self.evaluation is None else self.evaluation.score
 
     def offer(self, params: Array, evaluation: Evaluation) -> None:
-        """Take it if it is better; the earlier one wins a tie."""
+        """Take these parameters if they score better; of equal scores the earlier stays."""
         if evaluation.failure is not None:
             self.diverged += 1
             self.last_failure = evaluation.failure
@@ -101,10 +100,10 @@ class Champion:
             self.params, self.evaluation = params.copy(), evaluation
 
     def solution(self, **facts: float) -> Solution:
-        """The end of a run.
+        """The solution of an ended run.
 
         Raises:
-            DivergenceError: every evaluation diverged.
+            DivergenceError: every evaluation failed.
         """
         if self.params is None or self.evaluation is None:
             if self.last_failure is None:
@@ -123,7 +122,7 @@ class Champion:
         }
 
     @classmethod
-    def from_state(cls, state: Mapping[str, Any]) -> "Champion":
+    def from_state(cls, state: Mapping[str, Any]) -> "Incumbent":
         """The inverse of `state`."""
         params, evaluation, last = state["params"], state["evaluation"], state["last_failure"]
         return cls(
@@ -137,20 +136,20 @@ class Champion:
 def report(
     problem: Problem,
     context: RunContext,
-    champion: Champion,
+    incumbent: Incumbent,
     readings: Mapping[str, float] = MappingProxyType({}),
     *,
     share: float = 0.0,
 ) -> None:
-    """Put an iteration on the learning curve and say how far the run is; every method does so before it checkpoints.
+    """Report an iteration and the progress of the run; every method calls this before it checkpoints.
 
-    So that all methods can be compared by whatever is spent, a point holds the best `score` so far, if there is one,
-    with what it took: `substeps` and of these the `forward_substeps`, `episodes`, `seconds` of wall time, and how many
-    evaluations `diverged`. All but the seconds are the same in every run of a spec.
+    So that methods can be compared at equal cost, every point of the learning curve holds the best `score` so far, if
+    there is one, and its cost: `substeps` and of these the `forward_substeps`, `episodes`, `seconds` of wall time, and
+    the number of `diverged` evaluations. All but the seconds are reproducible.
 
     Args:
-        readings: what else the method has to say of the iteration.
-        share: how much is done of what the method's own settings ask for, in [0, 1]; 0 if these ask for no end.
+        readings: further values of the method.
+        share: the completed part of what the method's settings ask for, in [0, 1]; 0 if they set no end.
     """
     meter = problem.meter
     spent = {
@@ -159,29 +158,29 @@ def report(
         "episodes": float(meter.episodes),
         "seconds": meter.seconds,
     }
-    best = {} if champion.score is None else {"score": champion.score}
-    context.report(meter.iterations, **spent, **best, diverged=float(champion.diverged), **readings)
-    context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), champion.score)
+    best = {} if incumbent.score is None else {"score": incumbent.score}
+    context.report(meter.iterations, **spent, **best, diverged=float(incumbent.diverged), **readings)
+    context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), incumbent.score)
 
 
-def resume(problem: Problem, context: RunContext) -> Champion:
-    """Where `keep` left off: the champion, with meter and generator put back; a new one in a fresh run."""
+def resume(problem: Problem, context: RunContext) -> Incumbent:
+    """The incumbent stored by `keep`, with meter and generator restored; an empty one in a new run."""
     if (stored := context.restore()) is None:
-        return Champion()
+        return Incumbent()
     state = unpack(stored)
     problem.meter.restore(state["meter"])
     context.rng.bit_generator.state = state["rng"]
-    return Champion.from_state(state["champion"])
+    return Incumbent.from_state(state["champion"])
 
 
-def keep(problem: Problem, context: RunContext, champion: Champion) -> None:
-    """Checkpoint a method that carries no more than its champion from one iteration to the next."""
+def keep(problem: Problem, context: RunContext, incumbent: Incumbent) -> None:
+    """Checkpoint a method whose only state is the incumbent."""
     meter, rng = problem.meter.state(), context.rng.bit_generator.state
-    context.checkpoint(pack({"champion": champion.state(), "meter": meter, "rng": rng}))
+    context.checkpoint(pack({"champion": incumbent.state(), "meter": meter, "rng": rng}))
 
 
 def pack(state: Mapping[str, Any]) -> bytes:
-    """Tensors, numbers, text, lists and dicts of them as bytes, exact to the last bit."""
+    """Tensors, numbers, text, and lists and dictionaries of them as bytes, bit for bit."""
     import torch
 
     buffer = io.BytesIO()
@@ -190,7 +189,7 @@ def pack(state: Mapping[str, Any]) -> bytes:
 
 
 def unpack(data: bytes) -> dict[str, Any]:
-    """The inverse of `pack`; refuses anything that is no plain data."""
+    """The inverse of `pack`; refuses anything but plain data."""
     import torch
 
     state: dict[str, Any] = torch.load(io.BytesIO(data), weights_only=True)

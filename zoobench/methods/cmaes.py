@@ -1,8 +1,9 @@
-"""CMA-ES (specification F.3): evolution strategy with an adapted covariance, for all parameters at once."""
+"""CMA-ES (specification F.3): an evolution strategy that adapts the covariance of all parameters."""
 
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,11 +13,11 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
 from zoobench.methods.base import RunContext, Solution
-from zoobench.methods.generations import Lesson, evolve, scores_of
+from zoobench.methods.generations import Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
 SEPARABLE = 500
-"""Parameters from which on the covariance is kept diagonal (sep-CMA-ES, Ros and Hansen 2008)."""
+"""With more parameters than this the covariance is diagonal (sep-CMA-ES, Ros and Hansen 2008)."""
 
 _QUIET = {"verbose": -9, "verb_log": 0, "verb_disp": 0, "signals_filename": None, "seed": np.nan}
 
@@ -26,12 +27,12 @@ _QUIET = {"verbose": -9, "verb_log": 0, "verb_disp": 0, "signals_filename": None
 class CmaEs:
     """The covariance matrix adaptation evolution strategy (Hansen and Ostermeier 2001), from a draw of the prior.
 
-    Where a strategy has stagnated, a new one starts from a new draw. An episode that diverged is worse than all others
-    of its generation.
+    A strategy that stagnates is replaced by a new one from a new draw. An episode that failed ranks below all others of
+    its generation.
 
     * `sigma`: initial standard deviation of every parameter; the specification has 0.1.
     * `population`: individuals of a generation; the specification has 10.
-    * `start`: a stored run, whose solution is every strategy's first mean, as far as it fits; what does not is drawn.
+    * `start`: a stored run; every strategy's first mean is its solution as far as that fits, the rest is drawn.
     """
 
     sigma: float = 0.1
@@ -42,19 +43,17 @@ class CmaEs:
         check_strategy(self.sigma, self.population)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Evolve until the budget holds no further generation."""
-
-        def found() -> Strategies:
-            return Strategies(self.sigma, self.population, lambda: problem.initial(context.rng), context.rng)
-
-        return evolve(problem, context, found, population=self.population)
+        """Evolve until the budget does not suffice for another generation."""
+        draw = partial(problem.initial, context.rng)
+        strategies = partial(Strategies, self.sigma, self.population, draw, context.rng)
+        return evolve(problem, context, strategies, population=self.population)
 
 
 def check_strategy(sigma: float, population: int) -> None:
-    """Refuse settings by which a covariance cannot be adapted.
+    """Check the settings of a strategy.
 
     Raises:
-        UsageError: the deviation is not positive or the population too small.
+        UsageError: the deviation is not positive, or the population is too small to adapt a covariance.
     """
     if sigma <= 0 or population < 4:
         raise UsageError(
@@ -64,12 +63,12 @@ def check_strategy(sigma: float, population: int) -> None:
 
 
 class Strategies:
-    """Strategies one after the other: a `Breeder`.
+    """One strategy after the other, as an `AskAndTell`.
 
     Args:
-        sigma, population: as of `CmaEs`.
-        draw: where a strategy starts `[parameter_count]`.
-        rng: what all random numbers come from.
+        sigma, population: as in `CmaEs`.
+        draw: gives the first mean of a strategy `[parameter_count]`.
+        rng: source of all random numbers.
     """
 
     def __init__(self, sigma: float, population: int, draw: Callable[[], Array], rng: np.random.Generator) -> None:
@@ -78,34 +77,34 @@ class Strategies:
         self._begin()
 
     def ask(self) -> list[Array]:
-        """The next generation, each `[parameter_count]`."""
+        """The next generation, `[parameter_count]` each."""
         if self._strategy.stop():
             self._begin()
         self._points = [np.asarray(point, dtype=np.float64) for point in self._strategy.ask()]
         return self._points
 
-    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
-        """Costs: minus the scores, and for what failed worse than all others."""
+    def digest(self, evaluations: Sequence[Evaluation]) -> Told:
+        """Costs: the negated scores; those of failed episodes are above all others."""
         scores = scores_of(evaluations)
         worst = max((-score for score in scores if score is not None), default=0.0) + 1.0
         return [worst if score is None else -score for score in scores]
 
-    def learn(self, lesson: Lesson) -> None:
-        """Adapt to costs."""
+    def tell(self, told: Told) -> None:
+        """Adapt mean, covariance and step size."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # on populations that it finds small, and flat fitness: restarts answer it
-            self._strategy.tell(self._points, list(lesson))
+            warnings.simplefilter("ignore")  # of small populations, and of flat fitness, which leads to a restart
+            self._strategy.tell(self._points, list(told))
 
     def readings(self) -> dict[str, float]:
-        """The present strategy's step size."""
+        """The step size of the present strategy."""
         return {"deviation": float(self._strategy.sigma)}
 
     def facts(self) -> dict[str, float]:
-        """How many strategies there were."""
+        """The number of strategies."""
         return {"strategies": float(self._begun)}
 
     def _begin(self) -> None:
-        """A new strategy, which draws its random numbers from the run's generator."""
+        """Start a new strategy."""
         import cma
 
         start = self._draw()

@@ -1,5 +1,4 @@
-"""Compositional pattern-producing networks (Stanley 2007): genomes of neat-python as patterns over many places at
-once."""
+"""Compositional pattern-producing networks (Stanley 2007): genomes of neat-python evaluated on arrays of places."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,11 +7,11 @@ import numpy as np
 
 from zoobench.arrays import Array
 
-_STEEPEST = 60.0  # e^60 is far beyond all that is painted
+_LARGEST_EXPONENT = 60.0  # patterns are clipped to [-1, 1] afterwards
 
 
 def _sigmoid(drive: Array) -> Array:
-    return 1.0 / (1.0 + np.exp(-np.clip(5.0 * drive, -_STEEPEST, _STEEPEST)))
+    return 1.0 / (1.0 + np.exp(-np.clip(5.0 * drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT)))
 
 
 def _tanh(drive: Array) -> Array:
@@ -20,7 +19,7 @@ def _tanh(drive: Array) -> Array:
 
 
 def _sin(drive: Array) -> Array:
-    return np.sin(np.clip(5.0 * drive, -_STEEPEST, _STEEPEST))
+    return np.sin(np.clip(5.0 * drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
 
 
 def _gaussian(drive: Array) -> Array:
@@ -28,8 +27,8 @@ def _gaussian(drive: Array) -> Array:
 
 
 def _selu(drive: Array) -> Array:
-    scale, slope = 1.0507009873554805, 1.6732632423543772  # Klambauer et al. 2017
-    return scale * np.where(drive > 0.0, drive, slope * np.expm1(np.minimum(drive, 0.0)))
+    scale, alpha = 1.0507009873554805, 1.6732632423543772  # Klambauer et al. 2017
+    return scale * np.where(drive > 0.0, drive, alpha * np.expm1(np.minimum(drive, 0.0)))
 
 
 def _abs(drive: Array) -> Array:
@@ -41,7 +40,7 @@ def _log(drive: Array) -> Array:
 
 
 def _exp(drive: Array) -> Array:
-    return np.exp(np.clip(drive, -_STEEPEST, _STEEPEST))
+    return np.exp(np.clip(drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
 
 
 ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
@@ -54,19 +53,19 @@ ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
     "log": _log,
     "exp": _exp,
 }
-"""Those of the specification F.3, of the same steepness as neat-python's own, but for arrays."""
+"""The activation functions of the specification (F.3): neat-python's, for arrays."""
 
 
 def patterns(genome: Any, config: Any, places: Array) -> Array:
-    """What a genome's network makes of places `[n, inputs]`: `[n, outputs]`, all finite.
+    """Outputs `[n, outputs]` of a genome's network at places `[n, inputs]`, all finite.
 
-    The configuration must have `ACTIVATIONS` among its activation functions.
+    `ACTIVATIONS` must be registered in the configuration.
     """
     from neat.nn import FeedForwardNetwork
 
     network = FeedForwardNetwork.create(genome, config)
     with np.errstate(over="ignore"):
         outputs = network.activate(list(places.T))
-    # a node without connections has one value for all places
+    # a node without connections gives one value for all places
     found = np.stack([np.broadcast_to(output, len(places)) for output in outputs], axis=1)
     return np.nan_to_num(found.astype(np.float64), nan=0.0)

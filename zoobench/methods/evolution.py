@@ -1,8 +1,8 @@
-"""Co-design by evolution alone (specification F.3): HyperNEAT for the body and CMA-ES for the controller, in one
-population."""
+"""Co-design by evolution (specification F.3): HyperNEAT for the body and CMA-ES for the controller."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cmaes import Strategies, check_strategy
-from zoobench.methods.generations import Lesson, evolve
+from zoobench.methods.generations import Told, evolve
 from zoobench.methods.hyperneat import Bodies, check_generations
 from zoobench.registry import Kind, register
 
@@ -19,15 +19,14 @@ from zoobench.registry import Kind, register
 @register(Kind.METHOD, "evolution", tags=("evolution", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class Evolution:
-    """Bodies by HyperNEAT and controllers by CMA-ES, which share one population and its episodes.
+    """Bodies by HyperNEAT and controllers by CMA-ES, evaluated together in one population.
 
-    Individual i of a generation has the i-th body of the one and the i-th controller of the other, and both learn from
-    its score; neither waits for the other. With a controller that has no parameters this is `neat`; a body that is
-    what it is has `cmaes`.
+    Individual i of a generation has the i-th body and the i-th controller, and its score is told to both optimisers.
+    With a controller without parameters this is `neat`; for a fixed body use `cmaes`.
 
     * `sigma`: initial standard deviation of the controller's parameters; the specification has 0.1.
     * `population`: individuals of a generation; the specification has 10.
-    * `generations`: the specification has 100; 0 for as many as the budget holds.
+    * `generations`: the specification has 100; 0 for as many as the budget allows.
     """
 
     sigma: float = 0.1
@@ -39,21 +38,18 @@ class Evolution:
         check_generations(self.population, self.generations)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Evolve until generations or budget are spent.
+        """Evolve until the generations or the budget are spent.
 
         Raises:
-            UsageError: the design is no space with a row of parameters for every site.
-            DivergenceError, BudgetExhaustedError: as of every method.
+            UsageError: the design is not a design space with a row of parameters for every site.
+            DivergenceError, BudgetExhaustedError: as for every method.
         """
-
-        def found() -> _Couples:
-            return _Couples(self, problem, context.rng)
-
-        return evolve(problem, context, found, population=self.population, generations=self.generations)
+        pairs = partial(_Pairs, self, problem, context.rng)
+        return evolve(problem, context, pairs, population=self.population, generations=self.generations)
 
 
-class _Couples:
-    """Bodies and controllers side by side: a `Breeder`. Each part takes its own lesson from the same episodes."""
+class _Pairs:
+    """Pairs of body and controller, as an `AskAndTell`; both optimisers are told of the same episodes."""
 
     def __init__(self, method: Evolution, problem: Problem, rng: np.random.Generator) -> None:
         count = problem.robot.control_count
@@ -63,27 +59,27 @@ class _Couples:
         )
 
     def ask(self) -> list[Array]:
-        """The next generation, each `[parameter_count]`."""
+        """The next generation, `[parameter_count]` each."""
         bodies = self._bodies.ask()
         if self._controls is None:
             return bodies
-        return [np.concatenate(couple) for couple in zip(self._controls.ask(), bodies, strict=True)]
+        return [np.concatenate(pair) for pair in zip(self._controls.ask(), bodies, strict=True)]
 
-    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
-        """Of the bodies, then of the controllers."""
-        return [part.lesson(evaluations) for part in self._parts()]
+    def digest(self, evaluations: Sequence[Evaluation]) -> Told:
+        """The digest of the bodies, then that of the controllers."""
+        return [part.digest(evaluations) for part in self._parts()]
 
-    def learn(self, lesson: Lesson) -> None:
-        """Give each its own."""
-        for part, own in zip(self._parts(), lesson, strict=True):
-            part.learn(own)
+    def tell(self, told: Told) -> None:
+        """Tell each optimiser its own digest."""
+        for part, own in zip(self._parts(), told, strict=True):
+            part.tell(own)
 
     def readings(self) -> dict[str, float]:
-        """Of both."""
+        """The readings of both."""
         return {name: value for part in self._parts() for name, value in part.readings().items()}
 
     def facts(self) -> dict[str, float]:
-        """Of both."""
+        """The facts of both."""
         return {name: value for part in self._parts() for name, value in part.facts().items()}
 
     def _parts(self) -> "list[Bodies | Strategies]":

@@ -1,4 +1,4 @@
-"""What evolutionary methods share: generations within the budget, reports, and resumption by replay."""
+"""The loop of evolutionary methods: generations within the budget, reports, and resumption by replay."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
@@ -8,82 +8,82 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.methods.base import Champion, RunContext, Solution, pack, report, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, pack, report, unpack
 
-Lesson = Sequence[Any]
-"""What a breeder is told of a generation, as plain data, exact to the last bit."""
+Told = Sequence[Any]
+"""What an optimiser is told of a generation, as plain data that a checkpoint stores bit for bit."""
 
 
-class Breeder(Protocol):
-    """What makes one generation after the other.
+class AskAndTell(Protocol):
+    """An optimiser with an ask-and-tell interface.
 
-    All that it does must follow from the run's generator and the lessons, so that these are what is stored: a run is
-    resumed by teaching them again, bit for bit and without any simulation.
+    Its state must follow from the run's generator and what it is told alone. A checkpoint stores these, and a run is
+    resumed bit for bit by replaying them without any simulation.
     """
 
     def ask(self) -> list[Array]:
-        """The next generation, each `[parameter_count]`."""
+        """The next generation, `[parameter_count]` each."""
         ...
 
-    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
-        """What is to be learnt from the episodes of the generation asked for last; some or all may have failed."""
+    def digest(self, evaluations: Sequence[Evaluation]) -> Told:
+        """What to tell of the episodes of the last generation asked for; some or all may have failed."""
         ...
 
-    def learn(self, lesson: Lesson) -> None:
-        """Take a lesson on the generation asked for last."""
+    def tell(self, told: Told) -> None:
+        """Update by the digest of the last generation asked for."""
         ...
 
     def readings(self) -> dict[str, float]:
-        """For the learning curve."""
+        """Values for the learning curve."""
         ...
 
     def facts(self) -> dict[str, float]:
-        """For the solution."""
+        """Values for the solution."""
         ...
 
 
 def evolve(
-    problem: Problem, context: RunContext, found: Callable[[], Breeder], *, population: int, generations: int = 0
+    problem: Problem, context: RunContext, create: Callable[[], AskAndTell], *, population: int, generations: int = 0
 ) -> Solution:
-    """Breed until the budget holds no further generation, or for so many generations if that is not 0.
+    """Evolve until the budget does not suffice for another generation, or for `generations` if that is not 0.
 
-    `found` makes the breeder, with random numbers from the context's generator alone.
+    `create` makes the optimiser; all its random numbers come from the context's generator.
 
     Raises:
         DivergenceError: every evaluation failed.
-        BudgetExhaustedError: the budget does not hold the first generation.
+        BudgetExhaustedError: the budget does not suffice for the first generation.
     """
     state = _stored(context)
     if state:
         context.rng.bit_generator.state = state["first"]
     first = context.rng.bit_generator.state
-    told: list[Lesson] = list(state.get("told", ()))
-    breeder = found()
-    for lesson in told:
-        breeder.ask()
-        breeder.learn(lesson)
-    champion = Champion.from_state(state["champion"]) if state else Champion()
+    history: list[Told] = list(state.get("told", ()))
+    optimiser = create()
+    for told in history:
+        optimiser.ask()
+        optimiser.tell(told)
+    incumbent = Incumbent.from_state(state["champion"]) if state else Incumbent()
     if state:
         problem.meter.restore(state["meter"])
     while _goes_on(problem, population, generations):
-        points = breeder.ask()
+        points = optimiser.ask()
         evaluations = problem.evaluate_batch(points)
         problem.meter.iterations += 1
         for point, evaluation in zip(points, evaluations, strict=True):
-            champion.offer(point, evaluation)
-        told.append(breeder.lesson(evaluations))
-        breeder.learn(told[-1])
+            incumbent.offer(point, evaluation)
+        history.append(optimiser.digest(evaluations))
+        optimiser.tell(history[-1])
         share = problem.meter.iterations / generations if generations else 0.0
-        report(problem, context, champion, breeder.readings() | _readings(evaluations), share=share)
+        report(problem, context, incumbent, optimiser.readings() | _readings(evaluations), share=share)
         meter = problem.meter.state()
-        context.checkpoint(pack({"champion": champion.state(), "told": told, "first": first, "meter": meter}))
+        context.checkpoint(pack({"champion": incumbent.state(), "told": history, "first": first, "meter": meter}))
         if context.should_stop():
             break
-    return champion.solution(iterations=problem.meter.iterations, **breeder.facts())
+    return incumbent.solution(iterations=problem.meter.iterations, **optimiser.facts())
 
 
 def scores_of(evaluations: Sequence[Evaluation]) -> list[float | None]:
-    """The score of each, None for one that failed or whose score is no number."""
+    """The scores; None where an episode failed or the score is not finite."""
     return [item.score if item.failure is None and np.isfinite(item.score) else None for item in evaluations]
 
 
@@ -95,11 +95,11 @@ def _stored(context: RunContext) -> dict[str, Any]:
 def _goes_on(problem: Problem, population: int, generations: int) -> bool:
     done = problem.meter.iterations
     if done == 0 or done == generations:
-        return done == 0  # with nothing affordable at all one generation is tried: the problem explains its budget
+        return done == 0  # the first generation is always tried, so that the problem reports a budget too small for it
     return problem.affords(population)
 
 
 def _readings(evaluations: Sequence[Evaluation]) -> dict[str, float]:
-    """Best and median of a generation, for the learning curve."""
+    """Best and median score of a generation."""
     scores = [score for score in scores_of(evaluations) if score is not None]
     return {"score_current": max(scores), "score_median": float(np.median(scores))} if scores else {}

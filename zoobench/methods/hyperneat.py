@@ -1,10 +1,11 @@
-"""HyperNEAT (specification F.3): networks whose topology evolves paint bodies on a design space."""
+"""HyperNEAT (specification F.3): bodies painted by networks whose topology evolves."""
 
 import random
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,11 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cppn import ACTIVATIONS, patterns
-from zoobench.methods.generations import Lesson, evolve, scores_of
+from zoobench.methods.generations import Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
-_HOPELESS = -1e6
-"""Fitness of a generation that failed as a whole: below all scores, and finite, since neat-python takes means."""
+_ALL_FAILED = -1e6
+"""Fitness if a whole generation failed: below all scores, and finite, since neat-python takes means."""
 
 
 @register(Kind.METHOD, "neat", tags=("evolution", "sites"))
@@ -28,13 +29,13 @@ _HOPELESS = -1e6
 class HyperNeat:
     """HyperNEAT (Stanley et al. 2009): pattern-producing networks of evolving topology, each of which paints a body.
 
-    A network sees the place of every site of a design space (x, y, z, distances along the xy, xz and yz planes, radius)
-    and says how full and stiff it is, and which muscle. Networks evolve by NEAT (Stanley and Miikkulainen 2002): they
-    begin without hidden nodes and grow, alike ones compete among themselves, and genes are matched by their history.
-    The controller is drawn once and stays: choose one without parameters, or the method `evolution`, for a fair body.
+    The inputs of a network are the place of a site of a design space (x, y, z, distances along the xy, xz and yz
+    planes, radius), its outputs occupancy, stiffness and muscles there. Networks evolve by NEAT (Stanley and
+    Miikkulainen 2002): they begin without hidden nodes and grow, compete within species, and genes are matched by their
+    history. The controller is drawn once and fixed: use one without parameters, or the method `evolution`.
 
     * `population`: individuals of a generation; the specification has 10.
-    * `generations`: 0 for as many as the budget holds.
+    * `generations`: 0 for as many as the budget allows.
     """
 
     population: int = 10
@@ -44,24 +45,21 @@ class HyperNeat:
         check_generations(self.population, self.generations)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Evolve until generations or budget are spent.
+        """Evolve until the generations or the budget are spent.
 
         Raises:
-            UsageError: the design is no space with a row of parameters for every site.
-            DivergenceError, BudgetExhaustedError: as of every method.
+            UsageError: the design is not a design space with a row of parameters for every site.
+            DivergenceError, BudgetExhaustedError: as for every method.
         """
-
-        def found() -> _Neat:
-            return _Neat(problem, context.rng, self.population)
-
-        return evolve(problem, context, found, population=self.population, generations=self.generations)
+        neat = partial(_Neat, problem, context.rng, self.population)
+        return evolve(problem, context, neat, population=self.population, generations=self.generations)
 
 
 def check_generations(population: int, generations: int) -> None:
-    """Refuse numbers that are no evolution.
+    """Check the settings of an evolution.
 
     Raises:
-        UsageError: the population has no two parents, or the number of generations is negative.
+        UsageError: the population is less than 2, or the number of generations is negative.
     """
     if population < 2 or generations < 0:
         raise UsageError(
@@ -71,43 +69,43 @@ def check_generations(population: int, generations: int) -> None:
 
 
 class Bodies:
-    """NEAT's population, each individual as the design's part of the parameters: a `Breeder` of them.
+    """NEAT's population as an `AskAndTell` of the design space's parameters.
 
     Args:
-        problem: whose design space is painted on.
-        rng: what the seed of all further random numbers comes from.
+        problem: with the design space.
+        rng: gives the seed of NEAT's own random numbers.
         population: individuals of a generation.
 
     Raises:
-        UsageError: the design is no space with a row of parameters for every site.
+        UsageError: the design is not a design space with a row of parameters for every site.
     """
 
     def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
         self._space = problem.robot.site_space
         self._places = self._space.sites(problem.body)
-        self._luck = _Luck(int(rng.integers(2**63)))
+        self._random = _RandomStream(int(rng.integers(2**63)))
         self._config = _configuration(self._places.shape[1], 2 + problem.body.muscle_count, population)
-        with self._luck.drawn():
+        with self._random.active():
             self._neat = _population(self._config)
 
     def ask(self) -> list[Array]:
-        """The next generation, each `[parameter_count]` of the design space."""
+        """The next generation, `[parameter_count]` each of the design space."""
         genomes = self._neat.population.values()
         return [self._space.painted(patterns(genome, self._config, self._places)) for genome in genomes]
 
-    def lesson(self, evaluations: Sequence[Evaluation]) -> Lesson:
-        """Fitness: the scores; for what failed, as far below the worst as the best is above it."""
+    def digest(self, evaluations: Sequence[Evaluation]) -> Told:
+        """Fitness: the scores; a failed episode is as far below the worst score as the best is above it."""
         scores = scores_of(evaluations)
         able = [score for score in scores if score is not None]
-        failed = min(able) - ((max(able) - min(able)) or 1.0) if able else _HOPELESS
+        failed = min(able) - ((max(able) - min(able)) or 1.0) if able else _ALL_FAILED
         return [failed if score is None else score for score in scores]
 
-    def learn(self, lesson: Lesson) -> None:
-        """Select and breed by fitness."""
+    def tell(self, told: Told) -> None:
+        """Select and reproduce by fitness."""
         neat = self._neat
-        for genome, fitness in zip(neat.population.values(), lesson, strict=True):
+        for genome, fitness in zip(neat.population.values(), told, strict=True):
             genome.fitness = fitness
-        with self._luck.drawn():
+        with self._random.active():
             neat.population = neat.reproduction.reproduce(
                 self._config, neat.species, self._config.pop_size, neat.generation
             )
@@ -115,7 +113,7 @@ class Bodies:
         neat.generation += 1
 
     def readings(self) -> dict[str, float]:
-        """Species, and the mean number of nodes and connections that are switched on in a network."""
+        """Number of species, and mean numbers of nodes and enabled connections of a network."""
         sizes = np.array([genome.size() for genome in self._neat.population.values()])
         nodes, connections = sizes.mean(axis=0)
         return {
@@ -130,35 +128,35 @@ class Bodies:
 
 
 class _Neat:
-    """Bodies with one controller, drawn once: a `Breeder`."""
+    """`Bodies` with one controller, drawn once."""
 
     def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
         self._bodies = Bodies(problem, rng, population)
         self._control = problem.initial(rng)[: problem.robot.control_count]
-        self.lesson, self.learn = self._bodies.lesson, self._bodies.learn
+        self.digest, self.tell = self._bodies.digest, self._bodies.tell
         self.readings, self.facts = self._bodies.readings, self._bodies.facts
 
     def ask(self) -> list[Array]:
-        """The next generation, each `[parameter_count]`."""
+        """The next generation, `[parameter_count]` each."""
         return [np.concatenate([self._control, body]) for body in self._bodies.ask()]
 
 
-class _Luck:
-    """Python's global generator, from which neat-python draws, as a stream of our own; others find it undisturbed."""
+class _RandomStream:
+    """A stream of random numbers in place of Python's global generator, from which neat-python draws."""
 
     def __init__(self, seed: int) -> None:
         self._state = random.Random(seed).getstate()
 
     @contextmanager
-    def drawn(self) -> Iterator[None]:
-        """What is drawn within is drawn from this stream."""
-        theirs = random.getstate()
+    def active(self) -> Iterator[None]:
+        """Draw from this stream within the context; the global generator's state is restored after it."""
+        before = random.getstate()
         random.setstate(self._state)
         try:
             yield
         finally:
             self._state = random.getstate()
-            random.setstate(theirs)
+            random.setstate(before)
 
 
 def _population(config: Any) -> Any:
@@ -168,7 +166,7 @@ def _population(config: Any) -> Any:
 
 
 def _configuration(inputs: int, outputs: int, population: int) -> Any:
-    """neat-python's configuration, which it only takes from a file."""
+    """neat-python's configuration, which it reads from files only."""
     import neat
 
     parts = (neat.DefaultGenome, neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)

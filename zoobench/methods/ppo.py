@@ -12,14 +12,14 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.methods.base import Champion, RunContext, Solution, pack, report, resume, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, pack, report, resume, unpack
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
     from zoobench.gym.learner import Learner
 
 _POLICY = "policy"
-"""Tag of a controller that is a network for this method, and of methods that need one."""
+"""Tag of controllers that this method can train, and of methods that need such a controller."""
 
 
 @register(Kind.METHOD, "ppo", tags=("policy",))
@@ -27,20 +27,19 @@ _POLICY = "policy"
 class Ppo:
     """Proximal policy optimisation (Schulman et al. 2017) of the controller `policy-network`, by stable-baselines3.
 
-    A policy acts in all worlds at once until a buffer is full of frames, and learns from them. Then the policy without
-    its exploration, which is a controller like any other, is evaluated in an episode; the best one met is the solution.
-    Those episodes are metered as the others are.
+    The policy acts in all worlds until a buffer of frames is full, and is updated from it. Then the policy without
+    exploration, a controller like any other, is evaluated in an episode of its own; the best policy evaluated is the
+    solution. All episodes are metered.
 
-    * `timesteps`: frames to learn from, rounded up to whole buffers; 0 for as many as the budget holds.
-    * `buffer`: frames that are learnt from at once, of all worlds together.
-    * `batch`: of a step of the optimiser; `epochs`: passes over the buffer.
-    * `gae`: lambda of the generalised advantage estimation; `discount`: of rewards, for a frame.
-    * `entropy`: its coefficient; `lr`: learning rate; `clip`: of the ratio of new to old probability.
-    * `worlds`: how many episodes run side by side; the buffer must be a multiple.
-    * `deviation`: of the exploration at first, in every weight and bias of the waves.
+    * `timesteps`: frames to learn from, rounded up to whole buffers; 0 for as many as the budget allows.
+    * `buffer`: frames of an update, of all worlds together.
+    * `batch`: frames of an optimiser step; `epochs`: passes over the buffer.
+    * `gae`: lambda of the generalised advantage estimation; `discount`: of rewards, per frame.
+    * `entropy`: entropy coefficient; `lr`: learning rate; `clip`: of the ratio of new to old probability.
+    * `worlds`: episodes side by side; the buffer must be a multiple.
+    * `deviation`: initial standard deviation of the exploration, in every weight and bias of the waves.
 
-    A run that was interrupted begins its episodes anew, so that it is not the uninterrupted one bit for bit: `resumed`
-    counts how often that happened.
+    A resumed run begins its episodes again, so that it differs from an uninterrupted one; `resumed` counts how often.
     """
 
     timesteps: int = 100_000
@@ -59,7 +58,7 @@ class Ppo:
         positive = ("buffer", "epochs", "lr", "clip", "worlds", "deviation")
         for name in positive:
             if getattr(self, name) <= 0:
-                raise UsageError(f"ppo[{name}={getattr(self, name):g}] learns nothing. Give a positive {name}.")
+                raise UsageError(f"ppo[{name}={getattr(self, name):g}] cannot be used. Give a positive {name}.")
         if self.timesteps < 0 or self.entropy < 0 or not (0 <= self.gae <= 1 and 0 <= self.discount <= 1):
             raise UsageError(
                 f"timesteps={self.timesteps}, entropy={self.entropy:g}, gae={self.gae:g}, discount={self.discount:g}: "
@@ -67,34 +66,35 @@ class Ppo:
             )
         if self.buffer % self.worlds or not 2 <= self.batch <= self.buffer:
             raise UsageError(
-                f"A buffer of {self.buffer} cannot be filled by {self.worlds} worlds and learnt from by batches of "
-                f"{self.batch}. Give a multiple of the worlds, and a batch from 2 up to it."
+                f"A buffer of {self.buffer} frames does not fit {self.worlds} worlds and batches of {self.batch}. "
+                "Give a multiple of the worlds, and a batch of 2 or more up to the buffer."
             )
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Learn until the budget does not hold a further buffer and the evaluation after it.
+        """Train until the budget does not suffice for another buffer and the evaluation after it.
 
         Raises:
-            UsageError: the controller is no policy, the body a design space, or stable-baselines3 is not installed.
-            DivergenceError, BudgetExhaustedError: as of every method.
+            UsageError: the controller is not a policy, the design is a design space, or stable-baselines3 is not
+                installed.
+            DivergenceError, BudgetExhaustedError: as for every method.
         """
         hidden = _hidden(problem)
         stored = context.restore()
-        champion = resume(problem, context)
+        incumbent = resume(problem, context)
         start = problem.initial(context.rng)
         session = new_session(problem, self.worlds)
-        with _own_randomness(int(context.rng.integers(2**31))):
+        with _seeded(int(context.rng.integers(2**31))):
             learner = self._learner(session, start, hidden)
-            course = _Course(problem, context, session, learner, champion)
+            training = _Training(problem, context, session, learner, incumbent)
             if stored is not None:
-                course.load(unpack(stored))
-            self._demand_a_buffer(course)
-            while self._goes_on(course) and course.go_on():
-                self._report(course)
-                context.checkpoint(pack(course.state()))
+                training.load(unpack(stored))
+            self._check_first_buffer(training)
+            while self._goes_on(training) and training.step():
+                self._report(training)
+                context.checkpoint(pack(training.state()))
                 if context.should_stop():
                     break
-        return course.solution()
+        return training.solution()
 
     def _learner(self, session: Session, start: Array, hidden: int) -> "Learner":
         try:
@@ -116,54 +116,54 @@ class Ppo:
         }
         return Learner(ZooVectorEnv.of(session), start, hidden, self.deviation, settings)
 
-    def _affords(self, course: "_Course") -> bool:
-        return course.session.affords(self.buffer // self.worlds, evaluations=1)
+    def _affords(self, training: "_Training") -> bool:
+        return training.session.affords(self.buffer // self.worlds, evaluations=1)
 
-    def _goes_on(self, course: "_Course") -> bool:
-        return (not self.timesteps or course.learner.timesteps < self.timesteps) and self._affords(course)
+    def _goes_on(self, training: "_Training") -> bool:
+        return (not self.timesteps or training.learner.timesteps < self.timesteps) and self._affords(training)
 
-    def _demand_a_buffer(self, course: "_Course") -> None:
-        problem = course.problem
-        if problem.meter.iterations or self._affords(course):
+    def _check_first_buffer(self, training: "_Training") -> None:
+        problem = training.problem
+        if problem.meter.iterations or self._affords(training):
             return
         raise BudgetExhaustedError(
-            f"The budget of {problem.spec.budget} does not hold a first buffer of {self.buffer} frames and an "
-            f"evaluation of {problem.spec.frames}. Give a larger budget or a smaller buffer."
+            f"The budget of {problem.spec.budget} does not suffice for a first buffer of {self.buffer} frames and an "
+            f"evaluation of {problem.spec.frames} frames. Give a larger budget or a smaller buffer."
         )
 
-    def _report(self, course: "_Course") -> None:
-        learner = course.learner
+    def _report(self, training: "_Training") -> None:
+        learner = training.learner
         readings = {"timesteps": float(learner.timesteps), "deviation": learner.deviation}
-        readings["reward_explored"] = course.reward
-        if course.score is not None:
-            readings["score_current"] = course.score
+        readings["reward_explored"] = training.reward
+        if training.score is not None:
+            readings["score_current"] = training.score
         share = learner.timesteps / self.timesteps if self.timesteps else 0.0
-        report(course.problem, course.context, course.champion, readings, share=share)
+        report(training.problem, training.context, training.incumbent, readings, share=share)
 
 
-class _Course:
-    """One run: what has been learnt, and the best policy so far.
+class _Training:
+    """The state of one run: learner, session and incumbent.
 
     Attributes:
-        reward: mean of the last buffer, with exploration.
+        reward: mean over the last buffer, with exploration.
         score: of the policy after it, without exploration; None if the episode failed.
     """
 
     def __init__(
-        self, problem: Problem, context: RunContext, session: Session, learner: "Learner", champion: Champion
+        self, problem: Problem, context: RunContext, session: Session, learner: "Learner", incumbent: Incumbent
     ) -> None:
         self.problem, self.context, self.session = problem, context, session
-        self.learner, self.champion = learner, champion
+        self.learner, self.incumbent = learner, incumbent
         self.reward = 0.0
         self.score: float | None = None
         self._resumed = 0
         self._is_resumed = False
 
-    def go_on(self) -> bool:
-        """Learn from one buffer and evaluate what came of it; False if the budget ended in between.
+    def step(self) -> bool:
+        """Learn from one buffer and evaluate the policy; False if the budget ended before the evaluation did.
 
-        So it may where it counts seconds, or episodes that end early, since those are begun again, or substeps, of
-        which exploring may take more than was expected.
+        That happens with budgets of seconds, of episodes if some end early and are begun again, and of substeps if
+        exploration takes more than expected.
         """
         try:
             self.reward = self.learner.learn()
@@ -173,7 +173,7 @@ class _Course:
             if not self.problem.meter.iterations:
                 raise
             return False
-        self.champion.offer(params, evaluation)
+        self.incumbent.offer(params, evaluation)
         self.score = evaluation.score if evaluation.failure is None else None
         self.problem.meter.iterations += 1
         self._resumed += int(self._is_resumed)
@@ -181,8 +181,8 @@ class _Course:
         return True
 
     def solution(self) -> Solution:
-        """The end of the run."""
-        return self.champion.solution(
+        """The solution of the ended run."""
+        return self.incumbent.solution(
             iterations=self.problem.meter.iterations,
             timesteps=self.learner.timesteps,
             diverged_episodes=self.session.failures,
@@ -192,7 +192,7 @@ class _Course:
     def state(self) -> dict[str, Any]:
         """Plain data for a checkpoint."""
         return {
-            "champion": self.champion.state(),
+            "champion": self.incumbent.state(),
             "meter": self.problem.meter.state(),
             "rng": self.context.rng.bit_generator.state,
             "learner": self.learner.state(),
@@ -201,28 +201,32 @@ class _Course:
         }
 
     def load(self, state: dict[str, Any]) -> None:
-        """The learner and the counts of `state`; the rest is `resume`'s."""
+        """Restore learner and counts from `state`; `resume` restores the rest."""
         self.learner.load(state["learner"])
         self.session.failures, self._resumed, self._is_resumed = state["failures"], state["resumed"], True
 
 
 def _hidden(problem: Problem) -> int:
-    """Units of the policy's hidden layers."""
+    """Units of the policy's hidden layers.
+
+    Raises:
+        UsageError: the controller is not a policy.
+    """
     ref = registry.resolve(Kind.CONTROLLER, problem.spec.controller)
     if _POLICY not in registry.get(Kind.CONTROLLER, ref.name, ref.version).tags:
         raise UsageError(
             f"ppo trains a policy, and the controller {ref.name!r} is none. "
-            "Choose one that is: --controller policy-network."
+            "Choose a policy: --controller policy-network."
         )
     return int(ref.kwargs["hidden"])
 
 
 @contextmanager
-def _own_randomness(seed: int) -> Iterator[None]:
-    """What stable-baselines3 draws follows from the seed, on one thread; everybody else's draws stay as they were."""
+def _seeded(seed: int) -> Iterator[None]:
+    """Seed the global generators of torch and NumPy for stable-baselines3, on one thread, and restore them after it."""
     import torch
 
-    threads, numpys = torch.get_num_threads(), np.random.get_state()
+    threads, state = torch.get_num_threads(), np.random.get_state()
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         np.random.seed(seed)
@@ -230,5 +234,5 @@ def _own_randomness(seed: int) -> Iterator[None]:
         try:
             yield
         finally:
-            np.random.set_state(numpys)
+            np.random.set_state(state)
             torch.set_num_threads(threads)

@@ -1,4 +1,4 @@
-"""The probe: no optimiser, but a measuring instrument that looks at the same few controllers in every simulation."""
+"""The probe: not an optimiser, but a measurement of the same controllers in every simulation."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from zoobench.registry import Kind, register
 from zoobench.spec import Ref
 
 EVERY = 5
-"""Control frames between two recorded points of a path."""
+"""Control frames between two recorded points of a trajectory."""
 
 PATHS = ("path_x", "path_y", "path_z")
 SPREADS = ("spread_xx", "spread_yy", "spread_zz", "spread_yz", "spread_xz", "spread_xy")
@@ -23,15 +23,15 @@ SPREADS = ("spread_xx", "spread_yy", "spread_zz", "spread_yz", "spread_xz", "spr
 @register(Kind.METHOD, "probe", tags=("study",))
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """Evaluate draws from the prior one by one; the same draws whatever the fidelity, so that runs can be compared.
+    """Evaluate draws from the prior one by one, the same at every fidelity, so that fidelities can be compared.
 
-    The learning curve holds, at step n, `score_current` of the n-th draw, and its `score_TASK` for every further task;
-    it has no value where a draw diverged. Of the first draws, numbered from 0, it also holds the gradient of the loss
-    (`slope_0`, a step for each parameter) and, by control frames, the centre of mass (`path_x_0` and so on [m], from
-    where it started) and the second moments of the body's mass about it (`spread_xx_0` and so on [m^2]).
+    The learning curve holds, at step n, `score_current` of the n-th draw and its `score_TASK` in every further task; it
+    has no value if the draw diverged. For the first draws, numbered from 0, it also holds the gradient of the loss
+    (`slope_0`, a step for each parameter) and, by control frame, the displacement of the centre of mass (`path_x_0` and
+    so on [m]) and the second moments of the body's mass about it (`spread_xx_0` and so on [m^2]).
 
-    * `gradients`: how many draws are looked at so closely.
-    * `also`: names of further tasks to score the same motions by, separated by `+`.
+    * `gradients`: number of draws with gradient and trajectory.
+    * `also`: names of further tasks that score the same motions, separated by `+`.
     """
 
     gradients: int = 0
@@ -39,33 +39,33 @@ class Probe:
 
     def __post_init__(self) -> None:
         if self.gradients < 0:
-            raise UsageError(f"{self.gradients} gradients cannot be taken. Give 0 or more.")
+            raise UsageError(f"{self.gradients} gradients are not possible. Give 0 or more.")
         for name in self._further():
             registry.get(Kind.TASK, name)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw and evaluate until the budget is spent; the solution is the best draw."""
-        champion = resume(problem, context)
+        incumbent = resume(problem, context)
         while problem.affords(gradient=self._is_close(problem)) or not problem.meter.episodes:
-            # With nothing affordable at all one draw is tried, so that the problem explains its budget.
+            # the first draw is always tried, so that the problem reports a budget too small for it
             params = problem.initial(context.rng)
             close = self._is_close(problem)
             episode = problem.observe(params, gradient=close)
-            champion.offer(params, episode.evaluation)
+            incumbent.offer(params, episode.evaluation)
             problem.meter.iterations += 1
-            report(problem, context, champion, self._readings(episode))
+            report(problem, context, incumbent, self._readings(episode))
             if close and episode.evaluation.failure is None:
                 _report_closely(problem.meter.iterations - 1, context, episode)
-            keep(problem, context, champion)
+            keep(problem, context, incumbent)
             if context.should_stop():
                 break
-        return champion.solution(iterations=problem.meter.iterations)
+        return incumbent.solution(iterations=problem.meter.iterations)
 
     def _further(self) -> list[str]:
         return [name for name in self.also.split("+") if name]
 
     def _is_close(self, problem: Problem) -> bool:
-        """Whether the next draw is to be looked at closely."""
+        """Whether gradient and trajectory of the next draw are recorded."""
         return problem.meter.iterations < self.gradients
 
     def _readings(self, episode: Episode) -> dict[str, float]:
@@ -78,7 +78,7 @@ class Probe:
 
 
 def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
-    """The gradient, the path and the spread of the draw of this number."""
+    """Report gradient, trajectory and second moments of the draw with this number."""
     for step, value in enumerate(episode.gradient.tolist()):
         if np.isfinite(value):
             context.report(step, **{f"slope_{number}": value})
@@ -89,11 +89,7 @@ def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
 
 
 def path_and_spread(episode: Episode) -> tuple[Array, Array]:
-    """Where the robot was at every `EVERY`-th frame, and how its mass was spread.
-
-    Returns:
-        centre of mass from its start `[points, 3]` [m], and second moments about it `[points, 6]` [m^2].
-    """
+    """At every `EVERY`-th frame, displacement `[points, 3]` [m] and second moments `[points, 6]` [m^2] of the mass."""
     motion = episode.motion
     centre = motion.centre_of_mass()[::EVERY, 0].detach().numpy()
     path: Array = centre - centre[0]

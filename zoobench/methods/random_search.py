@@ -1,4 +1,4 @@
-"""Random search: the floor that every method must beat."""
+"""Random search: the baseline of all methods."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from zoobench.registry import Kind, register
 class RandomSearch:
     """Draw parameters from the prior and keep the best, until the budget is spent.
 
-    * `batch`: draws evaluated side by side in one iteration.
+    * `batch`: draws of one iteration, evaluated side by side.
     """
 
     batch: int = 8
@@ -23,21 +23,21 @@ class RandomSearch:
             raise UsageError(f"A batch of {self.batch} draws is empty. Give at least 1.")
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Draw, evaluate, keep the best; the last batch is cut to what the budget holds."""
-        champion = resume(problem, context)
+        """Draw, evaluate and keep the best; the last batch is reduced to fit the budget."""
+        incumbent = resume(problem, context)
         while (size := self._affordable(problem)) or not problem.meter.episodes:
-            # With nothing affordable at all one draw is tried, so that the problem explains its budget.
+            # the first draw is always tried, so that the problem reports a budget too small for it
             draws = [problem.initial(context.rng) for _ in range(max(size, 1))]
             evaluations = problem.evaluate_batch(draws)
             for params, evaluation in zip(draws, evaluations, strict=True):
-                champion.offer(params, evaluation)
+                incumbent.offer(params, evaluation)
             problem.meter.iterations += 1
             current = max(item.score for item in evaluations)
-            report(problem, context, champion, {"score_current": current} if current > -float("inf") else {})
-            keep(problem, context, champion)
+            report(problem, context, incumbent, {"score_current": current} if current > -float("inf") else {})
+            keep(problem, context, incumbent)
             if context.should_stop():
                 break
-        return champion.solution(iterations=problem.meter.iterations)
+        return incumbent.solution(iterations=problem.meter.iterations)
 
     def _affordable(self, problem: Problem) -> int:
         return next((size for size in range(self.batch, 0, -1) if problem.affords(size)), 0)

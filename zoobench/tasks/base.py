@@ -1,7 +1,4 @@
-"""What a task is: a number to make large, computed from how the robot's particles moved.
-
-Everything here is written in torch and differentiable, so that score, reward and objective cannot disagree.
-"""
+"""The protocol of tasks: score, reward and objective as differentiable functions of the robot's motion, in torch."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,21 +20,19 @@ class Metric:
 
 @dataclass(frozen=True)
 class Motion:
-    """How the robot moved in every world; the first frame is the state before any control.
+    """The robot's motion in every world; the first state is that before any control.
 
     Attributes:
         positions: `[frames + 1, worlds, particle_count, 3]` [m].
         velocities: the same shape [m/s].
-        masses: `[worlds, particle_count]` [kg]; 0 marks a particle that does not exist.
+        masses: `[worlds, particle_count]` [kg]; 0 for a particle that does not exist.
         frame_seconds: length of a control frame [s].
         rest: positions in the design's own frame, x ahead and y up, `[particle_count, 3]` [m].
-        head, tail: 1 where a particle is labelled so, else 0 `[particle_count]`.
-        muscle_work: work that every muscle did on the body in every frame `[frames, worlds, muscle_count]` [J];
-            negative where the body stretched it. It carries no gradient.
-        presence: how much of every particle exists, in [0, 1] `[worlds, particle_count]`; None for all of what has
-            mass.
-        numbers: of the control frames that the states are at the end of, `[frames + 1]`, if not 0, 1, 2 and so on: a
-            motion may be told in part, from the start.
+        head, tail: 1 for a particle with this label, else 0 `[particle_count]`.
+        muscle_work: work of every muscle on the body in every frame `[frames, worlds, muscle_count]` [J]; negative if
+            the body stretched the muscle. Not differentiable.
+        occupancy: `[worlds, particle_count]` in [0, 1]; None if it is 1 for every particle with mass.
+        numbers: the control frames at whose ends the states are `[frames + 1]`; by default 0, 1, 2 and so on.
     """
 
     positions: "Tensor"
@@ -48,38 +43,35 @@ class Motion:
     head: "Tensor"
     tail: "Tensor"
     muscle_work: "Tensor"
-    presence: "Tensor | None" = None
+    occupancy: "Tensor | None" = None
     numbers: "Tensor | None" = None
 
     @property
     def existing(self) -> "Tensor":
-        """How much of a particle counts: all of one with mass, none of one without, a share between them.
-
-        `[worlds, particle_count]`.
-        """
-        return (self.masses > 0).to(self.positions.dtype) if self.presence is None else self.presence
+        """Occupancy `[worlds, particle_count]`; if none is given, 1 for particles with mass and 0 for the others."""
+        return (self.masses > 0).to(self.positions.dtype) if self.occupancy is None else self.occupancy
 
     def clock(self) -> "Tensor":
-        """Simulated time of every state `[frames + 1]` [s], each the product of two exact numbers: it never drifts."""
+        """Simulated time of every state `[frames + 1]` [s], a product and not a sum, so that it does not drift."""
         import torch
 
         counted = torch.arange(len(self.positions)) if self.numbers is None else self.numbers
         return counted.to(self.positions.dtype) * self.frame_seconds
 
     def mean_over_existing(self, values: "Tensor") -> "Tensor":
-        """Average over the existing particles, the third axis of `values`, each by how much of it exists."""
+        """Mean over the particles, the third axis of `values`, weighted by occupancy."""
         existing = self.existing.reshape(1, *self.existing.shape, *(1,) * (values.dim() - 3))
         return (values * existing).sum(dim=2) / existing.sum(dim=2)
 
     def centre_of_mass(self) -> "Tensor":
-        """`[frames + 1, worlds, 3]` [m]."""
+        """The centre of mass `[frames + 1, worlds, 3]` [m]."""
         weights = self.masses / self.masses.sum(dim=1, keepdim=True)
         return (self.positions * weights[None, :, :, None]).sum(dim=2)
 
     def second_moments(self) -> "Tensor":
-        """Of the mass about its centre, by the mass: the gyration tensor `[frames + 1, worlds, 6]` [m^2].
+        """The gyration tensor: second moments of the mass about its centre, divided by the mass.
 
-        In the order xx, yy, zz, yz, xz, xy.
+        `[frames + 1, worlds, 6]` [m^2], in the order xx, yy, zz, yz, xz, xy.
         """
         import torch
 
@@ -90,7 +82,7 @@ class Motion:
 
 
 class Task(Protocol):
-    """What to do. All functions are torch, run over all worlds at once and keep gradients.
+    """A task. All functions are differentiable and computed over all worlds at once.
 
     Attributes:
         unit: of score, reward and objective.
@@ -99,18 +91,19 @@ class Task(Protocol):
     unit: ClassVar[str]
 
     def reward(self, motion: Motion) -> "Tensor":
-        """Reward of every control frame, from the state at its end `[frames, worlds]`; higher is better.
+        """Reward of every control frame `[frames, worlds]`; higher is better.
 
-        It may depend on the start of the episode too, and on no other state, so that it can be told at once.
+        It depends on the state at the end of the frame and on the first state of the episode only, so that it is known
+        at once.
         """
         ...
 
     def score(self, motion: Motion) -> "Tensor":
-        """The episode's result `[worlds]`: what tables show; higher is better."""
+        """The episode's score `[worlds]`, as shown in tables; higher is better."""
         ...
 
     def objective(self, motion: Motion) -> "Tensor":
-        """What gradient methods make large `[worlds]`: the score or a smoother stand-in for it."""
+        """The quantity that gradient methods maximise `[worlds]`: the score or a smoother substitute."""
         ...
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:

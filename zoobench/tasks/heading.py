@@ -1,4 +1,4 @@
-"""Where a deforming robot looks: the rotation of its labelled head and tail, applied to its heading at rest (A.3)."""
+"""The heading of a deforming robot (specification A.3): its heading at rest, rotated with its head and tail."""
 
 from typing import TYPE_CHECKING
 
@@ -9,15 +9,14 @@ if TYPE_CHECKING:
 
 
 def heading(motion: Motion) -> "Tensor":
-    """Unit vector along which the robot looks, in every state `[frames + 1, worlds, 3]`; differentiable.
+    """Unit vector of the heading in every state `[frames + 1, worlds, 3]`; differentiable.
 
-    At rest it is the level direction from the centre of the tail to that of the head. It turns with the robot by the
-    rotation of the head and tail particles (specification A.3: their rotation relates the present to material space).
-    That rotation is the orthogonal factor of sum m (x - x_mean)(X - X_mean)^T over the labelled particles, positions x
-    now and X at rest (Kabsch 1976). For a rigid motion it equals the rotation of every particle's deformation gradient.
-    For a deforming body it is one rotation for the pair of them, not an average of local ones, so that bending a neck
-    or compressing a foot does not count as turning; and the history of F, which a long rollout accumulates with the
-    integrator's error, does not enter.
+    At rest it is the horizontal direction from the centre of the tail to that of the head. It turns by the rotation of
+    the head and tail particles from material to present space, which is the orthogonal factor of
+    sum m (x - x_mean)(X - X_mean)^T over these particles, with present positions x and positions at rest X (Kabsch
+    1976). For a rigid motion this is the rotation of every particle's deformation gradient F. For a deforming body it
+    is a single best fit and not a mean of local rotations, so that bending a neck or compressing a foot does not count
+    as turning, and the integration error that F accumulates does not enter.
 
     NaN in a world in which no labelled particle exists.
     """
@@ -32,28 +31,28 @@ def heading(motion: Motion) -> "Tensor":
 
 
 def heading_error(motion: Motion, directions: "Tensor") -> "Tensor":
-    """Level angle between the heading and a direction, averaged over the ends of all frames `[worlds]` [rad].
+    """Horizontal angle between the heading and a direction, averaged over the ends of all frames `[worlds]` [rad].
 
     Args:
-        motion: how the robot moved.
+        motion: the robot's motion.
         directions: `[frames, 3]` or `[3]`, of any length but zero.
     """
     import torch
 
-    looks = heading(motion)[1:]
-    wanted = directions.expand(len(looks), 3)[:, None]
-    sine = looks[..., 2] * wanted[..., 0] - looks[..., 0] * wanted[..., 2]
-    cosine = looks[..., 0] * wanted[..., 0] + looks[..., 2] * wanted[..., 2]
+    ahead = heading(motion)[1:]
+    wanted = directions.expand(len(ahead), 3)[:, None]
+    sine = ahead[..., 2] * wanted[..., 0] - ahead[..., 0] * wanted[..., 2]
+    cosine = ahead[..., 0] * wanted[..., 0] + ahead[..., 2] * wanted[..., 2]
     return torch.atan2(sine.abs(), cosine).mean(dim=0)
 
 
 def rotation(moments: "Tensor") -> "Tensor":
-    """The rotation R nearest to each A `[..., 3, 3]`: the one that makes R^T A symmetric with the largest trace.
+    """The rotation R nearest to each A `[..., 3, 3]`: R^T A is symmetric with the largest trace.
 
-    The derivative is that of the polar decomposition, which needs 1/(s_i + s_j) only and is regular where singular
-    values s coincide; that of the singular value decomposition is not. With A = R S, a change dA turns R by R [w]
-    where (tr(S) 1 - S) w is the axial vector of R^T dA. So R comes without a gradient, and a Newton step from it, zero
-    in value, brings the gradient in. Where the labelled particles lie on a line, turning about it has no derivative.
+    The derivative is that of the polar decomposition. It contains 1/(s_i + s_j) only and is regular where singular
+    values s coincide, unlike that of the singular value decomposition. With A = R S, a change dA rotates R by R [w],
+    where (tr(S) 1 - S) w is the axial vector of R^T dA. R is computed without gradient; a Newton step from it, whose
+    value is zero, adds the gradient. Where the labelled particles lie on a line, the derivative about it is zero.
     """
     import torch
 
@@ -72,7 +71,7 @@ def rotation(moments: "Tensor") -> "Tensor":
 
 
 def _rest_heading(motion: Motion) -> "Tensor":
-    """`[3]`, from the labels alone, whatever the particles weigh."""
+    """The heading at rest `[3]`, from the labels without weighting by mass."""
     import torch
 
     ends = [label @ motion.rest / label.sum() for label in (motion.head, motion.tail)]

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 class MovementSpeed:
     """Move as fast as possible along one direction.
 
-    The velocity of the existing particles is averaged and projected on the target direction, then averaged
+    The score is the velocity of the particles, averaged by occupancy, projected on the target direction and averaged
     over the frames [m/s].
 
-    * `heading`: the target direction [degrees], counter-clockwise seen from above; 0 is where the robot
-      looks.
+    * `heading`: the target direction [degrees], counter-clockwise seen from above, relative to the robot's heading at
+      rest.
     """
 
     heading: float = 0.0
@@ -42,7 +42,7 @@ class MovementSpeed:
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """How far the robot looked away from the target direction, and what every task reports."""
+        """The heading's deviation from the target direction, and the common readings."""
         return {"heading_error": (heading_error(motion, self._target(motion)), "rad"), **common_readings(motion)}
 
     def _target(self, motion: Motion) -> "Tensor":

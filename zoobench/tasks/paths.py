@@ -1,4 +1,4 @@
-"""The paths that a robot is to follow: level, from rest at the start, as long as an episode asks for."""
+"""Target paths: horizontal, from rest, of any length."""
 
 import math
 from collections.abc import Iterator
@@ -12,81 +12,80 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.tasks.quintic import Quintic
 
-Shape = Literal["straight", "arc", "s-curve", "random"]
+PathShape = Literal["straight", "arc", "s-curve", "random"]
 
 INTERVAL = 0.4
-"""[s] between two states. The first is a straight run-up from rest; what the path is named after begins then."""
+"""Time between two states [s]. The first interval is a straight run-up from rest; the named shape begins after it."""
 
 _TURN_RATE = 0.5  # [rad/s] of the arc: an eighth of a turn in an episode of 200 frames
 _PERIOD = 1.6  # [s] of the S-curve: an episode of 200 frames
-_SLALOM = 1 / 8  # amplitude of the S-curve per wavelength: it heads off its axis by up to atan(pi / 4), 38 degrees
+_SLALOM = 1 / 8  # amplitude of the S-curve per wavelength: its direction deviates by up to atan(pi / 4), 38 degrees
 _LARGEST_TURN = math.radians(30.0)  # of the random path, in an interval
-_SPEED_RANGE = (0.5, 1.5)  # of the random path, of the speed asked for
+_SPEED_RANGE = (0.5, 1.5)  # of the random path, relative to `speed`
 _ZERO = np.zeros(3)
 
 
 @dataclass(frozen=True)
 class Path:
-    """A path from the origin, ahead along x at first; y is up and left is -z.
+    """A path from the origin that begins along x; y is up and left is -z.
 
-    Its shape in time does not depend on the speed: a faster path is a larger one. Nor does its beginning depend on how
-    long it is looked at.
+    The speed scales the path in space and not in time. Its beginning does not depend on its length.
 
     * `straight`: ahead.
     * `arc`: a circle to the left, at 0.5 rad/s.
-    * `s-curve`: a slalom with a period of 1.6 s that begins to the left and heads off its axis by up to 38 degrees.
-    * `random`: every 0.4 s another direction, up to 30 degrees off the last, and another speed, 0.5 to 1.5 of `speed`.
+    * `s-curve`: a slalom of period 1.6 s that begins to the left and deviates from its axis by up to 38 degrees.
+    * `random`: every 0.4 s another direction, up to 30 degrees from the last, and another speed, 0.5 to 1.5 of `speed`.
 
     Attributes:
-        speed: after the run-up [m/s]; along the axis of the S-curve.
+        speed: after the run-up, of the S-curve along its axis [m/s].
         seed: of the random path.
 
     Raises:
-        UsageError: no positive speed, or a negative seed.
+        UsageError: the speed is not positive, or the seed is negative.
     """
 
-    shape: Shape
+    shape: PathShape
     speed: float
     seed: int = 0
 
     def __post_init__(self) -> None:
         if not self.speed > 0.0 or self.seed < 0:
             raise UsageError(
-                f"A path of {self.speed:g} m/s with seed {self.seed} leads nowhere. "
+                f"A path of {self.speed:g} m/s with seed {self.seed} is not possible. "
                 "Give a positive speed and a seed from 0 upwards."
             )
 
     def positions(self, times: Array) -> Array:
-        """Where the target is, `[times, 3]` [m]; times from 0 on [s]."""
+        """Positions of the target `[times, 3]` [m] at `times` from 0 [s]."""
         return self._through(times).position(times)
 
     def velocities(self, times: Array) -> Array:
-        """How fast the target moves, `[times, 3]` [m/s]: the first derivative of `positions`."""
+        """Velocities of the target `[times, 3]` [m/s], the first derivative of `positions`."""
         return self._through(times).velocity(times)
 
     def states(self, number: int) -> Array:
-        """The first states that the path runs through, `INTERVAL` apart: `[number, 3, 3]` as `Quintic` takes them."""
+        """The first states of the path, `INTERVAL` apart `[number, 3, 3]`, as `Quintic` takes them."""
         return np.array(list(islice(self._random() if self.shape == "random" else self._curve(), number)))
 
     def _through(self, times: Array) -> Quintic:
-        # one more than the times reach to, since rounding must not end the path short of the last of them
+        # one more state than needed, so that rounding cannot end the path before the last time
         number = math.ceil(float(times.max()) / INTERVAL) + 2
         return Quintic(INTERVAL * np.arange(float(number)), self.states(number))
 
     def _curve(self) -> Iterator[Array]:
-        """States on a curve that is passed at `speed`, after the run-up."""
+        """States of a curve with constant `speed` after the run-up."""
         yield np.zeros((3, 3))
-        yield self._ready()
+        yield self._run_up()
         for number in count(1):
             state = self.speed * _POINTS[self.shape](number * INTERVAL)
-            state[0] += self._ready()[0]
+            state[0] += self._run_up()[0]
             yield state
 
     def _random(self) -> Iterator[Array]:
         rng = np.random.default_rng(self.seed)
         angle = 0.0
         yield np.zeros((3, 3))
-        state = self._ready()
+        state = self._run_up()
         while True:
             yield state
             angle += rng.uniform(-_LARGEST_TURN, _LARGEST_TURN)
@@ -94,14 +93,14 @@ class Path:
             velocity = speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
             state = np.array([state[0] + INTERVAL * (state[1] + velocity) / 2, velocity, _ZERO])
 
-    def _ready(self) -> Array:
-        """After the run-up: its speed has grown evenly on both sides of the middle, so that half the way is done."""
+    def _run_up(self) -> Array:
+        """The state after the run-up, whose speed grows symmetrically about its middle: half of the way is done."""
         ahead = np.array([1.0, 0.0, 0.0])
         return self.speed * np.array([INTERVAL / 2 * ahead, ahead, _ZERO])
 
 
 def _straight(seconds: float) -> Array:
-    """Position, velocity and acceleration at unit speed, as all of these."""
+    """Position, velocity and acceleration at unit speed."""
     return np.array([[seconds, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 

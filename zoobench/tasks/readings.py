@@ -1,4 +1,4 @@
-"""What every task reports beside its score: the way over the ground, and what it cost."""
+"""Metrics that every task reports beside its score: distance, speed and energy."""
 
 from typing import TYPE_CHECKING
 
@@ -10,17 +10,17 @@ if TYPE_CHECKING:
 Readings = dict[str, tuple["Tensor", str]]
 
 GRAVITY = 9.81
-"""[m/s^2] of the weight in the cost of transport, in water too: the quotient is a convention that compares robots."""
+"""[m/s^2] of the weight in the cost of transport; by convention in water, too."""
 
 
 def common_readings(motion: Motion) -> Readings:
-    """Of every task, each `[worlds]` with its unit.
+    """The readings, `[worlds]` each with its unit; all of them are of horizontal motion.
 
-    * `distance`: the horizontal line from start to end of the centre of mass; `distance_travelled`: its horizontal way.
-    * `mean_speed`: the horizontal speed of the centre of mass, averaged over frames.
-    * `actuation_energy`: the mechanical work that the muscles put into the body.
-    * `cost_of_transport`: that energy per weight and distance travelled (Gabrielli and von Karman 1950); 0 for a robot
-      that spends none, wherever it drifts.
+    * `distance`: from start to end of the centre of mass; `distance_travelled`: length of its trajectory.
+    * `mean_speed`: of the centre of mass, averaged over frames.
+    * `actuation_energy`: see `actuation_energy`.
+    * `cost_of_transport`: that energy per weight and distance travelled (Gabrielli and von Karman 1950); 0 if no energy
+      is spent.
     """
     import torch
 
@@ -39,9 +39,9 @@ def common_readings(motion: Motion) -> Readings:
 
 
 def actuation_energy(motion: Motion) -> "Tensor":
-    """Mechanical work that the muscles put into the body `[worlds]` [J].
+    """Positive mechanical work of the muscles on the body `[worlds]` [J].
 
-    Each muscle's work over a control frame counts where it is positive: what a muscle takes up while it is stretched
-    is lost to it. This is work at the muscle, not what it would draw from a battery.
+    Each muscle's work over a control frame counts if it is positive; work done on a stretched muscle is not recovered.
+    Losses of an actuator are not included.
     """
     return motion.muscle_work.clamp(min=0.0).sum(dim=(0, 2))

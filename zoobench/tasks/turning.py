@@ -1,4 +1,4 @@
-"""Turning (specification A.2): spin counter-clockwise as fast as possible."""
+"""Turning (specification A.2): rotate counter-clockwise as fast as possible."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,8 +11,7 @@ from zoobench.tasks.readings import common_readings
 if TYPE_CHECKING:
     from torch import Tensor
 
-# [m] A particle this near to the axis has no tangent: it counts as zero and passes no gradient on.
-_AXIS_RADIUS = 1e-9
+_AXIS_RADIUS = 1e-9  # [m] nearer to the axis a particle has no tangent: its velocity counts as zero, without gradient
 
 
 @register(Kind.TASK, "turning", tags=("locomotion",))
@@ -20,9 +19,9 @@ _AXIS_RADIUS = 1e-9
 class Turning:
     """Turn counter-clockwise, seen from above, as fast as possible.
 
-    With r the position relative to the centre of mass and e_y the upward direction of the rest pose, every
-    existing particle's velocity is projected on its tangent (e_y x r) / |e_y x r|; the average over
-    particles, then over frames, is the score [m/s].
+    With r the position relative to the centre of mass and e_y the upward direction, every particle's velocity is
+    projected on its tangent (e_y x r) / |e_y x r|. The score is the mean by occupancy over the particles, averaged over
+    the frames [m/s].
     """
 
     unit: ClassVar[str] = "m/s"
@@ -35,8 +34,7 @@ class Turning:
         along = torch.linalg.cross(relative.new_tensor(UP).expand_as(relative), relative)
         squared = (along**2).sum(dim=-1, keepdim=True)
         off_axis = squared > _AXIS_RADIUS**2
-        # The inner `where` keeps sqrt away from 0, whose infinite slope would turn the masked gradient into
-        # NaN.
+        # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
         tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
         return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
 
@@ -49,7 +47,7 @@ class Turning:
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """Tangential velocity, the net angle turned, and what every task reports."""
+        """Tangential velocity, net angle of rotation, and the common readings."""
         return {
             "tangential_velocity": (self.score(motion), "m/s"),
             "heading_angle": (net_rotation(motion), "rad"),
@@ -58,10 +56,10 @@ class Turning:
 
 
 def net_rotation(motion: Motion) -> "Tensor":
-    """Angle about e_y turned since the start, counter-clockwise and past half turns `[worlds]` [rad].
+    """Net angle of rotation about e_y since the start, counter-clockwise, beyond half turns `[worlds]` [rad].
 
-    Between two frames it is the rotation about the centre of mass that fits all masses best (two-dimensional
-    Procrustes); the fits are summed. A frame must turn by less than half a turn.
+    The sum over frames of the rotation about the centre of mass that fits the masses best (two-dimensional Procrustes
+    problem). A frame must rotate by less than half a turn.
     """
     import torch
 

@@ -1,4 +1,4 @@
-"""Velocity tracking (specification A.3): look and move as a target does, at every time."""
+"""Velocity tracking (specification A.3): heading and speed of a moving target."""
 
 import math
 from collections.abc import Mapping
@@ -9,29 +9,29 @@ from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
 from zoobench.tasks.heading import heading, heading_error
-from zoobench.tasks.paths import Path, Shape
+from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-# What counts as success: both on average over the episode.
-_SPEED_TOLERANCE = 0.2  # of the target's speed
+# of success, both on average over the episode
+_SPEED_TOLERANCE = 0.2  # relative to the target's speed
 _HEADING_TOLERANCE = math.radians(15.0)
 
 
 @register(Kind.TASK, "velocity-tracking", tags=("locomotion", "path"))
 @dataclass(frozen=True, kw_only=True)
 class VelocityTracking:
-    """Look and move as a target does that runs along a path.
+    """Match heading and speed of a target that moves along a path.
 
-    The target's velocity u is the first derivative of a path of quintic polynomials, at the simulated time. With h the
-    robot's heading and s the velocity of its existing particles projected on h and averaged, a frame's reward is
+    The target's velocity u is the first derivative of a path of quintic polynomials. With the robot's heading h and the
+    mean velocity s of its particles along h, the reward of a frame is
 
-        -((1 - w) |s - |u|| + w (|u| - h . u))  [m/s]:
+        -((1 - w) |s - |u|| + w (|u| - h . u))  [m/s].
 
-    magnitude and direction apart, the latter as what the target's speed loses on a robot that looks elsewhere,
-    |u| (1 - cos angle). Zero is perfect. The score is the average over frames.
+    The first term is the error of the magnitude, the second that of the direction, |u| (1 - cos angle). Zero is
+    perfect. The score is the mean over frames.
 
     * `path`: straight, arc (to the left), s-curve or random.
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
@@ -39,7 +39,7 @@ class VelocityTracking:
     * `path_seed`: of the random path.
     """
 
-    path: Shape = "arc"
+    path: PathShape = "arc"
     speed: float = 0.05
     direction_weight: float = 0.9
     path_seed: int = 0
@@ -47,8 +47,8 @@ class VelocityTracking:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.direction_weight <= 1.0:
-            raise UsageError(f"A direction weight of {self.direction_weight:g} is no share. Give 0 to 1.")
-        Path(self.path, self.speed, self.path_seed)  # refuses what is no path
+            raise UsageError(f"A direction weight of {self.direction_weight:g} is out of range. Give 0 to 1.")
+        _ = self.route  # checks the path
 
     @property
     def route(self) -> Path:
@@ -60,14 +60,14 @@ class VelocityTracking:
         return motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))
 
     def reward(self, motion: Motion) -> "Tensor":
-        """How badly speed and heading fit at the end of every frame, negated `[frames, worlds]` [m/s]."""
+        """The negated errors of speed and direction at the end of every frame `[frames, worlds]` [m/s]."""
         import torch
 
         target = self.targets(motion)[1:, None]
-        pace = torch.linalg.vector_norm(target, dim=-1)
-        looks = heading(motion)[1:]
-        magnitude = (_speed_ahead(motion, looks) - pace).abs()
-        direction = pace - (looks * target).sum(dim=-1)
+        speed = torch.linalg.vector_norm(target, dim=-1)
+        ahead = heading(motion)[1:]
+        magnitude = (_speed_along(motion, ahead) - speed).abs()
+        direction = speed - (ahead * target).sum(dim=-1)
         penalty: Tensor = (1.0 - self.direction_weight) * magnitude + self.direction_weight * direction
         return -penalty
 
@@ -76,31 +76,31 @@ class VelocityTracking:
         return self.reward(motion).mean(dim=0)
 
     def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which has kinks only where the speed is right."""
+        """The score itself, which is smooth except at the exact speed."""
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """Errors of speed and heading, success, and what every task reports.
+        """Errors of speed and heading, success, and the common readings.
 
-        `success` is 1 if the mean speed along the heading is within 20 % of the target's and `heading_error` at most
+        `success` is 1 if the mean speed along the heading is within 20 % of the target's and `heading_error` is at most
         15 degrees.
         """
         import torch
 
         target = self.targets(motion)[1:]
-        pace = torch.linalg.vector_norm(target, dim=-1)[:, None]
-        ahead = _speed_ahead(motion, heading(motion)[1:])
+        wanted = torch.linalg.vector_norm(target, dim=-1)[:, None]
+        speed = _speed_along(motion, heading(motion)[1:])
         angle = heading_error(motion, target)
-        missing = (ahead.mean(dim=0) - pace.mean()).abs()
-        success = (missing <= _SPEED_TOLERANCE * pace.mean()) & (angle <= _HEADING_TOLERANCE)
+        error = (speed.mean(dim=0) - wanted.mean()).abs()
+        success = (error <= _SPEED_TOLERANCE * wanted.mean()) & (angle <= _HEADING_TOLERANCE)
         return {
-            "speed_error": ((ahead - pace).abs().mean(dim=0), "m/s"),
+            "speed_error": ((speed - wanted).abs().mean(dim=0), "m/s"),
             "heading_error": (angle, "rad"),
             "success": (success.to(angle.dtype), "1"),
             **common_readings(motion),
         }
 
 
-def _speed_ahead(motion: Motion, looks: "Tensor") -> "Tensor":
-    """Mean over the existing particles of the velocity along the heading `[frames, worlds]` [m/s]."""
-    return motion.mean_over_existing((motion.velocities[1:] * looks[:, :, None]).sum(dim=-1))
+def _speed_along(motion: Motion, ahead: "Tensor") -> "Tensor":
+    """Mean velocity of the particles along the heading `[frames, worlds]` [m/s]."""
+    return motion.mean_over_existing((motion.velocities[1:] * ahead[:, :, None]).sum(dim=-1))

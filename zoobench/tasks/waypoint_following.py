@@ -1,4 +1,4 @@
-"""Waypoint following (specification A.4): be where the target is, at every time."""
+"""Waypoint following (specification A.4): the position of a moving target."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
 from zoobench.tasks.heading import heading_error
-from zoobench.tasks.paths import Path, Shape
+from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -18,20 +18,19 @@ if TYPE_CHECKING:
 @register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"))
 @dataclass(frozen=True, kw_only=True)
 class WaypointFollowing:
-    """Follow a target that runs along a path.
+    """Follow a target that moves along a path.
 
-    The path of quintic polynomials begins at the robot's centre of mass; the waypoint of a frame is where it has got to
-    at the simulated time. A frame's reward is minus the distance between centre of mass and waypoint, the root of the
-    summed squared errors of the level coordinates [m]: hills and waves lift a robot, the path is level. The score is
-    the average over frames; zero is perfect. The root mean square over time is reported beside it.
+    The path of quintic polynomials begins at the robot's centre of mass. The reward of a frame is the negated
+    horizontal distance from the centre of mass to the target [m]; the vertical distance does not count, since hills and
+    waves lift a robot. The score is the mean over frames; zero is perfect.
 
     * `path`: straight, arc (to the left), s-curve or random.
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
-    * `tolerance`: how near the centre of mass must stay for success [m].
+    * `tolerance`: largest distance at which an episode is a success [m].
     * `path_seed`: of the random path.
     """
 
-    path: Shape = "arc"
+    path: PathShape = "arc"
     speed: float = 0.05
     tolerance: float = 0.02
     path_seed: int = 0
@@ -39,25 +38,25 @@ class WaypointFollowing:
 
     def __post_init__(self) -> None:
         if not self.tolerance > 0.0:
-            raise UsageError(f"Nothing is nearer than {self.tolerance:g} m. Give a positive tolerance.")
-        Path(self.path, self.speed, self.path_seed)  # refuses what is no path
+            raise UsageError(f"A tolerance of {self.tolerance:g} m cannot be met. Give a positive tolerance.")
+        _ = self.route  # checks the path
 
     @property
     def route(self) -> Path:
-        """The path of the target, from where the robot starts."""
+        """The path of the target, relative to the robot's start."""
         return Path(self.path, self.speed, self.path_seed)
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
-        way = motion.positions.new_tensor(self.route.positions(motion.clock().numpy()))
-        return motion.centre_of_mass()[0] + way[:, None]
+        path = motion.positions.new_tensor(self.route.positions(motion.clock().numpy()))
+        return motion.centre_of_mass()[0] + path[:, None]
 
     def reward(self, motion: Motion) -> "Tensor":
-        """Minus the level distance to the waypoint at the end of every frame `[frames, worlds]` [m]."""
+        """The negated horizontal distance to the waypoint at the end of every frame `[frames, worlds]` [m]."""
         import torch
 
-        missing = (motion.centre_of_mass() - self.targets(motion))[1:, :, [0, 2]]
-        distance: Tensor = torch.linalg.vector_norm(missing, dim=-1)
+        error = (motion.centre_of_mass() - self.targets(motion))[1:, :, [0, 2]]
+        distance: Tensor = torch.linalg.vector_norm(error, dim=-1)
         return -distance
 
     def score(self, motion: Motion) -> "Tensor":
@@ -65,14 +64,14 @@ class WaypointFollowing:
         return self.reward(motion).mean(dim=0)
 
     def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which is smooth but where the robot meets the waypoint."""
+        """The score itself, which is smooth except at the waypoint."""
         return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
-        """Errors of place and heading, success, and what every task reports.
+        """Errors of position and heading, success, and the common readings.
 
-        `rms_error` is the root mean square over time of the distances, `heading_error` that to the path's direction.
-        `success` is 1 if no distance exceeds the tolerance.
+        `rms_error` is the root mean square of the distances over time, `heading_error` the angle to the path's
+        direction. `success` is 1 if no distance exceeds the tolerance.
         """
         distances = -self.reward(motion)
         directions = motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))[1:]

@@ -1,0 +1,72 @@
+"""The solvers of one scene: kept by their number of worlds, all starting from the same equilibrium."""
+
+import math
+from typing import TYPE_CHECKING
+
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.spec import FRAME_SECONDS
+
+if TYPE_CHECKING:
+    from zoobench.sim.model.state import Matter
+    from zoobench.sim.solver import Solver
+
+_GRADIENT_MEMORY = 2**30
+"""Largest size of the stored states of all worlds of one solver [bytes]."""
+
+_PARTICLE_BYTES = 200
+"""Upper bound of the size of a particle's state (x, v, C, F in double precision) [bytes]."""
+
+
+class Solvers:
+    """Solvers of one scene at one fidelity.
+
+    Args:
+        scene, fidelity: what is simulated.
+        equilibration_frames: control frames in which the scene comes to rest before the episode; 0 for none.
+    """
+
+    def __init__(self, scene: Scene, fidelity: Fidelity, equilibration_frames: int) -> None:
+        self._scene, self._fidelity, self._equilibration_frames = scene, fidelity, equilibration_frames
+        self._start: Matter | None = None
+        self._kept: dict[tuple[int, bool], Solver] = {}
+
+    def get(self, worlds: int, gradient: bool) -> "Solver":
+        """The kept solver of this width; the last batch of a method may be narrower than the others."""
+        key = (worlds, gradient)
+        if key not in self._kept:
+            self._kept[key] = self.new(worlds, gradient=gradient)
+        return self._kept[key]
+
+    def new(self, worlds: int, *, gradient: bool = False) -> "Solver":
+        """A solver for one user alone.
+
+        Raises:
+            UsageError: `worlds` is less than 1.
+        """
+        from zoobench.sim.solver import Solver
+
+        return Solver(
+            self._scene,
+            self._fidelity,
+            worlds=worlds,
+            frame_seconds=FRAME_SECONDS,
+            gradients=gradient,
+            start=self._equilibrated(),
+        )
+
+    def most_worlds(self, substeps: int) -> int:
+        """Worlds side by side whose stored states of an episode of so many substeps fit into memory, at least 1."""
+        states = 2 * math.isqrt(substeps) + 2
+        bytes_per_world = states * self._scene.particle_count * _PARTICLE_BYTES
+        return max(1, _GRADIENT_MEMORY // bytes_per_world)
+
+    def _equilibrated(self) -> "Matter | None":
+        """The equilibrated scene, computed or read from the cache once; None without equilibration."""
+        from zoobench.sim.equilibrium import equilibrated
+
+        if self._start is None:
+            self._start = equilibrated(
+                self._scene, self._fidelity, self._equilibration_frames, frame_seconds=FRAME_SECONDS
+            )
+        return self._start
