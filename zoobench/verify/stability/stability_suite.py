@@ -7,8 +7,22 @@ from typing import TYPE_CHECKING
 from zoobench.db.rows import StudyRow
 from zoobench.verify.selection import select
 
-# imported for the cases that they register, in this order
 from zoobench.verify.stability.base import Case, Result, registered
+
+# imported for the cases that they register, in this order
+from zoobench.verify.stability import (  # isort: skip  # noqa: F401
+    particle_cases,
+    strains,
+    impact,
+    contrast,
+    muscles,
+    domain,
+    media_cases,
+    water_cases,
+    gradient_cases,
+    horizon,
+    bad_inputs,
+)
 
 if TYPE_CHECKING:
     from zoobench.verify.stability.largest import StepRow
