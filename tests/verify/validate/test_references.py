@@ -6,7 +6,7 @@ import pytest
 from zoobench.sim.model.laws_numpy import fibre_stress, neo_hookean
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.verify.validate import manufactured, statics
-from zoobench.verify.validate.stage import GRAVITY
+from zoobench.verify.validate.rig import GRAVITY, order_of_accuracy
 
 
 def test_manufactured_body_force_balances_inertia_and_stress() -> None:
@@ -87,3 +87,9 @@ def test_laws_of_a_transfer_step_follow_from_the_spline() -> None:
         assert abs(S / np.sinc(wave / 2 / np.pi) ** 3 - 1) < 1e-7
         assert 1 - S**2 - (2 * slope) ** 2 == pytest.approx(wave**4 / 40, rel=0.02)
         assert 1 - (4 * slope / wave) ** 2 == pytest.approx(13 * wave**2 / 60, rel=0.01)
+
+
+def test_order_of_accuracy_is_the_slope_in_logarithms() -> None:
+    """Errors that shrink with the square of the spacing have order two, whatever their sign."""
+    spacings = np.array([0.1, 0.05, 0.02])
+    assert order_of_accuracy(spacings, -3 * spacings**2) == pytest.approx(2.0, rel=1e-12)
