@@ -23,8 +23,8 @@ def test_cases_within_their_bounds_are_listed_and_drawn(zoobench: Command, tmp_p
     assert sorted(path.name for path in plots.iterdir()) == ["clay-shear.png", "gravity-column.png"]
 
 
-def test_a_missed_bound_is_an_exit_code_of_one(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The table says which number missed, and the case is named as it is done."""
+def test_a_missed_bound_is_exit_code_1(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table shows the missed number, and a message names the case."""
 
     def measure(record: CaseRecorder) -> None:
         record.at_most("good", 0.5, 1.0)

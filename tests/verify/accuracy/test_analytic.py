@@ -115,8 +115,7 @@ def test_orders_are_judged_by_what_the_theory_gives(rows: list[AnalyticRow]) -> 
 def test_figure_has_a_curve_for_every_case(rows: list[AnalyticRow]) -> None:
     """Error over wall seconds per simulated second, both in logarithms, with the grids in the label."""
     drawn = figure([*rows, replace(rows[0], quantity="another")])
-    assert drawn.log_x
-    assert drawn.log_y
+    assert drawn.log == "xy"
     assert [line.label for line in drawn.curves] == [
         "manufactured-solution, 8 16 32 cells", "gravity-column, 8 16 32 cells"
     ]  # fmt: skip

@@ -15,7 +15,7 @@ def _block() -> scenes.ElasticBody:
 
 
 def test_energy_balances_of_an_episode() -> None:
-    """One entry at every frame, the solver's figures added to the record."""
+    """One balance at every frame, the solver's figures added to the record."""
     record = EpisodeRecorder()
     solver = Solver(scenes.drop(_block()), scenes.fidelity(64))
     rollout, energies = record.episode(solver, 5)

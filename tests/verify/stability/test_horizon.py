@@ -8,7 +8,7 @@ from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder
-from zoobench.verify.stability.horizon import WholePath, check_gap, measure, walker
+from zoobench.verify.stability.horizon import SingleSegment, check_gap, measure, walker
 from zoobench.verify.stability.stability_scenes import muscle_wave
 
 FRAMES = 10
@@ -55,13 +55,13 @@ def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pyt
     assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
 
 
-def test_along_its_own_path_it_is_the_gradient() -> None:
+def test_on_its_own_trajectory_it_is_the_gradient() -> None:
     """Bit for bit that of the solver, recomputed or given."""
     solver = walker(32, FRAMES)
     rollout = solver.run(muscle_wave(solver, FRAMES))
     adjoint = np.ones(rollout.positions.shape)
     expected = solver.backward(rollout, adjoint, 0.0 * adjoint).actuation
-    own = WholePath(solver, rollout)
+    own = SingleSegment(solver, rollout)
     assert (own.run(adjoint, 0.0 * adjoint).actuation == expected).all()
-    assert own.path is not None
-    assert (WholePath(solver, rollout, own.path).run(adjoint, 0.0 * adjoint).actuation == expected).all()
+    assert own.states is not None
+    assert (SingleSegment(solver, rollout, own.states).run(adjoint, 0.0 * adjoint).actuation == expected).all()

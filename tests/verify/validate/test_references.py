@@ -1,4 +1,4 @@
-"""The closed forms that the cases are judged by, each against its own differential equation."""
+"""The closed forms of the cases, each against its differential equation."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def test_manufactured_body_force_balances_inertia_and_stress() -> None:
     X, t, step = np.random.default_rng(1).uniform(0, 1, (50, 2)), 0.17, 1e-4
 
     def nominal(X: np.ndarray) -> np.ndarray:
-        """P_xx and P_yy of the motion, from the simulator's twin of the law."""
+        """P_xx and P_yy of the motion, from the law in NumPy."""
         stretch = manufactured.stretches(X, t)
         F = np.eye(3) + np.zeros((len(X), 3, 3))
         F[:, [0, 1], [0, 1]] = stretch
@@ -33,13 +33,13 @@ def test_manufactured_body_force_balances_inertia_and_stress() -> None:
     assert manufactured.body_force(X, t) == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
 
 
-def test_manufactured_stretches_are_the_slope_of_the_displacement() -> None:
+def test_manufactured_stretches_are_derivatives_of_the_displacement() -> None:
     """F = 1 + du/dX, by central differences."""
     X, t, step = np.random.default_rng(2).uniform(0, 1, (50, 2)), 0.17, 1e-5
     u = manufactured.displacement
-    slope = (u(X + step, t) - u(X - step, t)) / (2 * step)
-    assert manufactured.stretches(X, t) == pytest.approx(1 + slope, rel=1e-8)
-    assert np.abs(slope).max() > 0.2
+    derivative = (u(X + step, t) - u(X - step, t)) / (2 * step)
+    assert manufactured.stretches(X, t) == pytest.approx(1 + derivative, rel=1e-8)
+    assert np.abs(derivative).max() > 0.2
 
 
 def test_column_settles_by_half_its_load_in_the_limit_of_small_strain() -> None:

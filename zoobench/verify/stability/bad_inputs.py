@@ -74,7 +74,7 @@ def bad_actuation(record: EpisodeRecorder) -> None:
 
 @case(CASES, "one-particle")
 def one_particle(record: EpisodeRecorder) -> None:
-    """A robot of one particle falls on the ground and stays there; with ghosts around it, the ghosts change nothing."""
+    """A robot of one particle falls on the ground and stays there; particles without occupancy have no effect on it."""
     place = np.array([[0.35, 0.05, 0.37]])
     paths = []
     for ghosts in (0, 50):

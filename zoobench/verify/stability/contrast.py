@@ -15,7 +15,7 @@ CASES: list[Case] = []
 
 @case(CASES, "soft-on-stiff")
 def soft_on_stiff(record: EpisodeRecorder) -> None:
-    """A block of 1 kPa falls on one of 10 MPa, both one body to the solver: the stiff one sets the step."""
+    """A block of 1 kPa falls on one of 10 MPa, as one body: the stiff block sets the step."""
     stiff = scenes.lattice((0.25, 0.0, 0.25), (5, 2, 5))
     soft = scenes.lattice((0.28125, 0.0703125, 0.28125), (3, 3, 3))
     material = ElasticMaterial(youngs_modulus=1e7, poissons_ratio=0.3, density=1000.0)
@@ -31,16 +31,12 @@ def soft_on_stiff(record: EpisodeRecorder) -> None:
     record.energy_bounded(energies)
     below = rollout.positions[-1, 0, len(stiff) :, 1].min() - rollout.positions[-1, 0, : len(stiff), 1].max()
     record.at_least("soft above stiff [cells]", float(below) / scenes.SPACING, -1.0)
-    record.at_most(
-        "escape of the stiff block downwards [cells]",
-        -energies.lowest / scenes.SPACING,
-        1.0,
-    )
+    record.at_most("escape of the stiff block downwards [cells]", -energies.lowest / scenes.SPACING, 1.0)
 
 
 @case(CASES, "light-on-heavy")
 def light_on_heavy(record: EpisodeRecorder) -> None:
-    """A block whose upper half is a thousand times lighter, compressed by 2 % and released: it sets the step."""
+    """A block whose upper half is a thousand times lighter is compressed by 2 % and released: that half sets the step."""
     body = scenes.passive(scenes.cube())
     ratio = np.where(body.positions[:, 1] > 0.375, 1e-3, 1.0)
     scene = scenes.flight(replace(body, density_ratio=ratio))
@@ -58,8 +54,8 @@ def light_on_heavy(record: EpisodeRecorder) -> None:
 def nearly_incompressible(record: EpisodeRecorder) -> None:
     """A free-standing column under its weight at nu = 0.49 and 0.499: locking would make it too stiff.
 
-    On a frictionless floor the stress is uniaxial whatever Poisson's ratio is, so the top sinks by rho g H^2 / (2 E)
-    for small strains; the wall costs up to 0.4 cells of the height.
+    On a frictionless floor the stress is uniaxial for any Poisson's ratio, so the top sinks by rho g H^2 / (2 E)
+    for small strains; the error of the wall is up to 0.4 cells of the height.
     """
     height = 8 * scenes.SPACING
     for ratio in (0.3, 0.49, 0.499):
@@ -71,7 +67,7 @@ def nearly_incompressible(record: EpisodeRecorder) -> None:
         place = state.x[0, 0].cpu().numpy() + solver.origin
         top = body.positions[:, 1] > height - 0.5 * scenes.SPACING
         depth = float((body.positions[top, 1] - place[top, 1]).mean())
-        fibre = body.positions[top, 1].mean()  # the layer's own height, H - a quarter of a cell
+        fibre = body.positions[top, 1].mean()  # initial height of the layer, H - a quarter of a cell
         exact = 1000.0 * 9.81 * (height * fibre - 0.5 * fibre**2) / 8e4
         record.at_most(f"nu = {ratio:g}: settlement / exact", depth / exact, 1.2)
         record.at_least(f"nu = {ratio:g}: settlement / exact", depth / exact, 0.8)

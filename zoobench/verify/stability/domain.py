@@ -1,4 +1,4 @@
-"""The arena: its corners and walls, its edge, its nodes, and its distance from the origin."""
+"""The arena: corners, walls, grid nodes, and the distance from the origin."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def _escape(energies: EnergyHistory, scene: Scene) -> float:
 
 @case(CASES, "all-corners")
 def all_corners(record: EpisodeRecorder) -> None:
-    """A cube is thrown at 3 m/s into each of the eight corners: over edges and all six walls, and back."""
+    """A cube is thrown at 3 m/s into each of the eight corners, and rebounds from all walls."""
     positions = scenes.cube()
     found = []
     for signs in 2.0 * np.indices((2, 2, 2)).reshape(3, -1).T - 1.0:
@@ -44,7 +44,7 @@ def all_corners(record: EpisodeRecorder) -> None:
 
 @case(CASES, "launched-at-the-edge")
 def launched_at_the_edge(record: EpisodeRecorder) -> None:
-    """A cube that touches a wall is driven into it at 8 m/s; one that begins beyond it is refused."""
+    """A cube that touches a wall moves into it at 8 m/s; a cube that starts beyond it is refused."""
     for axis in range(3):
         x, y, z = np.where(np.arange(3) == axis, _SIDE - 4 * scenes.SPACING, scenes.MIDDLE)
         scene = scenes.flight(scenes.passive(scenes.cube((x, y, z)), velocity=8.0 * np.eye(3)[axis]), _SIDE)
@@ -59,7 +59,7 @@ def launched_at_the_edge(record: EpisodeRecorder) -> None:
 
 @case(CASES, "on-the-nodes")
 def on_the_nodes(record: EpisodeRecorder) -> None:
-    """Lone particles exactly on nodes, cell borders and wall planes, moving alike: the grid changes nothing."""
+    """Isolated particles on nodes, cell borders and wall planes keep a common velocity and their volume."""
     offsets = np.array([0.0, 0.5, 1.0 - 1e-7, 1e-7])
     cells = np.indices((4, 4, 4)).reshape(3, -1).T
     positions = scenes.SPACING * (5.0 * cells + 3.0 + offsets[cells])
@@ -76,11 +76,7 @@ def on_the_nodes(record: EpisodeRecorder) -> None:
         record.at_most(
             f"{precision} bits: change of velocity / speed", drift / float(np.linalg.norm(velocity)), tolerance
         )
-        record.at_most(
-            f"{precision} bits: |J - 1|",
-            abs(energies.smallest_j - 1.0),
-            1e2 * tolerance,
-        )
+        record.at_most(f"{precision} bits: |J - 1|", abs(energies.smallest_j - 1.0), 1e2 * tolerance)
     solver = Solver(scenes.flight(scenes.passive(at_walls), side), scenes.fidelity())
     rollout, _ = record.episode(solver, 20)
     moved = float(np.abs(rollout.positions[-1] - rollout.positions[0]).max())
@@ -98,7 +94,7 @@ def _tumbling(shift: float) -> Scene:
 
 @case(CASES, "far-from-origin")
 def far_from_origin(record: EpisodeRecorder) -> None:
-    """The same tumbling cube 0, 1, 10 and 100 m from the origin, in 32 bits: places count from the arena's corner."""
+    """The same tumbling cube 0, 1, 10 and 100 m from the origin, in 32 bits: positions are relative to the arena."""
     paths = []
     for shift in (0.0, 1.0, 10.0, 100.0):
         solver = Solver(_tumbling(shift), scenes.fidelity())
@@ -111,7 +107,7 @@ def far_from_origin(record: EpisodeRecorder) -> None:
 
 @case(CASES, "off-the-lattice")
 def off_the_lattice(record: EpisodeRecorder) -> None:
-    """The tumbling cube shifted by fractions of a cell along the ground: where it lies on the grid hardly matters."""
+    """The tumbling cube shifted by fractions of a cell along the ground: its final position hardly depends on it."""
     ends = []
     for fraction in (0.0, 0.25, 0.5):
         scene = _tumbling(0.0)

@@ -55,23 +55,23 @@ class Gap:
     nudged: tuple[float, ...]
 
 
-class WholePath(Adjoint):
+class SingleSegment(Adjoint):
     """A backward pass of an episode in one segment, through its own states or those of another precision.
 
     Attributes:
-        path: the states after every substep; its own after a run without any given.
+        states: the states after every substep; its own after a run without any given.
     """
 
-    def __init__(self, solver: Solver, rollout: Rollout, path: Matter | None = None) -> None:
+    def __init__(self, solver: Solver, rollout: Rollout, states: Matter | None = None) -> None:
         super().__init__(solver, rollout)
-        self.path = path
+        self.states = states
 
     def _recompute(self, segment: int) -> None:
-        if self.path is None:
+        if self.states is None:
             super()._recompute(segment)
-            self.path = self._tape
+            self.states = self._tape
         else:
-            for target, source in zip(self._tape.tensors(), self.path.tensors(), strict=True):
+            for target, source in zip(self._tape.tensors(), self.states.tensors(), strict=True):
                 target.copy_(source)
 
 
@@ -91,19 +91,19 @@ def walker(precision: int, frames: int, *, contact: bool = True, nudge: float = 
 def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nudges: int = 0) -> Gap:
     """The gap for the distance that the caterpillar covers, or for its length in mid-air."""
     rollouts, gradients = {}, {}
-    path, loss = None, np.zeros(0)
+    states, loss = None, np.zeros(0)
     for precision in (32, 64):
         solver = walker(precision, frames, contact=contact)
         rollout = solver.run(scenes.muscle_wave(solver, frames))
         record.add_rollout(solver, rollout)
         loss = _loss_adjoint(rollout.positions, contact=contact)
-        adjoint = WholePath(solver, rollout)
+        adjoint = SingleSegment(solver, rollout)
         found = adjoint.run(loss, np.zeros_like(loss))
         record.holds(f"{precision} bits: finite", not found.fault and bool(np.isfinite(found.actuation).all()))
         rollouts[precision], gradients[precision] = rollout, found.actuation[:, 0]
-        path = path or adjoint.path
+        states = states or adjoint.states
     exact, positions = gradients[64], rollouts[64].positions
-    beside = WholePath(solver, rollouts[32], path).run(loss, np.zeros_like(loss)).actuation[:, 0]
+    beside = SingleSegment(solver, rollouts[32], states).run(loss, np.zeros_like(loss)).actuation[:, 0]
     apart = rollouts[32].positions - positions
     nudge = float(np.sqrt(np.square(apart).sum(-1).mean()))
     return Gap(

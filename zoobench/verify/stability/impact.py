@@ -1,4 +1,4 @@
-"""Impacts: on the floor, on each other, and faster than any step can follow."""
+"""Impacts: on the ground, between bodies, and faster than the declared step allows."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def _falling(cells_per_step: float) -> tuple[Scene, float]:
 
 @case(CASES, "fast-landing")
 def fast_landing(record: EpisodeRecorder) -> None:
-    """A cube hits the ground at 0.45 cells per declared step, faster than sound: it bounces and does not sink in."""
+    """A cube hits the ground at 0.45 cells per declared step, faster than its waves: it bounces, and does not sink in."""
     scene, _ = _falling(0.45)
     record.remark(f"speed / wave speed {float(-scene.robot.velocities[0, 1]) / wave_speed():.2f}")
     rollout, energies = record.episode(Solver(scene, scenes.fidelity(), frame_seconds=_FRAME), 40)
@@ -46,7 +46,7 @@ def fast_landing(record: EpisodeRecorder) -> None:
 
 @case(CASES, "landing-beyond-speed-limit")
 def landing_beyond_the_speed_limit(record: EpisodeRecorder) -> None:
-    """A cube that covers 0.9 or 3 cells in a declared step: shorter steps carry it, or a clear error ends it."""
+    """A cube that covers 0.9 or 3 cells in a declared step: shorter steps are taken, or the episode diverges."""
     for cells in (0.9, 3.0):
         scene, step = _falling(cells)
         solver = Solver(scene, scenes.fidelity(), frame_seconds=_FRAME)
@@ -64,7 +64,7 @@ def landing_beyond_the_speed_limit(record: EpisodeRecorder) -> None:
 
 @case(CASES, "control-too-fast")
 def too_fast(record: EpisodeRecorder) -> None:
-    """Negative control: the same with the declared step held fixed is flagged as too fast for the step."""
+    """Negative control: with the declared step held fixed, such a cube is flagged as too fast for the step."""
     for cells in (0.55, 0.9, 3.0):
         scene, step = _falling(cells)
         solver = Solver(scene, scenes.fidelity(step=step), frame_seconds=step)
@@ -96,7 +96,7 @@ def repeated_frames(record: EpisodeRecorder) -> None:
 
 @case(CASES, "head-on-collision")
 def head_on_collision(record: EpisodeRecorder) -> None:
-    """Two cubes meet head-on with half the wave speed between them and part again."""
+    """Two cubes collide head-on with half the wave speed between them and separate again."""
     left = scenes.cube((0.25, 0.3125, 0.3125))
     right = scenes.cube((0.4375, 0.3125, 0.3125))
     speed = np.zeros((len(left) + len(right), 3))

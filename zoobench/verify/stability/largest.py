@@ -8,7 +8,6 @@ its ratio must be 1 where its stiffness is known exactly; particles with neighbo
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -52,37 +51,18 @@ class StableStepRow:
     verdict: str
     seconds: float
 
-    @property
-    def passed(self) -> bool:
-        """Whether the verdict is `pass`."""
-        return self.verdict == "pass"
-
-
-@dataclass(frozen=True)
-class _Subject:
-    name: str
-    build: Callable[[], Solver]
-    sharp: bool = False  # an isolated particle whose stiffness is predicted exactly
-
 
 def largest_steps() -> Iterator[StableStepRow]:
     """Every scene in turn."""
-    for subject in _subjects():
-        start = time.perf_counter()
-        solver = subject.build()
+    start = time.perf_counter()
+    for name, solver, sharp in _scenes():
         state = solver.matter.copy_slot(0)
         predicted = solver.current_limit()[0].dt_iso
         ratio = _bisect(lambda share: _is_stable(solver, state, share * predicted))  # noqa: B023  (used at once)
-        good = ratio >= SAFE and (not subject.sharp or ratio <= SHARP)
-        yield StableStepRow(
-            subject.name,
-            solver.particle_count,
-            predicted,
-            ratio * predicted,
-            ratio,
-            "pass" if good else "fail",
-            time.perf_counter() - start,
-        )
+        verdict = "pass" if ratio >= SAFE and (not sharp or ratio <= SHARP) else "fail"
+        seconds = time.perf_counter() - start
+        yield StableStepRow(name, solver.particle_count, predicted, ratio * predicted, ratio, verdict, seconds)
+        start = time.perf_counter()
 
 
 def _bisect(is_stable: Callable[[float], bool]) -> float:
@@ -120,23 +100,24 @@ def _motion(solver: Solver) -> float:
     return float(np.square(to_array(solver.matter.v[0])).sum() + spread * np.square(to_array(solver.matter.C[0])).sum())
 
 
-def _subjects() -> Iterator[_Subject]:
+def _scenes() -> Iterator[tuple[str, Solver, bool]]:
+    """Name and solver of every scene, and whether it is an isolated particle whose stiffness is predicted exactly."""
     for ratio in (0.0, 0.2, 0.45):
         material = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=ratio, density=1000.0)
-        yield _Subject(f"lone particle, nu {ratio:g}", partial(_elastic, _lone(material)), sharp=True)
-    yield _Subject("spray", partial(_elastic, spray_scene().robot, 1.35))
+        yield f"lone particle, nu {ratio:g}", _elastic(_lone(material)), True
+    yield "spray", _elastic(spray_scene().robot, 1.35), False
     for ratio in (0.2, 0.45):
         material = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=ratio, density=1000.0)
-        yield _Subject(f"block, nu {ratio:g}", partial(_elastic, _block(material)))
+        yield f"block, nu {ratio:g}", _elastic(_block(material)), False
     # the prediction takes all stretches of a contracted muscle as the largest, those of snow as its largest elastic one
-    yield _Subject("lone muscle, contracted", partial(_contracted, _lone(scenes.MUSCLE)))
-    yield _Subject("block of muscle, contracted", partial(_contracted, _block(scenes.MUSCLE)))
-    yield _Subject("caterpillar, contracted", _robot)
+    yield "lone muscle, contracted", _contracted(_lone(scenes.MUSCLE)), False
+    yield "block of muscle, contracted", _contracted(_block(scenes.MUSCLE)), False
+    yield "caterpillar, contracted", _robot(), False
     for name in ("clay", "snow"):
-        yield _Subject(f"lone particle of {name}", partial(_free_medium, name, 1), sharp=name == "clay")
-        yield _Subject(f"block of {name}", partial(_free_medium, name, 4))
+        yield f"lone particle of {name}", _free_medium(name, 1), name == "clay"
+        yield f"block of {name}", _free_medium(name, 4), False
     for name in scenes.medium_names():
-        yield _Subject(f"box full of {name}", partial(_boxed, name))
+        yield f"box full of {name}", _boxed(name), False
 
 
 def _lone(material: ElasticMaterial) -> ElasticBody:
@@ -158,9 +139,7 @@ def _contracted(body: ElasticBody) -> Solver:
     F = np.diag([along, across, across])
     centre = body.positions.mean(0)
     body = replace(
-        body,
-        positions=centre + (body.positions - centre) @ F,
-        muscle_membership=np.ones((body.particle_count, 1)),
+        body, positions=centre + (body.positions - centre) @ F, muscle_membership=np.ones((body.particle_count, 1))
     )
     solver = scenes.reset_solver(scenes.flight(body, 1.0))
     solver.matter.F[0, 0] = solver.tensor(F)

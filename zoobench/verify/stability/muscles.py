@@ -76,7 +76,7 @@ def _drive(
     frame_seconds: float = 0.008,
     per_cell: int = scenes.PER_CELL,
 ) -> Array:
-    """Stretch of a driven cube at every frame: the slope of x over its initial values; with the checks of all cubes."""
+    """Stretch of a driven cube at every frame: the slope of x over its initial values; with the common checks."""
     fidelity = replace(scenes.fidelity(64), particles_per_cell=per_cell)
     solver = Solver(scenes.flight(body, 3.0), fidelity, frame_seconds=frame_seconds)
     rollout, energies = record.episode(solver, actuation[:, None, None])
@@ -133,7 +133,7 @@ def muscle_flutter(record: EpisodeRecorder) -> None:
 
 @case(CASES, "control-muscle-runaway")
 def muscle_runaway(record: EpisodeRecorder) -> None:
-    """Negative control: a push beyond mu has no equilibrium; such a muscle is refused or named as diverged."""
+    """Negative control: a push beyond mu has no equilibrium; such a muscle is refused, or its episode diverges."""
     try:
         solver = Solver(scenes.flight(muscle_cube(1.2 * _MU), 3.0), scenes.fidelity())
         rollout, _ = record.episode(solver, -np.ones((250, 1, 1)), may_diverge=True)

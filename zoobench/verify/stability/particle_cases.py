@@ -50,7 +50,7 @@ def lone_medium(name: str) -> Scene:
 
 @case(CASES, "lone-elastic")
 def lone_elastic_particle(record: EpisodeRecorder) -> None:
-    """One elastic particle, hardly strained, for 10,000 steps of 0.98 dt_iso."""
+    """One elastic particle, slightly strained, for 10,000 steps of 0.98 dt_iso."""
     solver = scenes.reset_solver(lone_elastic(), np.diag([1.0 + 1e-5, 1.0, 1.0 + 0.5e-5]))
     _stays_bounded(record, solver, NEAR, _LONG)
 
@@ -59,9 +59,9 @@ def lone_elastic_particle(record: EpisodeRecorder) -> None:
 def stretched_particle(record: EpisodeRecorder) -> None:
     """One elastic particle, strained by 10 %, for 10,000 steps of 0.7 dt_iso.
 
-    dt_iso is the limit of small strains. At sqrt(3)/2 of it a particle swings once in three steps, and the part of the
+    dt_iso is the limit of small strains. At sqrt(3)/2 of it a particle oscillates in three steps, and the part of the
     stress that is quadratic in strain drives it at that resonance: with 10 % strain it inverts within some hundred
-    steps. At half of dt_iso, which is what the solver takes by default, no such low resonance is near.
+    steps. At half of dt_iso, the solver's default, no such low resonance is near.
     """
     for share, steps in ((0.5, 2000), (0.7, _LONG)):
         _stays_bounded(record, scenes.reset_solver(lone_elastic(), np.diag([1.1, 1.0, 1.05])), share, steps)

@@ -34,7 +34,7 @@ def release(record: EpisodeRecorder, volume_ratio: float) -> None:
     record.no_drift(solver, energies, prefix)
 
 
-def _gradient_of_path(solver: Solver, rollout: Rollout) -> tuple[Gradient, tuple[Array, ...]]:
+def _random_gradient(solver: Solver, rollout: Rollout) -> tuple[Gradient, tuple[Array, ...]]:
     """The gradient of a random linear function of the trajectory, and its parts without the muscles' membership."""
     adjoints = np.random.default_rng(7).normal(size=(2, *rollout.positions.shape))
     gradient = solver.backward(rollout, adjoints[0], adjoints[1])
@@ -57,7 +57,7 @@ def inverted_particles(record: EpisodeRecorder) -> None:
     if not quantities:
         record.at_least("smallest J at the end", energy_balance(solver).smallest_j, 0.0)
     record.path_finite(rollout)
-    record.gradient_finite(*_gradient_of_path(solver, rollout), may_vanish=True)
+    record.gradient_finite(*_random_gradient(solver, rollout), may_vanish=True)
 
 
 @case(CASES, "collapsed-particles")
@@ -73,7 +73,7 @@ def collapsed_particles(record: EpisodeRecorder) -> None:
         rollout, energies = record.episode(solver, 10)
         record.at_least(f"{name}: held particle-frames", rollout.guarded.sum(), 1.0)
         record.energy_bounded(energies, f"{name}: ")
-        record.gradient_finite(*_gradient_of_path(solver, rollout), f"{name}: ")
+        record.gradient_finite(*_random_gradient(solver, rollout), f"{name}: ")
     F[pressed] = 0.0
     solver = scenes.strained_solver(scenes.flight(body), scenes.fidelity(), F)
     rollout, _ = record.episode(solver, 2, may_diverge=True)

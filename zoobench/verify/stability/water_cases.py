@@ -25,7 +25,7 @@ def _densest_cell(solver: Solver) -> int:
 
 @case(CASES, "dam-break", is_fast=False)
 def dam_break(record: EpisodeRecorder) -> None:
-    """A column of water falls, hits a block of rubber, climbs the far wall and comes back as spray.
+    """A column of water falls, hits a block of rubber, climbs the far wall and returns as spray.
 
     Water that hits a wall at v is compressed by v / c. Its front runs at 2 sqrt(g H): for less than 10 % it must be
     stiffer than in the environments, which are shallow.
@@ -64,7 +64,7 @@ def _tank(cells: tuple[int, int, int]) -> Scene:
 
 @case(CASES, "tank-at-rest", is_fast=False)
 def tank_at_rest(record: EpisodeRecorder) -> None:
-    """A tank at rest is left alone for 100,000 steps: it stays at rest, and nothing grows."""
+    """A tank at rest is simulated for 100,000 steps: it stays at rest, and no disturbance grows."""
     scene = _tank((4, 8, 4))
     start = Solver(scene, scenes.fidelity()).equilibrate(150)
     solver = Solver(scene, scenes.fidelity(), start=start)
@@ -104,7 +104,7 @@ def buoyant_release(record: EpisodeRecorder) -> None:
     water = scene.medium.material
     squeeze = 9.81 * water.density * (16 * _H - places[wet, 1]) / water.constants[1]
     medium = scenes.bed_of(water, places[wet], np.repeat(-squeeze[:, None] / 3.0, 3, axis=1))
-    medium = replace(medium, volumes=medium.volumes / medium.history)  # as dense as it is compressed
+    medium = replace(medium, volumes=medium.volumes / medium.history)  # rest volumes of compressed water
     solver = Solver(replace(scene, robot=body, medium=medium), scenes.fidelity())
     rollout, energies = record.episode(solver, 200)
     top = float(rollout.positions[:, 0, :, 1].max())

@@ -27,14 +27,14 @@ def _tilted(rig: Rig, degrees: float, seconds: float) -> tuple[Array, Array, Arr
 
     The rig's own gravity is the component normal to the final plane.
     """
-    pull = GRAVITY * math.sin(math.radians(degrees))
+    downhill = GRAVITY * math.sin(math.radians(degrees))
     every = 8
     t = rig.times(round(seconds / rig.dt / every), every)
     path = [_centre(rig)]
     for begin in t[:-1]:
         for n in range(every):
             risen = min((begin + n * rig.dt) / _RAMP, 1.0)
-            rig.v[:, 0] += rig.dt * pull * (0.5 - 0.5 * math.cos(math.pi * risen))
+            rig.v[:, 0] += rig.dt * downhill * (0.5 - 0.5 * math.cos(math.pi * risen))
             rig.advance(1)
         path.append(_centre(rig))
     x, v = np.array(path).T
@@ -68,12 +68,7 @@ class Slide(NamedTuple):
 
 
 def slide(
-    degrees: float,
-    friction: float,
-    seconds: float = 0.5,
-    cells: int = _CELLS,
-    viscosity: float = 0.0,
-    **settings: Any,
+    degrees: float, friction: float, seconds: float = 0.5, cells: int = _CELLS, viscosity: float = 0.0, **settings: Any
 ) -> Slide:
     """A flat block, equilibrated under normal gravity before the plane tilts.
 

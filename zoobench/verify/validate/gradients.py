@@ -135,10 +135,7 @@ def taylor(record: CaseRecorder) -> None:
     order = float(np.polyfit(np.log(widths), np.log(left), 1)[0])
     record.within("order of the remainder of first order", order, 1.9, 2.1)
     figure = record.plot(
-        f"Taylor's remainder, {distance.rollout.substeps} substeps",
-        "width [-]",
-        "remainder [m]",
-        log="xy",
+        f"Taylor's remainder, {distance.rollout.substeps} substeps", "width [-]", "remainder [m]", log="xy"
     )
     figure.computed("|J(a + w d) - J(a) - w J' d|", widths, left, points=True)
     figure.reference("slope 2", widths, left[-1] * (widths / widths[-1]) ** 2)
@@ -198,7 +195,7 @@ def _stretch_derivative(activation: float) -> float:
 
 
 @case(CASES, "gradient-muscle", "slope of the closed form of the free active block", "block of 4³ cells, 250 frames")
-def muscle_slope(record: CaseRecorder) -> None:
+def free_muscle(record: CaseRecorder) -> None:
     """The derivative of the equilibrium curve, from the whole history of a slow contraction."""
     levels = np.array([-0.6, 0.3, 0.9])
     found = np.array([_stretch_derivative(level) for level in levels])

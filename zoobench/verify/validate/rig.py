@@ -36,6 +36,13 @@ class Rig:
     Attributes:
         steps: substeps in `seconds`.
         done: substeps taken so far.
+        mass: `[particle_count]` [kg].
+        v, C: velocities `[particle_count, 3]` [m/s] and APIC matrices `[particle_count, 3, 3]` [1/s]; these arrays and
+            the following ones are the state itself, which writing changes.
+        F: deformation gradients of the elastic body `[robot, 3, 3]`.
+        history, medium_stress: of the medium's law `[medium]`, and Kirchhoff stress of a solid medium `[medium, 6]`
+            [Pa].
+        robot, medium: the particles of either among all.
     """
 
     def __init__(
@@ -53,52 +60,19 @@ class Rig:
         self.solver.reset()
         self.steps, self.dt, self.done = self.solver.substeps_per_frame, self.solver.dt, 0
         self.scene, self.grid_spacing = scene, grid_spacing
-
-    @property
-    def robot(self) -> slice:
-        """The particles of the elastic body."""
-        return slice(0, self.solver.robot_count)
-
-    @property
-    def medium(self) -> slice:
-        """The particles of the medium."""
-        return slice(self.solver.robot_count, self.solver.particle_count)
-
-    @property
-    def mass(self) -> Reals:
-        """Masses `[particle_count]` [kg]."""
-        return self.solver.parameters.mass[0].numpy()
+        matter = self.solver.matter
+        self.mass: Reals = self.solver.parameters.mass[0].numpy()
+        self.v, self.C, self.F, self.history, self.medium_stress = (
+            tensor[0, 0].numpy() for tensor in (matter.v, matter.C, matter.F, matter.history, matter.tau)
+        )
+        self.robot = slice(0, self.solver.robot_count)
+        self.medium = slice(self.solver.robot_count, self.solver.particle_count)
 
     @property
     def positions(self) -> Array:
         """A copy of the positions `[particle_count, 3]` [m]."""
         found: Array = self.solver.matter.x[0, 0].numpy().astype(float) + self.solver.origin
         return found
-
-    @property
-    def v(self) -> Reals:
-        """A view of the velocities `[particle_count, 3]` [m/s]: writing changes the state."""
-        return self.solver.matter.v[0, 0].numpy()
-
-    @property
-    def C(self) -> Reals:
-        """A view of the APIC matrices `[particle_count, 3, 3]` [1/s]."""
-        return self.solver.matter.C[0, 0].numpy()
-
-    @property
-    def F(self) -> Reals:
-        """A view of the deformation gradients `[robot, 3, 3]` of the elastic body."""
-        return self.solver.matter.F[0, 0].numpy()
-
-    @property
-    def history(self) -> Reals:
-        """A view of the history variable of the medium's law `[medium]`."""
-        return self.solver.matter.history[0, 0].numpy()
-
-    @property
-    def medium_stress(self) -> Reals:
-        """A view of the Kirchhoff stress `[medium, 6]` of a solid medium [Pa]."""
-        return self.solver.matter.tau[0, 0].numpy()
 
     def place(self, index: slice | NDArray[np.intp], positions: Array) -> None:
         """Set positions [m] of particles, and find the grid nodes in use again."""

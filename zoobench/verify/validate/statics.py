@@ -192,10 +192,7 @@ def muscle_scene(grid_spacing: float, cells: int) -> Scene:
     h = grid_spacing
     low = (4 * h,) * 3
     points = lattice(low, (low[0] + cells * h,) * 3, h / 2)
-    body = replace(
-        passive_body(MUSCLE, points, h**3 / 8),
-        muscle_membership=np.ones((len(points), 1)),
-    )
+    body = replace(passive_body(MUSCLE, points, h**3 / 8), muscle_membership=np.ones((len(points), 1)))
     return Scene(body, (0, 0, 0), ((cells + 8) * h,) * 3, gravity=WEIGHTLESS)
 
 
