@@ -1,6 +1,7 @@
 """Invalid and extreme input: a clear error or a defined behaviour."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -58,16 +59,13 @@ def bad_actuation(record: EpisodeRecorder) -> None:
     """Actuation that is not finite, beyond its limit or of the wrong shape is refused, and so is a bad body."""
     solver = Solver(scenes.flight(muscle_cube(3e3), 3.0), scenes.fidelity())
     still = np.zeros((4, 1, 1))
-    words = "outside [-1, 1] or not finite"
-    record.refuses("NaN", words, lambda: solver.run(still + np.nan))
-    record.refuses("infinity", words, lambda: solver.run(still + np.inf))
-    record.refuses("activation of 1.001", words, lambda: solver.run(still + 1.001))
+    for name, value in (("NaN", np.nan), ("infinity", np.inf), ("activation of 1.001", 1.001)):
+        record.refuses(name, "outside [-1, 1] or not finite", partial(solver.run, still + value))
     record.refuses("two muscles for one", "was expected", lambda: solver.run(np.zeros((4, 1, 2))))
     record.refuses("no frame", "was expected", lambda: solver.run(np.zeros((0, 1, 1))))
     stiff = BodyState(stiffness=np.full((1, solver.robot_count), 2.0))
-    record.refuses(
-        "stiffness beyond what was declared", "declared when the solver was made", lambda: solver.run(still, stiff)
-    )
+    words = "declared when the solver was made"
+    record.refuses("stiffness beyond what was declared", words, lambda: solver.run(still, stiff))
     ghost = BodyState(occupancy=np.zeros((1, solver.robot_count)))
     record.refuses("a body without occupancy", "empty", lambda: solver.run(still, ghost))
 
@@ -83,10 +81,8 @@ def one_particle(record: EpisodeRecorder) -> None:
         body = replace(body, occupancy=np.r_[1.0, np.zeros(ghosts)])
         rollout, energies = record.episode(Solver(scenes.drop(body), scenes.fidelity(64)), 40)
         record.energy_bounded(energies, f"{ghosts} ghosts: ")
-        record.at_least(
-            f"{ghosts} ghosts: lowest [cells]", float(rollout.positions[:, 0, 0, 1].min()) / scenes.SPACING, -1.0
-        )
         paths.append(rollout.positions[:, 0, 0])
+        record.at_least(f"{ghosts} ghosts: lowest [cells]", float(paths[-1][:, 1].min()) / scenes.SPACING, -1.0)
     record.at_most("difference that ghosts make [m]", np.abs(paths[1] - paths[0]).max(), 1e-12)
 
 
@@ -106,7 +102,6 @@ def ice_and_glue(record: EpisodeRecorder) -> None:
         momenta = np.array([balance.momentum for balance in energies.balances])
         push = np.linalg.norm(np.diff(momenta[:, [0, 2]], axis=0), axis=1).sum() / solver.frame_seconds
         carried = np.abs(np.diff(momenta[:, 1]) / solver.frame_seconds + weight).sum()
-        record.at_most(
-            f"friction {friction:g}: push along the ground / friction x load", push / (friction * carried), 1.0
-        )
+        share = push / (friction * carried)
+        record.at_most(f"friction {friction:g}: push along the ground / friction x load", share, 1.0)
         record.remark(f"friction {friction:g}: speed along the ground up to {sideways:.3g} m/s")

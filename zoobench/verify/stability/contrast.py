@@ -36,7 +36,7 @@ def soft_on_stiff(record: EpisodeRecorder) -> None:
 
 @case(CASES, "light-on-heavy")
 def light_on_heavy(record: EpisodeRecorder) -> None:
-    """A block whose upper half is a thousand times lighter is compressed by 2 % and released: that half sets the step."""
+    """A block with an upper half of a thousandth of the density is released at 2 % strain: that half sets the step."""
     body = scenes.passive(scenes.cube())
     ratio = np.where(body.positions[:, 1] > 0.375, 1e-3, 1.0)
     scene = scenes.flight(replace(body, density_ratio=ratio))

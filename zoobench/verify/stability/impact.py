@@ -34,7 +34,7 @@ def _falling(cells_per_step: float) -> tuple[Scene, float]:
 
 @case(CASES, "fast-landing")
 def fast_landing(record: EpisodeRecorder) -> None:
-    """A cube hits the ground at 0.45 cells per declared step, faster than its waves: it bounces, and does not sink in."""
+    """A cube hits the ground at 0.45 cells per declared step, above its wave speed, and bounces."""
     scene, _ = _falling(0.45)
     record.remark(f"speed / wave speed {float(-scene.robot.velocities[0, 1]) / wave_speed():.2f}")
     rollout, energies = record.episode(Solver(scene, scenes.fidelity(), frame_seconds=_FRAME), 40)
@@ -64,7 +64,7 @@ def landing_beyond_the_speed_limit(record: EpisodeRecorder) -> None:
 
 @case(CASES, "control-too-fast")
 def too_fast(record: EpisodeRecorder) -> None:
-    """Negative control: with the declared step held fixed, such a cube is flagged as too fast for the step."""
+    """Negative control: a cube that covers 0.55 cells or more in a fixed step is flagged as too fast for it."""
     for cells in (0.55, 0.9, 3.0):
         scene, step = _falling(cells)
         solver = Solver(scene, scenes.fidelity(step=step), frame_seconds=step)
