@@ -1,4 +1,4 @@
-"""`zoobench stability`: the table, what is stored, and the exit code."""
+"""`zoobench stability`: the table, the stored rows and the exit code."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,9 @@ import pytest
 
 from tests.cli.conftest import Command
 from zoobench.db.query import Reader
-from zoobench.verify.stability import base
+from zoobench.verify.cases import Case
+from zoobench.verify.stability import stability_suite
+from zoobench.verify.stability.episode_recorder import case
 
 
 def test_stability_prints_and_stores_its_rows(zoobench: Command, tmp_path: Path) -> None:
@@ -25,9 +27,10 @@ def test_stability_prints_and_stores_its_rows(zoobench: Command, tmp_path: Path)
 
 
 def test_a_failing_case_ends_in_exit_code_1(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The row says which figure falls short."""
-    monkeypatch.setattr(base, "_CASES", {})
-    base.case("hopeless")(lambda probe: probe.below("x", 2.0, 1.0))
+    """The row names the missed bound."""
+    cases: list[Case] = []
+    case(cases, "hopeless")(lambda record: record.at_most("x", 2.0, 1.0))
+    monkeypatch.setattr(stability_suite, "CASES", cases)
     reply = zoobench("stability", "--format", "csv")
     assert reply.code == 1
     assert "hopeless,fail,FAILS x 2 <= 1" in reply.out
@@ -40,8 +43,8 @@ def test_stability_lists_its_cases(zoobench: Command) -> None:
     assert zoobench("stability", "--case", "one-particel").code == 2
 
 
-def test_what_would_be_passed_over_in_silence_is_refused(zoobench: Command, tmp_path: Path) -> None:
-    """The largest steps are not sought case by case."""
+def test_options_without_effect_are_refused(zoobench: Command, tmp_path: Path) -> None:
+    """The largest steps are found for all scenes."""
     for words in (["--case", "one-particle"], ["--fast"]):
         reply = zoobench("stability", "--largest-step", *words)
         assert (reply.code, "Leave --case and --fast out" in reply.err) == (2, True)

@@ -24,7 +24,7 @@ def exact(db: str, form: Format, plots: Path | None, *, quick: bool, only_read: 
         Exit: code 1 if an order is missed.
     """
     from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
-    from zoobench.verify.validate.validation_plots import draw
+    from zoobench.verify.comparison_figure import draw
 
     rows = _stored(db) if only_read else list(_carry_out(db, levels=2 if quick else None))
     summaries = summarise(rows)

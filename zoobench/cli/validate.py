@@ -1,17 +1,13 @@
-"""`zoobench validate`: does the simulator agree with closed forms and experiments?"""
+"""`zoobench validate`: the simulator against closed forms and experiments."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Exit, Option
 
 from zoobench.cli.options import FormatOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.words import parse_names
-
-if TYPE_CHECKING:
-    from zoobench.report.listing import Listing
-    from zoobench.verify.validate.base import Case, Outcome
 
 _COLUMNS = (
     "case", "measure", "value", "bound", "unit", "ok", "resolution", "precision", "seconds", "source",
@@ -20,42 +16,37 @@ _COLUMNS = (
 
 def validate(
     case: Annotated[str, Option("--case", help="Cases: names or globs, with commas.")] = "*",
-    fast: Annotated[bool, Option("--fast", help="Only the cases that are done in seconds.")] = False,
+    fast: Annotated[bool, Option("--fast", help="Only the cases done in seconds.")] = False,
     plots: Annotated[
-        Path | None, Option("--plots", help="A folder for one plot per case, computed beside reference.")
+        Path | None, Option("--plots", help="A folder for one plot per case: computed and reference.")
     ] = None,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Check the simulator against closed forms and experiments.
 
-    One row for every measured number with its bound and where both come from, forward and gradient. Exit code 1 if a
+    One row per measured number, with its bound and their source, for forward runs and gradients. Exit code 1 if a
     number misses its bound.
     """
-    from zoobench.verify.validate.validation_suite import run, select
-
-    outcomes: list[tuple[Case, Outcome]] = []
-    for chosen, outcome in run(select(parse_names(case), fast=fast)):
-        outcomes.append((chosen, outcome))
-        say(f"{chosen.name}: {'ok' if outcome.is_met else 'MISSED'} in {outcome.seconds:.1f} s")
-        if plots is not None:
-            from zoobench.verify.validate.validation_plots import draw
-
-            draw(outcome.figure, plots / f"{chosen.name}.png")
-    emit(_listing(outcomes), form)
-    if not all(outcome.is_met for _, outcome in outcomes):
-        raise Exit(1)
-
-
-def _listing(outcomes: "list[tuple[Case, Outcome]]") -> "Listing":
-    """One row per check."""
     from zoobench.report.listing import Listing
+    from zoobench.verify.cases import select
+    from zoobench.verify.comparison_figure import draw
+    from zoobench.verify.validate.validation_suite import CASES
 
+    results = []
+    for chosen in select(CASES, parse_names(case), noun="validation case", fast=fast):
+        result = chosen.run()
+        results.append(result)
+        say(f"{chosen.name}: {'ok' if result.is_met else 'MISSED'} in {result.seconds:.1f} s")
+        if plots is not None and result.figure is not None:
+            draw(result.figure, plots / f"{chosen.name}.png")
     rows = tuple(
         (
-            case.name, check.measure, check.value, check.bound, check.unit, check.is_met, case.grid,
-            case.precision_text, round(outcome.seconds, 1), case.source,
+            result.case.name, check.measure, check.value, check.bound, check.unit, check.is_met,
+            result.case.resolution, result.case.precision_text, round(result.seconds, 1), result.case.source,
         )
-        for case, outcome in outcomes
-        for check in outcome.checks
+        for result in results
+        for check in result.checks
     )  # fmt: skip
-    return Listing(_COLUMNS, rows)
+    emit(Listing(_COLUMNS, rows), form)
+    if not all(result.is_met for result in results):
+        raise Exit(1)

@@ -1,4 +1,4 @@
-"""Energy and momentum of all matter as the solver carries it."""
+"""Energy and momentum of all matter in a solver."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Entry:
-    """The account of one world at one moment.
+class EnergyBalance:
+    """Energy, momentum and extent of one world at one moment.
 
     Attributes:
-        kinetic: of the particles and of their affine motion, m (v^2 + M |C|^2) / 2 with the spline's moment M [J].
-        elastic: of all matter, without that of muscles [J].
-        potential: in gravity, from the arena's lower corner [J].
+        kinetic: of the particles and their affine motion, m (v^2 + M |C|^2) / 2 with the spline's moment M [J].
+        elastic: of all matter, without the active stress of muscles [J].
+        potential: of gravity, zero at the arena's lower corner [J].
         momentum: [kg m/s], `[3]`.
-        smallest_j: of the robot's det F and, in a medium, of its elastic volume ratio.
-        lowest, highest: corners of the box around all matter [m], `[3]`.
-        speed: largest [m/s].
+        smallest_j: smallest volume ratio: det F of the robot, elastic volume ratio of a medium.
+        lowest, highest: corners of the bounding box of all matter [m], `[3]`.
+        speed: largest speed of a particle [m/s].
     """
 
     kinetic: float
@@ -47,8 +47,8 @@ def to_array(tensor: object) -> Array:
     return found
 
 
-def read_entry(solver: "Solver", world: int = 0) -> Entry:
-    """The account of a world as it is now (slot 0)."""
+def energy_balance(solver: "Solver", world: int = 0) -> EnergyBalance:
+    """The energy balance of the present state (slot 0) of a world."""
     matter, parameters = solver.matter, solver.parameters
     mass = to_array(parameters.mass[world])
     x, v, C = (to_array(tensor[0, world]) for tensor in (matter.x, matter.v, matter.C))
@@ -56,7 +56,7 @@ def read_entry(solver: "Solver", world: int = 0) -> Entry:
     elastic, smallest_j = _elastic(solver, world)
     affine = solver.fidelity.moment * np.square(C).sum((1, 2))
     gravity = np.array(solver.scene.gravity)
-    return Entry(
+    return EnergyBalance(
         kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine)),
         elastic=elastic,
         potential=-float(mass @ ((place - np.array(solver.scene.lower)) @ gravity)),
@@ -78,7 +78,7 @@ def _elastic(solver: "Solver", world: int) -> tuple[float, float]:
     F = to_array(solver.matter.F[0, world])
     J = np.linalg.det(F)
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
-    # where the stress takes log J as held, its energy goes on as a straight line in log J
+    # where the stress clamps log J, its energy is linear in log J
     log_j = np.log(np.maximum(J, np.finfo(float).tiny))
     held = np.maximum(log_j, np.log(SMALLEST_J))
     density = 0.5 * mu * (np.square(F).sum((1, 2)) - 3.0) - mu * log_j + lam * held * (log_j - 0.5 * held)
@@ -93,7 +93,7 @@ def _elastic(solver: "Solver", world: int) -> tuple[float, float]:
 
 
 def medium_strain(solver: "Solver", world: int = 0) -> tuple[Array, Array]:
-    """Principal elastic Hencky strains `[medium, 3]` (of water log J in the first place) and the law's history."""
+    """Principal elastic Hencky strains `[medium, 3]`, of water (log J, 0, 0), and the law's history `[medium]`."""
     medium = solver.scene.medium
     assert medium is not None
     history = to_array(solver.matter.history[0, world])

@@ -16,7 +16,7 @@ from zoobench.spec import Ref
 from zoobench.verify.accuracy import energy_audit
 from zoobench.verify.accuracy.energy_audit import Losses, balance, balances, follow
 from zoobench.verify.accuracy.plan import Plan, specs
-from zoobench.verify.energies import Entry, read_entry
+from zoobench.verify.energies import EnergyBalance, energy_balance
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0)
 UPPER = (1.0, 0.5, 0.5)
@@ -34,12 +34,14 @@ def block(height: float, velocity: tuple[float, float, float], viscosity: float 
     return replace(body, velocities=np.tile(np.array(velocity), (count, 1)))
 
 
-def followed(scene: Scene, frames: int, transfer: Transfer = "apic") -> tuple[Solver, Rollout, Entry, Losses, float]:
+def followed(
+    scene: Scene, frames: int, transfer: Transfer = "apic"
+) -> tuple[Solver, Rollout, EnergyBalance, Losses, float]:
     """A scene without actuation, its account at the start, and what became of its energy."""
     solver = Solver(scene, fidelity(transfer=transfer))
     rollout = solver.run(np.zeros((frames, 1, solver.muscle_count)))
     solver.reset()
-    before = read_entry(solver)
+    before = energy_balance(solver)
     return solver, rollout, before, *follow(solver, rollout)
 
 

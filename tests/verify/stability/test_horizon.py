@@ -1,4 +1,4 @@
-"""Rounding in a long gradient: the bounds hold where all is well, and an error of 1 % in 32 bits breaks them."""
+"""Rounding in a long gradient: the bounds are met, and missed with an error of 1 % in 32 bits."""
 
 import numpy as np
 import pytest
@@ -7,18 +7,19 @@ import torch
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
 from zoobench.sim.simulation import Simulation
-from zoobench.verify.stability.base import Probe
-from zoobench.verify.stability.horizon import WholePath, judge, measure, walker, wave
+from zoobench.verify.stability.episode_recorder import EpisodeRecorder
+from zoobench.verify.stability.horizon import SingleSegment, check_gap, measure, walker
+from zoobench.verify.stability.stability_scenes import muscle_wave
 
 FRAMES = 10
 
 
 def fallen(*, contact: bool) -> list[str]:
-    """The checks that do not hold of a short episode."""
-    probe = Probe()
-    judge(probe, measure(probe, contact=contact, frames=FRAMES), contact=contact, frames=FRAMES)
-    assert len(probe.checks) >= 4
-    return [check.text for check in probe.checks if not check.holds]
+    """The failed checks of a short episode."""
+    record = EpisodeRecorder()
+    check_gap(record, measure(record, contact=contact, frames=FRAMES), contact=contact, frames=FRAMES)
+    assert len(record.checks) >= 4
+    return [check.text for check in record.checks if not check.is_met]
 
 
 @pytest.mark.parametrize("contact", [True, pytest.param(False, marks=pytest.mark.slow)])
@@ -28,7 +29,7 @@ def test_sound_arithmetic_is_within_all_bounds(contact: bool) -> None:
 
 
 def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Though the kinks of the ground alone may make as large a difference between the precisions."""
+    """Though contact alone may make as large a difference between the precisions."""
     reverse = Launcher.reverse
 
     def wrong(launcher: Launcher, matter: Matter, parameters: Parameters, plan: LaunchPlan, *adjoints: object) -> None:
@@ -54,13 +55,13 @@ def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pyt
     assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
 
 
-def test_along_its_own_path_it_is_the_gradient() -> None:
+def test_on_its_own_trajectory_it_is_the_gradient() -> None:
     """Bit for bit that of the solver, recomputed or given."""
     solver = walker(32, FRAMES)
-    rollout = solver.run(wave(solver, FRAMES))
-    pull = np.ones(rollout.positions.shape)
-    expected = solver.backward(rollout, pull, 0.0 * pull).actuation
-    own = WholePath(solver, rollout)
-    assert (own.run(pull, 0.0 * pull).actuation == expected).all()
-    assert own.path is not None
-    assert (WholePath(solver, rollout, own.path).run(pull, 0.0 * pull).actuation == expected).all()
+    rollout = solver.run(muscle_wave(solver, FRAMES))
+    adjoint = np.ones(rollout.positions.shape)
+    expected = solver.backward(rollout, adjoint, 0.0 * adjoint).actuation
+    own = SingleSegment(solver, rollout)
+    assert (own.run(adjoint, 0.0 * adjoint).actuation == expected).all()
+    assert own.states is not None
+    assert (SingleSegment(solver, rollout, own.states).run(adjoint, 0.0 * adjoint).actuation == expected).all()

@@ -1,4 +1,4 @@
-"""The closed forms that the cases are judged by, each against its own differential equation."""
+"""The closed forms of the cases, each against its differential equation."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from zoobench.sim.model.laws_numpy import fibre_stress, neo_hookean
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.verify.validate import manufactured, statics
-from zoobench.verify.validate.stage import GRAVITY
+from zoobench.verify.validate.rig import GRAVITY, order_of_accuracy
 
 
 def test_manufactured_body_force_balances_inertia_and_stress() -> None:
@@ -16,7 +16,7 @@ def test_manufactured_body_force_balances_inertia_and_stress() -> None:
     X, t, step = np.random.default_rng(1).uniform(0, 1, (50, 2)), 0.17, 1e-4
 
     def nominal(X: np.ndarray) -> np.ndarray:
-        """P_xx and P_yy of the motion, from the simulator's twin of the law."""
+        """P_xx and P_yy of the motion, from the law in NumPy."""
         stretch = manufactured.stretches(X, t)
         F = np.eye(3) + np.zeros((len(X), 3, 3))
         F[:, [0, 1], [0, 1]] = stretch
@@ -33,13 +33,13 @@ def test_manufactured_body_force_balances_inertia_and_stress() -> None:
     assert manufactured.body_force(X, t) == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
 
 
-def test_manufactured_stretches_are_the_slope_of_the_displacement() -> None:
+def test_manufactured_stretches_are_derivatives_of_the_displacement() -> None:
     """F = 1 + du/dX, by central differences."""
     X, t, step = np.random.default_rng(2).uniform(0, 1, (50, 2)), 0.17, 1e-5
     u = manufactured.displacement
-    slope = (u(X + step, t) - u(X - step, t)) / (2 * step)
-    assert manufactured.stretches(X, t) == pytest.approx(1 + slope, rel=1e-8)
-    assert np.abs(slope).max() > 0.2
+    derivative = (u(X + step, t) - u(X - step, t)) / (2 * step)
+    assert manufactured.stretches(X, t) == pytest.approx(1 + derivative, rel=1e-8)
+    assert np.abs(derivative).max() > 0.2
 
 
 def test_column_settles_by_half_its_load_in_the_limit_of_small_strain() -> None:
@@ -87,3 +87,9 @@ def test_laws_of_a_transfer_step_follow_from_the_spline() -> None:
         assert abs(S / np.sinc(wave / 2 / np.pi) ** 3 - 1) < 1e-7
         assert 1 - S**2 - (2 * slope) ** 2 == pytest.approx(wave**4 / 40, rel=0.02)
         assert 1 - (4 * slope / wave) ** 2 == pytest.approx(13 * wave**2 / 60, rel=0.01)
+
+
+def test_order_of_accuracy_is_the_slope_in_logarithms() -> None:
+    """Errors that shrink with the square of the spacing have order two, whatever their sign."""
+    spacings = np.array([0.1, 0.05, 0.02])
+    assert order_of_accuracy(spacings, -3 * spacings**2) == pytest.approx(2.0, rel=1e-12)

@@ -16,8 +16,8 @@ import numpy as np
 
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.verify.accuracy.analytic_cases import CASES, AnalyticCase, Solved
-from zoobench.verify.validate.base import Curve, Figure, Role, curve, order_of_accuracy
-from zoobench.verify.validate.stage import Stage
+from zoobench.verify.comparison_figure import Figure
+from zoobench.verify.validate.rig import Rig, order_of_accuracy
 
 _WORK = 1_000_000  # particle-substeps in a launch; starting one costs as much as a thousand
 _SAMPLE_SECONDS = 0.05
@@ -113,7 +113,7 @@ def analytic(
 def _climb(case: AnalyticCase, ladder: Sequence[int], repeats: int, settings: dict[str, Any]) -> Iterator[AnalyticRow]:
     """The rows of one case, the coarsest grid first."""
     found = [case.solve(cells, **settings) for cells in ladder]
-    clocks = [_Clock(solved.stage) for solved in found]
+    clocks = [_Clock(solved.rig) for solved in found]
     samples = list(zip(*([clock.sample() for clock in clocks] for _ in range(repeats)), strict=True))
     coarser: Solved | None = None
     for cells, solved, times in zip(ladder, found, samples, strict=True):
@@ -124,16 +124,16 @@ def _climb(case: AnalyticCase, ladder: Sequence[int], repeats: int, settings: di
 
 
 def _order(found: Sequence[Solved], quantity: str) -> float:
-    spacings = np.array([solved.stage.grid_spacing for solved in found])
+    spacings = np.array([solved.rig.grid_spacing for solved in found])
     return order_of_accuracy(spacings, np.array([solved.errors[quantity] for solved in found]))
 
 
 class _Clock:
-    """Times the substeps of a stage from the state that it is in."""
+    """Times the substeps of a rig from the state that it is in."""
 
-    def __init__(self, stage: Stage) -> None:
-        self._solver, self._state = stage.solver, stage.solver.matter.copy_slot(0)
-        self._burst = min(stage.done, math.ceil(_WORK / stage.solver.particle_count))
+    def __init__(self, rig: Rig) -> None:
+        self._solver, self._state = rig.solver, rig.solver.matter.copy_slot(0)
+        self._burst = min(rig.done, math.ceil(_WORK / rig.solver.particle_count))
 
     def sample(self) -> tuple[float, float]:
         """Wall and processor seconds per substep, over launches that take long enough together."""
@@ -157,23 +157,23 @@ def _row(
     times: Sequence[tuple[float, float]],
     settings: dict[str, Any],
 ) -> AnalyticRow:
-    stage, (wall, processor) = solved.stage, zip(*times, strict=True)
+    rig, (wall, processor) = solved.rig, zip(*times, strict=True)
     return AnalyticRow(
         case=case,
         quantity=quantity,
         cells=cells,
-        spacing=stage.grid_spacing,
-        precision=stage.solver.fidelity.precision,
+        spacing=rig.grid_spacing,
+        precision=rig.solver.fidelity.precision,
         settings=tuple(sorted((name, value) for name, value in settings.items() if name != "precision")),
         error=solved.errors[quantity],
         order=order,
-        seconds=statistics.median(wall) * stage.done,
-        seconds_min=min(wall) * stage.done,
-        seconds_max=max(wall) * stage.done,
-        simulated_seconds=stage.done * stage.dt,
-        substeps=stage.done,
-        particles=stage.solver.particle_count,
-        nanoseconds=1e9 * statistics.median(processor) / stage.solver.particle_count,
+        seconds=statistics.median(wall) * rig.done,
+        seconds_min=min(wall) * rig.done,
+        seconds_max=max(wall) * rig.done,
+        simulated_seconds=rig.done * rig.dt,
+        substeps=rig.done,
+        particles=rig.solver.particle_count,
+        nanoseconds=1e9 * statistics.median(processor) / rig.solver.particle_count,
     )
 
 
@@ -206,12 +206,13 @@ def summarise(rows: Iterable[AnalyticRow]) -> list[AnalyticSummary]:
 
 def figure(rows: Iterable[AnalyticRow]) -> Figure:
     """Error over wall seconds per simulated second, the first quantity of every case; labels name the grids."""
-    curves: dict[str, Curve] = {}
+    found = Figure(
+        "Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]", log="xy"
+    )
+    firsts: dict[str, list[AnalyticRow]] = {}
     for (case, _), group in _curves(rows).items():
+        firsts.setdefault(case, group)
+    for case, group in firsts.items():
         label = f"{case}, {' '.join(str(row.cells) for row in group)} cells"
-        pace, error = [row.pace for row in group], [row.error for row in group]
-        curves.setdefault(case, curve(label, Role.COMPUTED, pace, error))
-    return Figure(
-        "Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]",
-        tuple(curves.values()), log_x=True, log_y=True,
-    )  # fmt: skip
+        found.computed(label, [row.pace for row in group], [row.error for row in group])
+    return found

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from zoobench.verify.validate import friction, manufactured, statics, waves
-from zoobench.verify.validate.stage import Stage
+from zoobench.verify.validate.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class Solved:
     """A case as it was simulated on one grid.
 
     Attributes:
-        stage: what moved it on, in its final state.
+        rig: what moved it on, in its final state.
         errors: by quantity, relative to the exact answer, or to the motion's amplitude where that is zero.
     """
 
-    stage: Stage
+    rig: Rig
     errors: dict[str, float]
 
 
@@ -62,40 +62,40 @@ def _manufactured(per_axis: int) -> Callable[..., Solved]:
 
     def solve(cells: int, **settings: Any) -> Solved:
         driven = manufactured.Driven(cells, per_axis, **settings)
-        return Solved(driven.stage, {"displacement": float(driven.error().max())})
+        return Solved(driven.rig, {"displacement": float(driven.error().max())})
 
     return solve
 
 
 def _bar(cells: int, **settings: Any) -> Solved:
     wave = waves.free_bar(cells, pace=1e-4, **settings)
-    return Solved(wave.stage, {"frequency": abs(wave.frequency_error), "loss per period": abs(wave.loss)})
+    return Solved(wave.rig, {"frequency": abs(wave.frequency_error), "loss per period": abs(wave.loss)})
 
 
 def _wall(cells: int, **settings: Any) -> Solved:
     wave = waves.walled_bar(cells, **settings)
-    return Solved(wave.stage, {"frequency": abs(wave.frequency_error)})
+    return Solved(wave.rig, {"frequency": abs(wave.frequency_error)})
 
 
 def _column(cells: int, **settings: Any) -> Solved:
     column = statics.column(cells, **settings)
-    return Solved(column.stage, {"settlement": abs(column.error)})
+    return Solved(column.rig, {"settlement": abs(column.error)})
 
 
 def _incline(viscosity: float) -> Callable[..., Solved]:
     def solve(cells: int, **settings: Any) -> Solved:
         slide = friction.slide(_SLOPE, _FRICTION, cells=cells, viscosity=viscosity, **settings)
-        return Solved(slide.stage, {"distance": abs(slide.error)})
+        return Solved(slide.rig, {"distance": abs(slide.error)})
 
     return solve
 
 
 def _muscle(cells: int, **settings: Any) -> Solved:
-    stage, *stretches = statics.contract(_ACTIVATION, cells, **settings)
+    rig, *stretches = statics.contract(_ACTIVATION, cells, **settings)
     along, across = (
         abs(found / exact - 1) for found, exact in zip(stretches, statics.muscle_stretch(_ACTIVATION), strict=True)
     )
-    return Solved(stage, {"stretch along": along, "stretch across": across})
+    return Solved(rig, {"stretch along": along, "stretch across": across})
 
 
 CASES = (

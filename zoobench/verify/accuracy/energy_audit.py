@@ -26,7 +26,7 @@ from zoobench.sim.model.scene import Effect
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.verify.accuracy.records import Balance, label
-from zoobench.verify.energies import read_entry, to_array
+from zoobench.verify.energies import energy_balance, to_array
 
 if TYPE_CHECKING:
     from zoobench.sim.model.rollout import Rollout
@@ -99,12 +99,12 @@ def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
         raise DivergenceError(next(iter(rollout.divergences.values())))
     losses = Losses()
     solver.reset(BodyState(**rollout.body))
-    before = read_entry(solver).total
+    before = energy_balance(solver).total
     for frame, count in enumerate(rollout.counts[:, 0].tolist()):
         solver.simulation.set_tension(rollout, frame)
         for _ in range(count):
             _substep(solver, solver.frame_seconds / count, losses)
-    return losses, read_entry(solver).total - before
+    return losses, energy_balance(solver).total - before
 
 
 def _substep(solver: Solver, dt: float, losses: Losses) -> None:

@@ -1,1 +1,1 @@
-"""`zoobench stability`: hard cases, each judged on its physics, and the largest stable step of many scenes."""
+"""`zoobench stability`: extreme cases judged by their physics, and the largest stable step of many scenes."""

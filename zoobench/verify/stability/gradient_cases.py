@@ -1,19 +1,22 @@
-"""Gradients where they are fragile: at equal principal stretches, and with all muscles at full strength."""
+"""Gradients at equal principal stretches, and with all muscles at full strength."""
+
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.registry import Kind
 from zoobench.sim.model.laws_numpy import principal_stress, radial_return, snow_return
 from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, SnowMaterial, WaterMaterial
 from zoobench.sim.model.scene import Scene
-from zoobench.spec import Ref
+from zoobench.sim.model.state import Parameters, empty_matter
+from zoobench.sim.solver import Solver
+from zoobench.verify.cases import Case
 from zoobench.verify.energies import to_array
-from zoobench.verify.stability import scenes
-from zoobench.verify.stability.base import Probe, case
-from zoobench.verify.stability.ledger import episode, healthy
+from zoobench.verify.stability import stability_scenes as scenes
+from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
+
+CASES: list[Case] = []
 
 Extended = NDArray[np.longdouble]
 
@@ -33,12 +36,12 @@ def _stresses(material: Medium, squares: Extended) -> Extended:
     return principal_stress(material, elastic)  # type: ignore[return-value]
 
 
-def exact_pull(material: Medium, squares: Extended, pull: Array) -> Array:
-    """Derivative of pull : tau by the trial b, both `[3, 3]` in the frame of b, whose principal values are given.
+def exact_adjoint(material: Medium, squares: Extended, adjoint: Array) -> Array:
+    """Derivative of adjoint : tau by the trial b, both `[3, 3]` in the frame of b, whose principal values are given.
 
-    tau is an isotropic function of b: on the diagonal its Jacobian by the principal values counts, off it the divided
-    differences, or their limit where the values meet (Carlson and Hoger 1986). Extended precision makes both exact to
-    1e-12 here.
+    tau is an isotropic function of b: its derivative has the Jacobian of the principal values on the diagonal and
+    divided differences off it, or their limit where the values are equal (Carlson and Hoger 1986). Extended precision
+    makes both exact to 1e-12 here.
     """
     width = np.longdouble(1e-7)
     near, far = (
@@ -47,22 +50,16 @@ def exact_pull(material: Medium, squares: Extended, pull: Array) -> Array:
     )
     jacobian = (8 * near - far) / (12 * width)  # [by, of]
     here = _stresses(material, squares)
-    result = np.diag((jacobian @ np.diag(pull).astype(np.longdouble)).astype(np.float64))
-    for i in range(3):
-        for j in range(3):
-            if i != j:
-                gap = squares[i] - squares[j]
-                close = abs(gap) < 1e-9
-                slope = jacobian[i, i] - jacobian[i, j] if close else (here[i] - here[j]) / gap
-                result[i, j] = float(slope) * pull[i, j]
+    result = np.diag((jacobian @ np.diag(adjoint).astype(np.longdouble)).astype(np.float64))
+    for i, j in itertools.permutations(range(3), 2):
+        gap = squares[i] - squares[j]
+        quotient = jacobian[i, i] - jacobian[i, j] if abs(gap) < 1e-9 else (here[i] - here[j]) / gap
+        result[i, j] = float(quotient) * adjoint[i, j]
     return result
 
 
-def solver_pull(name: str, frames: Array, squares: Array, pulls: Array, precision: int) -> Array:
-    """The same from the solver's own reverse of one substep, of particles at rest without stress: `[count, 3, 3]`."""
-    from zoobench.sim.model.state import Parameters, empty_matter
-    from zoobench.sim.solver import Solver
-
+def solver_adjoint(name: str, frames: Array, squares: Array, adjoints: Array, precision: int) -> Array:
+    """The same from the solver's reverse of one substep, for particles at rest without stress: `[count, 3, 3]`."""
     count = len(squares)
     sites = np.indices((3, 3, 3)).reshape(3, -1).T[:count].astype(np.float64)
     places: Array = scenes.SPACING * (4.3 + 4.0 * sites)
@@ -78,7 +75,7 @@ def solver_pull(name: str, frames: Array, squares: Array, pulls: Array, precisio
     first, counts = np.zeros(1, np.int64), np.ones(1, np.int64)
     solver.simulation.advance(tape, first, counts, stride=1)
     adjoint = empty_matter(scene, 1, 1, real, device)
-    adjoint.tau[0, 0] = solver.simulation.tensor(_pack(np.einsum("nij,njk,nlk->nil", frames, pulls, frames)))
+    adjoint.tau[0, 0] = solver.simulation.tensor(_pack(np.einsum("nij,njk,nlk->nil", frames, adjoints, frames)))
     parameters = Parameters.zeros(1, 1, solver.particle_count, real, device)
     solver.launcher.reverse(tape, solver.parameters, solver.simulation.plan(first, counts), adjoint, parameters)
     packed = to_array(adjoint.b[0, 0])
@@ -92,24 +89,24 @@ def _pack(matrices: Array) -> Array:
     return packed
 
 
-@case("equal-stretches", fast=False)
-def equal_stretches(probe: Probe) -> None:
+@case(CASES, "equal-stretches", is_fast=False)
+def equal_stretches(record: EpisodeRecorder) -> None:
     """Adjoints of sand, clay, mud and snow where principal stretches differ by 0.1 down to nothing.
 
-    In 32 bits b itself is rounded, which turns a deviator at the yield strain y / (2 mu) by half an epsilon over that.
+    In 32 bits b itself is rounded, which rotates a deviator at the yield strain y / (2 mu) by half an epsilon over it.
     """
     rng = np.random.default_rng(10)
     count = len(_GAPS) * 4
     gaps = np.repeat(_GAPS, 4)
     stretch = 0.99 * np.stack([1.0 + gaps, np.ones(count), 1.0 - gaps], axis=1)
     frames = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
-    pulls = rng.normal(size=(count, 3, 3))
-    pulls = 0.5 * (pulls + np.swapaxes(pulls, 1, 2))
+    adjoints = rng.normal(size=(count, 3, 3))
+    adjoints = 0.5 * (adjoints + np.swapaxes(adjoints, 1, 2))
     for name in ("sand", "clay", "mud", "snow"):
         material = scenes.medium_material(name)
         squares = np.square(stretch)
         exact = np.array(
-            [exact_pull(material, s.astype(np.longdouble), p) for s, p in zip(squares, pulls, strict=True)]
+            [exact_adjoint(material, s.astype(np.longdouble), a) for s, a in zip(squares, adjoints, strict=True)]
         )
         size = np.linalg.norm(exact, axis=(1, 2))
         rounding = 1e-5
@@ -117,26 +114,20 @@ def equal_stretches(probe: Probe) -> None:
             mu, _, yield_stress, *_ = material.constants
             rounding = max(rounding, 0.5 * float(np.finfo(np.float32).eps) * 2.0 * mu / yield_stress)
         for precision, tolerance in ((64, 1e-10), (32, rounding)):
-            found = solver_pull(name, frames, squares, pulls, precision)
+            found = solver_adjoint(name, frames, squares, adjoints, precision)
             error = np.linalg.norm(found - exact, axis=(1, 2)) / size
-            probe.below(f"{name}, {precision} bits: relative error", float(error.max()), tolerance)
+            record.at_most(f"{name}, {precision} bits: relative error", error.max(), tolerance)
 
 
-@case("full-strength")
-def full_strength(probe: Probe) -> None:
+@case(CASES, "full-strength")
+def full_strength(record: EpisodeRecorder) -> None:
     """The caterpillar with all muscles at full strength in turn, its gradient included."""
-    from zoobench.sim.solver import Solver
-
     grid = scenes.fidelity()
-    body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid)
-    scene = registry.create(Kind.ENV, Ref("ground")).scene(body, grid)
-    solver = Solver(scene, grid, gradients=True)
+    solver = Solver(scenes.caterpillar_scene(grid), grid, gradients=True)
     signs = np.where((np.arange(100)[:, None] // 8 + np.arange(solver.muscle_count)) % 2 == 0, 1.0, -1.0)
-    rollout, ledger = episode(probe, solver, signs[:, None, :])
-    healthy(probe, rollout)
-    probe.above("smallest J", float(rollout.smallest_j.min()), 0.05)
-    probe.above("lowest [cells]", ledger.smallest(lambda entry: entry.lowest[1]) / scenes.SPACING, -1.0)
-    pull = np.ones(rollout.positions.shape) / rollout.positions.size
-    gradient = solver.backward(rollout, pull, np.zeros_like(pull))
-    norm = float(np.linalg.norm(gradient.actuation))
-    probe.holds(f"gradient finite ({norm:.3g})", bool(np.isfinite(norm)) and norm > 0.0 and not gradient.fault)
+    rollout, energies = record.episode(solver, signs[:, None, :])
+    record.robot_volume(rollout, 0.05)
+    record.stays_above(energies, scenes.SPACING)
+    adjoint = np.ones(rollout.positions.shape) / rollout.positions.size
+    gradient = solver.backward(rollout, adjoint, np.zeros_like(adjoint))
+    record.gradient_finite(gradient, [gradient.actuation])

@@ -1,39 +1,52 @@
-"""The whole suite: every family of cases in the order in which they are carried out."""
+"""All stability cases, and their rows in listings and databases."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import Any
 
 from zoobench.db.rows import StudyRow
-from zoobench.verify.selection import select
-
-# imported for the cases that they register, in this order
-from zoobench.verify.stability.base import Case, Result, registered
-
-if TYPE_CHECKING:
-    from zoobench.verify.stability.largest import StepRow
+from zoobench.verify.cases import Result
+from zoobench.verify.stability import (
+    bad_inputs,
+    contrast,
+    domain,
+    gradient_cases,
+    horizon,
+    impact,
+    media_cases,
+    muscles,
+    particle_cases,
+    strains,
+    water_cases,
+)
 
 STUDY = "stability"
 STEP_STUDY = "largest-step"
 
-
-def suite() -> tuple[Case, ...]:
-    """All cases."""
-    return registered()
-
-
-def stability(patterns: Iterable[str] = ("*",), *, fast: bool = False) -> Iterator[Result]:
-    """Carry out the cases whose names match, only the fast ones if told so; one result as each is done.
-
-    Raises:
-        UnknownNameError: a pattern that matches no case.
-        UsageError: only fast ones are asked for, and none that matches is.
-    """
-    chosen = select(suite(), patterns, noun="stability case", fast=fast)
-    return (found.run() for found in chosen)
+CASES = (
+    *particle_cases.CASES,
+    *strains.CASES,
+    *impact.CASES,
+    *contrast.CASES,
+    *muscles.CASES,
+    *domain.CASES,
+    *media_cases.CASES,
+    *water_cases.CASES,
+    *gradient_cases.CASES,
+    *horizon.CASES,
+    *bad_inputs.CASES,
+)
 
 
-def stored(row: "Result | StepRow") -> StudyRow:
-    """A result as the database keeps it."""
-    document = {name: value for name, value in asdict(row).items() if name not in ("case", "verdict")}
-    return StudyRow(row.case, row.verdict, document)
+def row_of(result: Result) -> dict[str, Any]:
+    """A result by the columns of the listing."""
+    return {
+        "case": result.case.name,
+        "verdict": result.verdict,
+        "measured": result.measured,
+        **result.columns,
+        "seconds": result.seconds,
+    }
+
+
+def stored(row: dict[str, Any]) -> StudyRow:
+    """A row as the database stores it."""
+    return StudyRow(row["case"], row["verdict"], {k: v for k, v in row.items() if k not in ("case", "verdict")})

@@ -1,7 +1,7 @@
-"""Element tests: one particle of a medium driven through a known deformation by the solver's own substep.
+"""Element tests: one particle of a medium driven through a known deformation by the solver's substep.
 
-The particle is so heavy that its stress does not move it: the velocity gradient that it is given before each substep is
-the one that it deforms with, to 1e-12.
+The particle is so heavy that its stress does not move it: it deforms with the velocity gradient prescribed before each
+substep, to 1e-12.
 """
 
 import math
@@ -11,8 +11,12 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ClayMaterial, Medium, SandMaterial, SnowMaterial
 from zoobench.sim.model.scene import Scene
-from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve
-from zoobench.verify.validate.stage import WEIGHTLESS, Stage, bed, dust
+from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, dust
+
+CASES: list[Case] = []
+
+_KLAR = "Klar et al. 2016, Drucker-Prager elastoplasticity for sand animation; closed form of its cone in plane strain"
 
 _SPACING = 0.1
 _STEP = 1e-4  # [s]
@@ -28,25 +32,26 @@ class _Element:
         place = np.array([[0.5, 0.5, 0.5]])
         medium = bed(material, place, _SPACING**3, np.array([strains]))
         scene = Scene(dust((0.5, 0.5, 0.5), _SPACING), (0, 0, 0), (1, 1, 1), medium=medium, gravity=WEIGHTLESS)
-        self._stage = Stage(scene, _SPACING, _STEP)
+        self._rig = Rig(scene, _SPACING, _STEP)
 
     def deform(self, increment: Array) -> Array:
-        """Carry it through F = I + `increment` `[3, 3]`; its Kirchhoff stress [Pa] (xx yy zz xy xz yz)."""
-        stage = self._stage
-        stage.v[:] = 0.0
-        stage.C[:] = increment / stage.dt
-        stage.F[:] = np.eye(3)
-        stage.advance(1)
-        stress: Array = stage.medium_stress[0].astype(float)
+        """Kirchhoff stress [Pa] (xx yy zz xy xz yz) after the deformation F = I + `increment` `[3, 3]`."""
+        rig = self._rig
+        rig.v[:] = 0.0
+        rig.C[:] = increment / rig.dt
+        rig.F[:] = np.eye(3)
+        rig.advance(1)
+        stress: Array = rig.medium_stress[0].astype(float)
         return stress
 
     @property
     def history(self) -> float:
-        """What its law remembers."""
-        return float(self._stage.history[0])
+        """History variable of the law."""
+        return float(self._rig.history[0])
 
 
-def _clay_shear() -> Outcome:
+@case(CASES, "clay-shear", "closed form of von Mises with Hencky strain (Simo 1992)", "one particle")
+def clay_shear(record: CaseRecorder) -> None:
     """Simple shear of von Mises clay: elastic up to gamma = y / (sqrt2 mu), then tau_xy = y / sqrt2 (1 - (y / 2 mu)^2).
 
     The elastic branch of the Hencky law in simple shear is 2 mu asinh(gamma / 2) / sqrt(1 + gamma^2 / 4).
@@ -65,24 +70,17 @@ def _clay_shear() -> Outcome:
     below = gamma < 0.999 * begin
     size = np.sqrt((stress[:, :3] ** 2).sum(1) + 2 * (stress[:, 3:] ** 2).sum(1))
     over = np.maximum(size / bound - 1, 0.0).max()
-    return Outcome(
-        (
-            Check("cap of the shear stress, relative error", abs(stress[-1, 3] / cap - 1), at_most=1e-3),
-            Check("elastic branch, relative error", float(np.abs(stress[below, 3] / elastic[below] - 1).max()),
-                  at_most=1e-8),
-            Check("stress beyond the yield surface, relative", float(over), at_most=1e-8),
-            Check("pressure from shearing, per yield stress", float(np.abs(stress[:, :3].sum(1)).max() / bound),
-                  at_most=1e-8),
-        ),
-        Figure(
-            "Clay in simple shear", "shear strain [-]", "shear stress [Pa]",
-            (curve("solver", Role.COMPUTED, gamma[::6], stress[::6, 3], points=True),
-             curve("elastic branch and cap", Role.REFERENCE, gamma, np.minimum(elastic, cap))),
-        ),
-    )  # fmt: skip
+    record.at_most("cap of the shear stress, relative error", abs(stress[-1, 3] / cap - 1), 1e-3)
+    record.at_most("elastic branch, relative error", np.abs(stress[below, 3] / elastic[below] - 1).max(), 1e-8)
+    record.at_most("stress beyond the yield surface, relative", over, 1e-8)
+    record.at_most("pressure from shearing, per yield stress", np.abs(stress[:, :3].sum(1)).max() / bound, 1e-8)
+    figure = record.plot("Clay in simple shear", "shear strain [-]", "shear stress [Pa]")
+    figure.computed("solver", gamma[::6], stress[::6, 3], points=True)
+    figure.reference("elastic branch and cap", gamma, np.minimum(elastic, cap))
 
 
-def _snow_press() -> Outcome:
+@case(CASES, "snow-press", "Stomakhin et al. 2013, A material point method for snow simulation", "one particle")
+def snow_press(record: CaseRecorder) -> None:
     """Confined compression of snow with the paper's constants: elastic to J = 0.975, then hardening.
 
     From there on J_P = J / 0.975 and tau = exp(xi (1 - J_P)) (2 mu + lambda) (s^2 - s) at s = 0.975.
@@ -99,25 +97,19 @@ def _snow_press() -> Outcome:
     stretch = np.maximum(J, critical)
     ratio = np.minimum(J / critical, 1.0)
     exact = np.exp(material.hardening * (1 - ratio)) * (2 * mu + lam) * (stretch**2 - stretch)
-    return Outcome(
-        (
-            Check("axial stress, relative error", float(np.abs(np.array(found) / exact - 1).max()), at_most=1e-6),
-            Check("plastic volume ratio, relative error", float(np.abs(np.array(plastic) / ratio - 1).max()),
-                  at_most=1e-6),
-        ),
-        Figure(
-            "Snow in confined compression", "volume ratio J [-]", "axial Kirchhoff stress [kPa]",
-            (curve("solver", Role.COMPUTED, J[::3], np.array(found)[::3] / 1e3, points=True),
-             curve("closed form", Role.REFERENCE, J, exact / 1e3)),
-        ),
-    )  # fmt: skip
+    record.at_most("axial stress, relative error", np.abs(np.array(found) / exact - 1).max(), 1e-6)
+    record.at_most("plastic volume ratio, relative error", np.abs(np.array(plastic) / ratio - 1).max(), 1e-6)
+    figure = record.plot("Snow in confined compression", "volume ratio J [-]", "axial Kirchhoff stress [kPa]")
+    figure.computed("solver", J[::3], np.array(found)[::3] / 1e3, points=True)
+    figure.reference("closed form", J, exact / 1e3)
 
 
-def _sand_shear() -> Outcome:
+@case(CASES, "sand-shear", _KLAR, "one particle")
+def sand_shear(record: CaseRecorder) -> None:
     """Simple shear of sand at constant volume: tau_xy / -tau_yy tends to 3 alpha / sqrt2 of the cone's slope alpha.
 
     That is the tangent of the plane-strain friction angle. The elastic strain, of the order of the pressure's, turns
-    the stress out of the direction of shear and bounds the accuracy.
+    the stress out of the direction of shear and limits the accuracy.
     """
     pressed, count = 1e-4, 200
     angles, found, paths = (20.0, 30.0, 45.0), [], []
@@ -130,23 +122,8 @@ def _sand_shear() -> Outcome:
         found.append(paths[-1][-1])
     exact = [3 / math.sqrt(2) * SandMaterial(1e4, 0.3, 1.0, angle).cone_slope for angle in angles]
     gamma = 50 * pressed * np.arange(1, count + 1) / count
-    lines = [
-        (curve(f"solver, {angle:.0f}°", Role.COMPUTED, gamma[::8], path[::8], points=True),
-         curve(f"3 α / √2, {angle:.0f}°", Role.REFERENCE, gamma[[0, -1]], np.full(2, value)))
-        for angle, path, value in zip(angles, paths, exact, strict=True)
-    ]  # fmt: skip
-    error = np.abs(np.array(found) / exact - 1).max()
-    return Outcome(
-        (Check("ratio of shear to normal stress, relative error", float(error), at_most=1e-3),),
-        Figure("Sand in simple shear, by friction angle", "shear strain [-]", "shear over normal stress [-]",
-               tuple(line for pair in lines for line in pair)),
-    )  # fmt: skip
-
-
-_KLAR = "Klar et al. 2016, Drucker-Prager elastoplasticity for sand animation; closed form of its cone in plane strain"
-CASES = [
-    Case("clay-shear", "closed form of von Mises with Hencky strain (Simo 1992)", "one particle", _clay_shear),
-    Case("snow-press", "Stomakhin et al. 2013, A material point method for snow simulation", "one particle",
-         _snow_press),
-    Case("sand-shear", _KLAR, "one particle", _sand_shear),
-]  # fmt: skip
+    record.at_most("ratio of shear to normal stress, relative error", np.abs(np.array(found) / exact - 1).max(), 1e-3)
+    figure = record.plot("Sand in simple shear, by friction angle", "shear strain [-]", "shear over normal stress [-]")
+    for angle, path, value in zip(angles, paths, exact, strict=True):
+        figure.computed(f"solver, {angle:.0f}°", gamma[::8], path[::8], points=True)
+        figure.level(f"3 α / √2, {angle:.0f}°", gamma, value)

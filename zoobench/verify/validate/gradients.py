@@ -1,6 +1,6 @@
-"""Gradients: against difference quotients, against closed forms, and of one precision or storage against the other.
+"""Gradients against difference quotients and closed forms, and between precisions and checkpoint intervals.
 
-All but the last case differentiate the distance that a cube of muscle in four bundles crawls on the ground.
+All cases but that of the free muscle differentiate the distance that a cube with four muscles crawls on the ground.
 """
 
 from dataclasses import replace
@@ -14,9 +14,13 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.solver import Solver
-from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve
-from zoobench.verify.validate.stage import lattice, passive_body
+from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.validate.rig import lattice, passive_body
 from zoobench.verify.validate.statics import muscle_scene, muscle_stretch
+
+CASES: list[Case] = []
+
+_GRID = "cube of 4³ cells on the ground, 120 frames"
 
 _SPACING = 1 / 32
 _CELLS = 4
@@ -49,7 +53,7 @@ def _actuation() -> Array:
 
 
 class _Distance:
-    """How far the centre of mass moves along x, as a function of the actuation, with the steps of the first run."""
+    """The distance of the centre of mass along x as a function of the actuation, with the steps of the first run."""
 
     def __init__(self, solver: Solver, schedule: IntArray | None = None) -> None:
         self.solver = solver
@@ -59,7 +63,7 @@ class _Distance:
 
     @property
     def value(self) -> float:
-        """At the gait itself [m]."""
+        """For the gait itself [m]."""
         return self._of(self.rollout)
 
     def _of(self, rollout: Rollout) -> float:
@@ -67,18 +71,18 @@ class _Distance:
         return float(self._weights @ moved)
 
     def at(self, change: Array) -> float:
-        """At the gait plus a change `[frames, 1, muscles]` [m]."""
+        """For the gait plus a change `[frames, 1, muscles]` [m]."""
         return self._of(self.solver.run(_actuation() + change, schedule=self.rollout.counts))
 
     def gradient(self) -> Array:
-        """By the actuation `[frames, 1, muscles]` [m]."""
-        pull = np.zeros(self.rollout.positions.shape)
-        pull[-1, 0, :, 0] = self._weights
-        return self.solver.backward(self.rollout, pull, 0 * pull).actuation
+        """Gradient by the actuation `[frames, 1, muscles]` [m]."""
+        adjoint = np.zeros(self.rollout.positions.shape)
+        adjoint[-1, 0, :, 0] = self._weights
+        return self.solver.backward(self.rollout, adjoint, 0 * adjoint).actuation
 
 
 def _direction(muscle: int | None = None) -> Array:
-    """A random direction of the actuation, of size 1 in its largest component; of one muscle only if given."""
+    """A random direction of the actuation with a largest component of 1; of a single muscle if given."""
     direction = np.random.default_rng(7).normal(size=(_FRAMES, 1, _MUSCLES))
     if muscle is not None:
         direction *= np.eye(_MUSCLES)[muscle]
@@ -89,127 +93,93 @@ def _direction(muscle: int | None = None) -> Array:
 _WIDTHS = np.array([1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
 
 
-def _differences() -> Outcome:
+@case(CASES, "gradient-differences", "central differences of the forward run", _GRID)
+def differences(record: CaseRecorder) -> None:
+    """Directional derivatives against central differences of several widths."""
     distance = _Distance(_crawler(0.5))
     gradient, direction = distance.gradient(), _direction()
     exact = float((gradient * direction).sum())
     errors = np.array([abs(_quotient(distance, direction, width) / exact - 1) for width in _WIDTHS])
     best = float(_WIDTHS[errors.argmin()])
     own = [_direction(muscle) for muscle in range(_MUSCLES)]
-    slopes = np.array([(gradient * way).sum() for way in own])
+    derivatives = np.array([(gradient * way).sum() for way in own])
     quotients = np.array([_quotient(distance, way, best) for way in own])
-    cosine = float(slopes @ quotients / np.linalg.norm(slopes) / np.linalg.norm(quotients))
-    return Outcome(
-        (
-            Check("smallest relative error of the directional derivative over widths", float(errors.min()),
-                  at_most=1e-6),
-            Check("1 - cosine of the gradient by four muscles and the quotients", 1 - cosine, at_most=1e-10),
-        ),
-        Figure(
-            f"Gradient against central differences, {distance.rollout.substeps} substeps", "width of the quotient [-]",
-            "relative error [-]",
-            (curve("adjoint against quotient", Role.COMPUTED, _WIDTHS, errors),
-             curve("bound", Role.REFERENCE, _WIDTHS[[0, -1]], np.full(2, 1e-6))),
-            log_x=True, log_y=True,
-        ),
-    )  # fmt: skip
+    cosine = float(derivatives @ quotients / np.linalg.norm(derivatives) / np.linalg.norm(quotients))
+    record.at_most("smallest relative error of the directional derivative over widths", errors.min(), 1e-6)
+    record.at_most("1 - cosine of the gradient by four muscles and the quotients", 1 - cosine, 1e-10)
+    figure = record.plot(
+        f"Gradient against central differences, {distance.rollout.substeps} substeps",
+        "width of the quotient [-]",
+        "relative error [-]",
+        log="xy",
+    )
+    figure.computed("adjoint against quotient", _WIDTHS, errors)
+    figure.level("bound", _WIDTHS, 1e-6)
 
 
 def _quotient(distance: _Distance, direction: Array, width: float) -> float:
     return (distance.at(width * direction) - distance.at(-width * direction)) / (2 * width)
 
 
-def _taylor() -> Outcome:
+@case(CASES, "gradient-taylor", "Taylor's theorem: the remainder is of second order", _GRID)
+def taylor(record: CaseRecorder) -> None:
     """J(a + w d) - J(a) - w J' d is of second order in w as long as no node changes between sticking and sliding.
 
-    The first that does, does so between w = 4e-4 and 1e-3; beyond, the distance has kinks.
+    The first node does so between w = 4e-4 and 1e-3; beyond, the distance is not differentiable.
     """
     distance = _Distance(_crawler(0.5))
     direction = _direction()
-    slope = float((distance.gradient() * direction).sum())
+    derivative = float((distance.gradient() * direction).sum())
     widths = np.geomspace(1e-6, 1e-4, 7)
-    left = np.array([abs(distance.at(width * direction) - distance.value - width * slope) for width in widths])
+    left = np.array([abs(distance.at(width * direction) - distance.value - width * derivative) for width in widths])
     order = float(np.polyfit(np.log(widths), np.log(left), 1)[0])
-    return Outcome(
-        (Check("order of the remainder of first order", order, at_least=1.9, at_most=2.1),),
-        Figure(
-            f"Taylor's remainder, {distance.rollout.substeps} substeps", "width [-]", "remainder [m]",
-            (curve("|J(a + w d) - J(a) - w J' d|", Role.COMPUTED, widths, left, points=True),
-             curve("slope 2", Role.REFERENCE, widths, left[-1] * (widths / widths[-1]) ** 2)),
-            log_x=True, log_y=True,
-        ),
-    )  # fmt: skip
+    record.within("order of the remainder of first order", order, 1.9, 2.1)
+    figure = record.plot(
+        f"Taylor's remainder, {distance.rollout.substeps} substeps", "width [-]", "remainder [m]", log="xy"
+    )
+    figure.computed("|J(a + w d) - J(a) - w J' d|", widths, left, points=True)
+    figure.reference("slope 2", widths, left[-1] * (widths / widths[-1]) ** 2)
 
 
-def _frictionless() -> Outcome:
-    """Without friction no force along the ground acts on the body: its centre stays, whatever its muscles do."""
+@case(CASES, "gradient-frictionless", "Newton: no force along the ground, no motion of the centre", _GRID)
+def frictionless(record: CaseRecorder) -> None:
+    """Without friction no force along the ground acts on the body: its centre stays at any actuation."""
     smooth, rough = (_Distance(_crawler(friction)) for friction in (0.0, 0.5))
     found, scale = smooth.gradient(), np.abs(rough.gradient()).max()
     size = np.abs(found).max((1, 2)) / scale
     frames = np.arange(_FRAMES)
-    return Outcome(
-        (
-            Check("largest derivative over that with friction 0.5", float(size.max()), at_most=1e-10),
-            Check("distance over that with friction 0.5", abs(smooth.value / rough.value), at_most=1e-10),
-        ),
-        Figure(
-            "Derivative of the distance by the actuation", "control frame", "over its largest with friction 0.5 [-]",
-            (curve("without friction", Role.COMPUTED, frames, np.maximum(size, 1e-20)),
-             curve("friction 0.5", Role.COMPUTED, frames, np.abs(rough.gradient()).max((1, 2)) / scale),
-             curve("bound", Role.REFERENCE, frames[[0, -1]], np.full(2, 1e-10))),
-            log_y=True,
-        ),
-    )  # fmt: skip
+    record.at_most("largest derivative over that with friction 0.5", size.max(), 1e-10)
+    record.at_most("distance over that with friction 0.5", abs(smooth.value / rough.value), 1e-10)
+    figure = record.plot(
+        "Derivative of the distance by the actuation",
+        "control frame",
+        "over its largest with friction 0.5 [-]",
+        log="y",
+    )
+    figure.computed("without friction", frames, np.maximum(size, 1e-20))
+    figure.computed("friction 0.5", frames, np.abs(rough.gradient()).max((1, 2)) / scale)
+    figure.level("bound", frames, 1e-10)
 
 
-def _single() -> Outcome:
+@case(CASES, "gradient-single", "the gradient in float64", _GRID, precision=0)
+def single(record: CaseRecorder) -> None:
+    """The gradient in float32 against that in float64."""
     double = _Distance(_crawler(0.5))
     schedule, exact = double.rollout.counts, double.gradient()
     found = _Distance(_crawler(0.5, precision=32), schedule).gradient()
     frames = np.arange(_FRAMES)
-    return Outcome(
-        (
-            Check("error of the float32 gradient, relative to the norm",
-                  float(np.linalg.norm(found - exact) / np.linalg.norm(exact)), at_most=1e-4),
-        ),
-        Figure(
-            "Derivative of the distance by the first muscle", "control frame", "derivative [m]",
-            (curve("float32", Role.COMPUTED, frames, found[:, 0, 0], points=True),
-             curve("float64", Role.REFERENCE, frames, exact[:, 0, 0])),
-        ),
-    )  # fmt: skip
+    error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    record.at_most("error of the float32 gradient, relative to the norm", error, 1e-4)
+    figure = record.plot("Derivative of the distance by the first muscle", "control frame", "derivative [m]")
+    figure.computed("float32", frames, found[:, 0, 0], points=True)
+    figure.reference("float64", frames, exact[:, 0, 0])
 
 
-_INTERVALS = (1, 3, 7, _FRAMES)
-
-
-def _checkpoints() -> Outcome:
-    """Recomputing from checkpoints repeats the same arithmetic, and a second reverse pass starts afresh."""
-    runs = [_Distance(_crawler(0.5, interval=interval)) for interval in _INTERVALS]
-    gradients = [run.gradient() for run in runs]
-    again = runs[1].gradient()
-    largest = max(float(np.abs(found - gradients[-1]).max()) for found in [*gradients, again])
-    frames = np.arange(_FRAMES)
-    return Outcome(
-        (
-            Check("largest difference between intervals of 1, 3, 7 and all frames, and a second pass", largest,
-                  "m", at_most=0.0),
-            Check("gradient itself, largest component", float(np.abs(gradients[-1]).max()), "m", at_least=1e-6),
-        ),
-        Figure(
-            "Gradient by checkpoint interval, first muscle", "control frame", "derivative [m]",
-            (*(curve(f"every {n} frames", Role.COMPUTED, frames, found[:, 0, 0], points=True)
-               for n, found in zip(_INTERVALS[:-1], gradients, strict=False)),
-             curve("one segment", Role.REFERENCE, frames, gradients[-1][:, 0, 0])),
-        ),
-    )  # fmt: skip
-
-
-def _stretch_slope(activation: float) -> tuple[float, float]:
-    """Stretch along the fibre of the block of `muscle_scene` and its derivative by the activation.
+def _stretch_derivative(activation: float) -> float:
+    """Derivative by the activation of the stretch along the fibre of the block of `muscle_scene`.
 
     The activation rises slowly to its value and is held, without drag; the stretch is the mean over the hold, and the
-    derivative that by the height of the whole curve.
+    derivative is by the height of the whole curve.
     """
     ramp, hold = 200, 50
     level = np.concatenate([0.5 - 0.5 * np.cos(np.pi * np.arange(ramp) / ramp), np.ones(hold)])[:, None, None]
@@ -218,31 +188,28 @@ def _stretch_slope(activation: float) -> tuple[float, float]:
     rollout = solver.run(activation * level)
     rest = scene.robot.positions[:, 0] - scene.robot.positions[:, 0].mean()
     weights = rest / (rest @ rest)  # slope of the positions over the rest positions
-    stretch = float((rollout.positions[-hold:, 0, :, 0] @ weights).mean())
-    pull = np.zeros(rollout.positions.shape)
-    pull[-hold:, 0, :, 0] = weights / hold
-    gradient = solver.backward(rollout, pull, 0 * pull).actuation
-    return stretch, float((gradient * level).sum())
+    adjoint = np.zeros(rollout.positions.shape)
+    adjoint[-hold:, 0, :, 0] = weights / hold
+    gradient = solver.backward(rollout, adjoint, 0 * adjoint).actuation
+    return float((gradient * level).sum())
 
 
-def _muscle_slope() -> Outcome:
-    """The slope of the equilibrium curve, from the whole history of a slow contraction."""
+@case(CASES, "gradient-muscle", "slope of the closed form of the free active block", "block of 4³ cells, 250 frames")
+def free_muscle(record: CaseRecorder) -> None:
+    """The derivative of the equilibrium curve, from the whole history of a slow contraction."""
     levels = np.array([-0.6, 0.3, 0.9])
-    found = np.array([_stretch_slope(level)[1] for level in levels])
+    found = np.array([_stretch_derivative(level) for level in levels])
     fine = np.linspace(-0.8, 1.0, 91)
-    exact = _equilibrium_slope(levels)
-    return Outcome(
-        (Check("derivative of the stretch by the activation, relative error", float(np.abs(found / exact - 1).max()),
-               at_most=1e-3),),
-        Figure(
-            "Slope of a free muscle's stretch", "activation [-]", "derivative of the stretch by the activation [-]",
-            (curve("adjoint", Role.COMPUTED, levels, found, points=True),
-             curve("closed form", Role.REFERENCE, fine, _equilibrium_slope(fine))),
-        ),
-    )  # fmt: skip
+    exact = _equilibrium_derivative(levels)
+    record.at_most("derivative of the stretch by the activation, relative error", np.abs(found / exact - 1).max(), 1e-3)
+    figure = record.plot(
+        "Slope of a free muscle's stretch", "activation [-]", "derivative of the stretch by the activation [-]"
+    )
+    figure.computed("adjoint", levels, found, points=True)
+    figure.reference("closed form", fine, _equilibrium_derivative(fine))
 
 
-def _equilibrium_slope(activations: Array) -> Array:
+def _equilibrium_derivative(activations: Array) -> Array:
     """Derivative of the equilibrium stretch by the activation, by central differences of the closed form."""
     step = 1e-5
     rise = [muscle_stretch(float(a) + step)[0] - muscle_stretch(float(a) - step)[0] for a in activations]
@@ -250,13 +217,21 @@ def _equilibrium_slope(activations: Array) -> Array:
     return result
 
 
-_GRID = "cube of 4³ cells on the ground, 120 frames"
-CASES = [
-    Case("gradient-differences", "central differences of the forward run", _GRID, _differences),
-    Case("gradient-taylor", "Taylor's theorem: the remainder is of second order", _GRID, _taylor),
-    Case("gradient-frictionless", "Newton: no force along the ground, no motion of the centre", _GRID, _frictionless),
-    Case("gradient-muscle", "slope of the closed form of the free active block", "block of 4³ cells, 250 frames",
-         _muscle_slope),
-    Case("gradient-checkpoints", "the same arithmetic without checkpoints", _GRID, _checkpoints),
-    Case("gradient-single", "the gradient in float64", _GRID, _single, precision=0),
-]  # fmt: skip
+_INTERVALS = (1, 3, 7, _FRAMES)
+
+
+@case(CASES, "gradient-checkpoints", "the same arithmetic without checkpoints", _GRID)
+def checkpoints(record: CaseRecorder) -> None:
+    """Recomputing from checkpoints repeats the same arithmetic, and a second reverse pass equals the first."""
+    runs = [_Distance(_crawler(0.5, interval=interval)) for interval in _INTERVALS]
+    gradients = [run.gradient() for run in runs]
+    again = runs[1].gradient()
+    largest = max(np.abs(found - gradients[-1]).max() for found in [*gradients, again])
+    frames = np.arange(_FRAMES)
+    words = "largest difference between intervals of 1, 3, 7 and all frames, and a second pass"
+    record.at_most(words, largest, 0.0, "m")
+    record.at_least("gradient itself, largest component", np.abs(gradients[-1]).max(), 1e-6, "m")
+    figure = record.plot("Gradient by checkpoint interval, first muscle", "control frame", "derivative [m]")
+    for n, found in zip(_INTERVALS[:-1], gradients, strict=False):
+        figure.computed(f"every {n} frames", frames, found[:, 0, 0], points=True)
+    figure.reference("one segment", frames, gradients[-1][:, 0, 0])

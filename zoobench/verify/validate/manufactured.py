@@ -1,9 +1,8 @@
-"""A manufactured solution: neo-Hookean matter driven through a known motion of large strain by the body force that it
-takes (Wallstedt & Guilkey 2008, axis-aligned displacement in a periodic unit square).
+"""A manufactured solution: neo-Hookean matter driven through a known motion of large strain by a body force
+(Wallstedt & Guilkey 2008, axis-aligned displacement in a periodic unit square).
 """
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,13 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
 from zoobench.sim.model.scene import Scene
-from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve, order_of_accuracy
-from zoobench.verify.validate.stage import WEIGHTLESS, Stage, lattice, passive_body
+from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.validate.rig import WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
+
+CASES: list[Case] = []
+
+_SOURCE = "Wallstedt & Guilkey 2008, An evaluation of explicit time integration schemes for use with GIMP"
+_GRIDS = "8, 16, 32 cells, 3 particles per axis, CFL 0.3"
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1000.0)
 AMPLITUDE = 0.05
@@ -38,7 +42,7 @@ def stretches(X: Array, t: float) -> Array:
 
 
 def body_force(X: Array, t: float) -> Array:
-    """Acceleration `[.., 2]` [m/s^2] that the motion needs on top of its own stress: u_tt - div P / rho.
+    """Acceleration `[.., 2]` [m/s^2] that drives the motion: u_tt - div P / rho.
 
     P_xx = (mu (F_xx^2 - 1) + lambda log(F_xx F_yy)) / F_xx depends on X through F_xx alone, and so
     div P = F_xx,X (mu + (mu + lambda (1 - log J)) / F_xx^2) with F_xx,X = -4 pi^2 u_x.
@@ -62,7 +66,7 @@ def _velocity(X: Array, t: float) -> tuple[Array, Array]:
 class Driven:
     """The square with periodic images around it, one layer of particles thick, in plane strain.
 
-    After every substep the images take the state of their originals, and all matter is put back into its plane.
+    After every substep the images take the state of their originals, and all matter is returned to its plane.
 
     Args:
         cells: of the grid along a side of the square.
@@ -70,7 +74,7 @@ class Driven:
         settings: precision and further choices of the fidelity.
 
     Attributes:
-        stage: the square and its images, moved on by `error`.
+        rig: the square and its images, advanced by `error`.
     """
 
     def __init__(self, cells: int, per_axis: int = 3, **settings: Any) -> None:
@@ -84,66 +88,57 @@ class Driven:
             passive_body(MATERIAL, points, h**3 / per_axis**2), (0, 0, 0), (size, size, 3 * h), gravity=WEIGHTLESS
         )
         # CFL 0.3 with the speed of pressure waves
-        self.stage = Stage(scene, h, 0.75 * _PERIOD, courant=0.42, **settings)
+        self.rig = Rig(scene, h, 0.75 * _PERIOD, courant=0.42, **settings)
         inside = ((self._X > 0) & (self._X < 1)).all(1)
         self._square, self._image = np.flatnonzero(inside), np.flatnonzero(~inside)
         sites = np.rint(self._X * cells * per_axis - 0.5).astype(int) % (cells * per_axis)
         number = sites @ [cells * per_axis, 1]
         self._original = self._square[np.argsort(number[self._square])][number[self._image]]
-        velocity, gradient = _velocity(self._X, -self.stage.dt / 2)  # symplectic Euler has it half a substep back
-        self.stage.v[:, :2] = velocity
-        self.stage.C[:, [0, 1], [0, 1]] = gradient
+        velocity, gradient = _velocity(self._X, -self.rig.dt / 2)  # symplectic Euler has it half a substep back
+        self.rig.v[:, :2] = velocity
+        self.rig.C[:, [0, 1], [0, 1]] = gradient
 
     def error(self) -> Array:
         """Root mean square error of the displacement's components, over the amplitude `[steps + 1]`."""
-        stage, found = self.stage, [0.0]
-        for n in range(stage.steps):
-            stage.v[:, :2] += stage.dt * body_force(self._X, n * stage.dt)
-            stage.advance(1)
+        rig, found = self.rig, [0.0]
+        for n in range(rig.steps):
+            rig.v[:, :2] += rig.dt * body_force(self._X, n * rig.dt)
+            rig.advance(1)
             self._constrain()
-            moved = (stage.positions - self._points)[:, :2] - displacement(self._X, (n + 1) * stage.dt)
+            moved = (rig.positions - self._points)[:, :2] - displacement(self._X, (n + 1) * rig.dt)
             found.append(math.sqrt((moved[self._square] ** 2).mean()) / AMPLITUDE)
         return np.array(found)
 
     def _constrain(self) -> None:
         """Periodic images, and no motion in z."""
-        stage, image, original = self.stage, self._image, self._original
-        stage.v[:, 2] = 0.0
-        stage.C[:, 2, :] = 0.0
-        stage.F[:, 2, :] = [0.0, 0.0, 1.0]
-        for state in (stage.v, stage.C, stage.F):
+        rig, image, original = self.rig, self._image, self._original
+        rig.v[:, 2] = 0.0
+        rig.C[:, 2, :] = 0.0
+        rig.F[:, 2, :] = [0.0, 0.0, 1.0]
+        for state in (rig.v, rig.C, rig.F):
             state[image] = state[original]
-        places = stage.positions
+        places = rig.positions
         places[:, 2] = self._points[:, 2]
         places[image] = places[original] + self._points[image] - self._points[original]
-        stage.place(slice(None), places)
+        rig.place(slice(None), places)
 
 
-def _manufactured(precision: int) -> Outcome:
+@case(CASES, "manufactured-solution-single", _SOURCE, _GRIDS, args=(32,), precision=32, is_fast=False)
+@case(CASES, "manufactured-solution", _SOURCE, _GRIDS, args=(64,))
+def manufactured(record: CaseRecorder, precision: int) -> None:
+    """Displacement error in the manufactured solution, and its order."""
     runs = [Driven(cells, precision=precision) for cells in _CELLS]
     errors = [run.error() for run in runs]
     worst = np.array([error.max() for error in errors])
     spacings = 1 / np.array(_CELLS)
-    curves = [
-        curve(f"{cells} cells", Role.COMPUTED, np.linspace(0, 0.75, len(error))[1:], error[1:])
-        for cells, error in zip(_CELLS, errors, strict=True)
-    ]
-    bound = curve("bound at 32 cells", Role.REFERENCE, np.array([0.0, 0.75]), np.full(2, 1.5e-3))
-    return Outcome(
-        (
-            Check("displacement error over amplitude at 32 cells", float(worst[-1]), at_most=1.5e-3),
-            Check("order of the error from 16 to 32 cells", order_of_accuracy(spacings[1:], worst[1:]), at_least=1.8),
-        ),
-        Figure(f"Manufactured solution in float{precision}", "time over period [-]",
-               "rms displacement error over A [-]", (*curves, bound), log_y=True),
-    )  # fmt: skip
-
-
-CASES = [
-    Case(
-        name, "Wallstedt & Guilkey 2008, An evaluation of explicit time integration schemes for use with GIMP",
-        "8, 16, 32 cells, 3 particles per axis, CFL 0.3", partial(_manufactured, bits), precision=bits,
-        is_fast=bits == 64,
+    record.at_most("displacement error over amplitude at 32 cells", worst[-1], 1.5e-3)
+    record.at_least("order of the error from 16 to 32 cells", order_of_accuracy(spacings[1:], worst[1:]), 1.8)
+    figure = record.plot(
+        f"Manufactured solution in float{precision}",
+        "time over period [-]",
+        "rms displacement error over A [-]",
+        log="y",
     )
-    for name, bits in (("manufactured-solution", 64), ("manufactured-solution-single", 32))
-]  # fmt: skip
+    for cells, error in zip(_CELLS, errors, strict=True):
+        figure.computed(f"{cells} cells", np.linspace(0, 0.75, len(error))[1:], error[1:])
+    figure.level("bound at 32 cells", np.array([0.0, 0.75]), 1.5e-3)

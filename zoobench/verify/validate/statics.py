@@ -1,8 +1,7 @@
-"""Elastic bodies at rest under load: a column under its own weight, a cantilever, and an active muscle."""
+"""Elastic bodies in equilibrium: a column and a cantilever under their weight, and an active muscle."""
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +9,10 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
 from zoobench.sim.model.scene import Ground, Scene
-from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve, order_of_accuracy
-from zoobench.verify.validate.stage import GRAVITY, WEIGHTLESS, Stage, lattice, passive_body
+from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
+
+CASES: list[Case] = []
 
 _LOAD = 0.05
 """Weight of the column over its modulus, rho g H / (lambda + 2 mu) [-]."""
@@ -45,16 +46,16 @@ def column_settlement(material: ElasticMaterial, heights: Array) -> Array:
 
 
 class Column(NamedTuple):
-    """A column at rest under its weight.
+    """A column in equilibrium under its weight.
 
     Attributes:
-        stage: what brought it there.
-        error: of the top's settlement, relative.
+        rig: in its final state.
+        error: relative error of the top's settlement.
         height: rest heights `[particle_count]` [m].
         sunk: settlements `[particle_count]` [m].
     """
 
-    stage: Stage
+    rig: Rig
     error: float
     height: Array
     sunk: Array
@@ -63,7 +64,7 @@ class Column(NamedTuple):
 def column(cells: int, **settings: Any) -> Column:
     """The column of `column_settlement`, damped to rest.
 
-    One cell wide between walls, all of whose nodes are walls': the column cannot widen at all.
+    It is one cell wide between walls, and all nodes lie on walls: the column cannot widen.
 
     Args:
         cells: of the grid over its height.
@@ -74,32 +75,29 @@ def column(cells: int, **settings: Any) -> Column:
     scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h), ground=Ground(0.0))
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
-    stage = Stage(scene, h, 12 / omega, **settings)
-    stage.equilibrate(2 * omega, stage.steps)
-    sunk = (points - stage.positions)[:, 1]
+    rig = Rig(scene, h, 12 / omega, **settings)
+    rig.equilibrate(2 * omega, rig.steps)
+    sunk = (points - rig.positions)[:, 1]
     top = points[:, 1] > 1 - h / 2
     exact = float(column_settlement(material, points[top, 1]).mean())
-    return Column(stage, float(sunk[top].mean()) / exact - 1, points[:, 1], sunk)
+    return Column(rig, float(sunk[top].mean()) / exact - 1, points[:, 1], sunk)
 
 
-def _gravity_column() -> Outcome:
+@case(CASES, "gravity-column", "closed form of the confined neo-Hookean column", "8, 16, 32 cells high")
+def gravity_column(record: CaseRecorder) -> None:
+    """Settlement of a confined column under its weight, and the order of its error."""
     cells = (8, 16, 32)
     found = [column(n) for n in cells]
     errors = np.abs([each.error for each in found])
     height, sunk = found[-1].height, found[-1].sunk
     fine = np.linspace(0, 1, 101)
-    return Outcome(
-        (
-            Check("largest error of the top's settlement, over h / H", float((errors * cells).max()), at_most=0.4),
-            Check("order of the error over 8, 16, 32 cells", order_of_accuracy(1 / np.array(cells), errors),
-                  at_least=0.8),
-        ),
-        Figure(
-            "Confined elastic column under gravity, 32 cells", "rest height over H [-]", "settlement over H [-]",
-            (curve("MPM", Role.COMPUTED, height[::16], sunk[::16], points=True),
-             curve("nonlinear closed form", Role.REFERENCE, fine, column_settlement(_column_material(), fine))),
-        ),
-    )  # fmt: skip
+    record.at_most("largest error of the top's settlement, over h / H", (errors * cells).max(), 0.4)
+    record.at_least("order of the error over 8, 16, 32 cells", order_of_accuracy(1 / np.array(cells), errors), 0.8)
+    figure = record.plot(
+        "Confined elastic column under gravity, 32 cells", "rest height over H [-]", "settlement over H [-]"
+    )
+    figure.computed("MPM", height[::16], sunk[::16], points=True)
+    figure.reference("nonlinear closed form", fine, column_settlement(_column_material(), fine))
 
 
 _BEAM = ElasticMaterial(youngs_modulus=1e8, poissons_ratio=0.0, density=1000.0)
@@ -110,8 +108,8 @@ _HEAVY = 1e9
 def _bend(cells: int) -> tuple[float, Array, Array]:
     """Tip deflection over Timoshenko's, and rest abscissae [m] and deflections [m] of the axis.
 
-    The beam goes on behind its root, and from one cell behind it is so heavy that no node that it reaches moves: the
-    last of them are those at the root. The weight is that of the light part alone.
+    The beam continues behind its root, and from one cell behind it is so heavy that no node within its reach moves:
+    the last of these are at the root. Only the light part has weight.
     """
     h = _DEPTH / cells
     root = 6 * h
@@ -120,14 +118,14 @@ def _bend(cells: int) -> tuple[float, Array, Array]:
     body = replace(passive_body(_BEAM, points, h**3 / 4), density_ratio=np.where(light, 1.0, _HEAVY))
     scene = Scene(body, (0, 0, 0), (root + _LENGTH + 2 * h, 4 * h + _DEPTH, 3 * h), gravity=WEIGHTLESS)
     omega = 1.8751**2 * math.sqrt(_BEAM.youngs_modulus * _DEPTH**2 / 12 / _BEAM.density) / _LENGTH**2
-    stage = Stage(scene, h, 9 / omega, courant=0.9)
-    keep, kick = math.exp(-2 * omega * stage.dt), stage.dt * _gentle_gravity()
-    for _ in range(stage.steps):
-        stage.v[light, 1] -= kick
-        stage.advance(1)
-        stage.v[:] *= keep
-        stage.C[:] *= keep
-    sunk = (points - stage.positions)[:, 1]
+    rig = Rig(scene, h, 9 / omega, courant=0.9)
+    keep, kick = math.exp(-2 * omega * rig.dt), rig.dt * _gentle_gravity()
+    for _ in range(rig.steps):
+        rig.v[light, 1] -= kick
+        rig.advance(1)
+        rig.v[:] *= keep
+        rig.C[:] *= keep
+    sunk = (points - rig.positions)[:, 1]
     middle = np.abs(points[:, 1] - 2 * h - _DEPTH / 2) < h / 2
     x, along = np.unique(points[middle, 0] - root, return_inverse=True)
     axis = np.bincount(along, sunk[middle]) / np.bincount(along)
@@ -135,7 +133,7 @@ def _bend(cells: int) -> tuple[float, Array, Array]:
 
 
 def _gentle_gravity() -> float:
-    """Gravity [m/s^2] under which Euler and Bernoulli's tip sinks by a hundredth of the length."""
+    """Gravity [m/s^2] at which the tip of Euler and Bernoulli's beam sinks by a hundredth of the length."""
     stiffness = 2 * _BEAM.youngs_modulus * _DEPTH**2 / (3 * _BEAM.density * _LENGTH**4)
     return 0.01 * _LENGTH * stiffness
 
@@ -149,23 +147,19 @@ def timoshenko_deflection(x: Array) -> Array:
     return result
 
 
-def _cantilever() -> Outcome:
+@case(CASES, "cantilever", "Timoshenko 1921, beam with shear", "4 and 8 cells through the depth, length 5 depths")
+def cantilever(record: CaseRecorder) -> None:
+    """Tip deflection of a beam under its weight."""
     cells = (4, 8)
     found = [_bend(n) for n in cells]
     coarse, fine = (abs(row[0] - 1) for row in found)
     _, x, axis = found[-1]
     line = np.linspace(0, _LENGTH, 101)
-    return Outcome(
-        (
-            Check("tip deflection at 8 cells through the depth, relative error", fine, at_most=0.05),
-            Check("the same over that at 4 cells", fine / coarse, at_most=0.8),
-        ),
-        Figure(
-            "Cantilever under its weight, 8 cells deep", "distance from the clamp [m]", "deflection [m]",
-            (curve("MPM", Role.COMPUTED, x[::4], axis[::4], points=True),
-             curve("Timoshenko", Role.REFERENCE, line, timoshenko_deflection(line))),
-        ),
-    )  # fmt: skip
+    record.at_most("tip deflection at 8 cells through the depth, relative error", fine, 0.05)
+    record.at_most("the same over that at 4 cells", fine / coarse, 0.8)
+    figure = record.plot("Cantilever under its weight, 8 cells deep", "distance from the clamp [m]", "deflection [m]")
+    figure.computed("MPM", x[::4], axis[::4], points=True)
+    figure.reference("Timoshenko", line, timoshenko_deflection(line))
 
 
 MUSCLE = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
@@ -198,22 +192,19 @@ def muscle_scene(grid_spacing: float, cells: int) -> Scene:
     h = grid_spacing
     low = (4 * h,) * 3
     points = lattice(low, (low[0] + cells * h,) * 3, h / 2)
-    body = replace(
-        passive_body(MUSCLE, points, h**3 / 8),
-        muscle_membership=np.ones((len(points), 1)),
-    )
+    body = replace(passive_body(MUSCLE, points, h**3 / 8), muscle_membership=np.ones((len(points), 1)))
     return Scene(body, (0, 0, 0), ((cells + 8) * h,) * 3, gravity=WEIGHTLESS)
 
 
 class Contraction(NamedTuple):
-    """A free block of muscle at rest under activation.
+    """A free block of muscle in equilibrium under activation.
 
     Attributes:
-        stage: what brought it there.
+        rig: in its final state.
         along, across: mean stretches along and across the fibre.
     """
 
-    stage: Stage
+    rig: Rig
     along: float
     across: float
 
@@ -227,48 +218,36 @@ def contract(activation: float, cells: int = 4, **settings: Any) -> Contraction:
         settings: precision and further choices of the fidelity.
     """
     h = _SIDE / cells
-    stage = Stage(muscle_scene(h, cells), h, 1.2, **settings)
+    rig = Rig(muscle_scene(h, cells), h, 1.2, **settings)
     speed = math.sqrt(MUSCLE.youngs_modulus / MUSCLE.density)
     rate = 2 * math.pi * speed / (2 * _SIDE)
-    keep = math.exp(-rate * stage.dt)
-    tension = stage.solver.parameters.tension
-    for n in range(stage.steps):
-        level = min(1.0, 1.5 * n / stage.steps)
+    keep = math.exp(-rate * rig.dt)
+    tension = rig.solver.parameters.tension
+    for n in range(rig.steps):
+        level = min(1.0, 1.5 * n / rig.steps)
         tension[:] = MUSCLE.muscle_strength * activation * level
-        stage.advance(1)
-        stage.v[:] *= keep
-        stage.C[:] *= keep
-    F = stage.F.astype(float)
+        rig.advance(1)
+        rig.v[:] *= keep
+        rig.C[:] *= keep
+    F = rig.F.astype(float)
     across = np.hypot(F[:, :, 1], F[:, :, 2])
     along = float(np.linalg.norm(F[:, :, 0], axis=1).mean())
-    return Contraction(stage, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2)))
+    return Contraction(rig, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2)))
 
 
-def _muscle(precision: int) -> Outcome:
+@case(CASES, "muscle-stretch", "closed form of the free active block", "block of 4³ cells")
+def muscle(record: CaseRecorder) -> None:
+    """Equilibrium stretches of a free muscle at five activations."""
     levels = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
     found = np.array([contract(level)[1:] for level in levels])
     exact = np.array([muscle_stretch(level) for level in levels])
     fine = np.linspace(-1, 1, 81)
     smooth = np.array([muscle_stretch(level) for level in fine])
     error = np.abs(found / exact - 1).max(0)
-    return Outcome(
-        (
-            Check("stretch along the fibre, relative error", float(error[0]), at_most=1e-3),
-            Check("stretch across the fibre, relative error", float(error[1]), at_most=1e-3),
-        ),
-        Figure(
-            "Free muscle of strength 0.3 E", "activation [-]", "stretch [-]",
-            (curve("MPM, along", Role.COMPUTED, levels, found[:, 0], points=True),
-             curve("MPM, across", Role.COMPUTED, levels, found[:, 1], points=True),
-             curve("closed form, along", Role.REFERENCE, fine, smooth[:, 0]),
-             curve("closed form, across", Role.REFERENCE, fine, smooth[:, 1])),
-        ),
-    )  # fmt: skip
-
-
-CASES = [
-    Case("gravity-column", "closed form of the confined neo-Hookean column", "8, 16, 32 cells high", _gravity_column),
-    Case("cantilever", "Timoshenko 1921, beam with shear", "4 and 8 cells through the depth, length 5 depths",
-         _cantilever),
-    Case("muscle-stretch", "closed form of the free active block", "block of 4³ cells", partial(_muscle, 64)),
-]  # fmt: skip
+    record.at_most("stretch along the fibre, relative error", error[0], 1e-3)
+    record.at_most("stretch across the fibre, relative error", error[1], 1e-3)
+    figure = record.plot("Free muscle of strength 0.3 E", "activation [-]", "stretch [-]")
+    figure.computed("MPM, along", levels, found[:, 0], points=True)
+    figure.computed("MPM, across", levels, found[:, 1], points=True)
+    figure.reference("closed form, along", fine, smooth[:, 0])
+    figure.reference("closed form, across", fine, smooth[:, 1])

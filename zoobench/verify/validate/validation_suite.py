@@ -1,8 +1,5 @@
-"""All validation cases, and the choice among them by name."""
+"""All validation cases."""
 
-from collections.abc import Generator, Iterable
-
-from zoobench.verify import selection
 from zoobench.verify.validate import (
     conservation,
     elements,
@@ -14,9 +11,8 @@ from zoobench.verify.validate import (
     statics,
     waves,
 )
-from zoobench.verify.validate.base import Case, Outcome
 
-_ALL: tuple[Case, ...] = (
+_ALL = (
     *conservation.CASES,
     *waves.CASES,
     *manufactured.CASES,
@@ -30,19 +26,3 @@ _ALL: tuple[Case, ...] = (
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
 """By precision, 64 bits first: each change of it restarts the runtime."""
-
-
-def select(patterns: Iterable[str], *, fast: bool = False) -> list[Case]:
-    """The cases whose names match a name or glob, those that need seconds only if `fast`; in the suite's order.
-
-    Raises:
-        UnknownNameError: a pattern matches nothing.
-        UsageError: what it matches is not fast.
-    """
-    return selection.select(CASES, patterns, noun="validation case", fast=fast)
-
-
-def run(cases: Iterable[Case]) -> Generator[tuple[Case, Outcome], None, None]:
-    """Measure one case after the other."""
-    for case in cases:
-        yield case, case.run()

@@ -1,4 +1,4 @@
-"""Small waves whose frequency and decay are known: the order of accuracy inside matter and at walls, and viscosity.
+"""Small waves of known frequency and decay: the order of accuracy inside matter and at walls, and viscosity.
 
 Bars have a Poisson's ratio of zero: without lateral stress the three-dimensional solver does one-dimensional mechanics
 exactly, one cell wide, without walls at the sides.
@@ -13,8 +13,10 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 from zoobench.sim.model.scene import Scene
-from zoobench.verify.validate.base import Case, Check, Figure, Outcome, Role, curve, order_of_accuracy
-from zoobench.verify.validate.stage import WEIGHTLESS, Stage, bed, dust, lattice, passive_body
+from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, dust, lattice, order_of_accuracy, passive_body
+
+CASES: list[Case] = []
 
 _BAR = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.0, density=1000.0)
 _BAR_SPEED = math.sqrt(_BAR.youngs_modulus / _BAR.density)
@@ -35,18 +37,18 @@ def fit_decay(t: Array, amplitude: Array, omega: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Wave:
-    """A small standing wave as it was simulated.
+    """A simulated small standing wave.
 
     Attributes:
-        stage: what moved it on.
+        rig: in its final state.
         omega: exact angular frequency [rad/s].
-        frequency: the one found [rad/s].
-        decay: rate of the amplitude's decay found [1/s]; the exact wave has none.
+        frequency: fitted angular frequency [rad/s].
+        decay: fitted decay rate of the amplitude [1/s]; zero for the exact wave.
         t: times `[steps + 1]` [s].
         amplitude: of the mode over its first value `[steps + 1]`.
     """
 
-    stage: Stage
+    rig: Rig
     omega: float
     frequency: float
     decay: float
@@ -55,20 +57,20 @@ class Wave:
 
     @property
     def frequency_error(self) -> float:
-        """Relative."""
+        """Relative error of the frequency."""
         return self.frequency / self.omega - 1
 
     @property
     def loss(self) -> float:
-        """Share of the amplitude that is lost in one period."""
+        """Share of the amplitude lost in one period."""
         return 1 - math.exp(-self.decay * 2 * math.pi / self.omega)
 
 
-def _follow(stage: Stage, shape: Array, omega: float) -> Wave:
-    """Move a mode of velocities along x of this shape and exact frequency on to the end."""
-    t, amplitude = _record(stage, shape, 0)
+def _follow(rig: Rig, shape: Array, omega: float) -> Wave:
+    """Simulate a mode of velocities along x with this shape and exact frequency."""
+    t, amplitude = _record(rig, shape, 0)
     frequency, decay = fit_decay(t, amplitude, omega)
-    return Wave(stage, omega, frequency, decay, t, amplitude / amplitude[0])
+    return Wave(rig, omega, frequency, decay, t, amplitude / amplitude[0])
 
 
 def free_bar(cells: int, pace: float = 1e-3, **settings: Any) -> Wave:
@@ -76,8 +78,8 @@ def free_bar(cells: int, pace: float = 1e-3, **settings: Any) -> Wave:
 
     Args:
         cells: of the grid along the bar.
-        pace: v0 / c, its strain. Matter is not linear: the harmonics take about a twentieth of the strain as a share
-            of the amplitude per period, on every grid.
+        pace: v0 / c, its strain. Nonlinearity transfers about a twentieth of the strain, as a share of the amplitude,
+            to harmonics per period, on every grid.
         settings: precision and further choices of the fidelity.
     """
     h, omega, periods = 1 / cells, math.pi * _BAR_SPEED, 3
@@ -94,59 +96,53 @@ def free_bar(cells: int, pace: float = 1e-3, **settings: Any) -> Wave:
         velocity_gradients=gradient,
     )
     scene = Scene(body, (0, 0, 0), (1 + 6 * h, 3 * h, 3 * h), gravity=WEIGHTLESS)
-    stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
-    return _follow(stage, np.cos(phase), omega)
+    rig = Rig(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
+    return _follow(rig, np.cos(phase), omega)
 
 
-def _record(stage: Stage, shape: Array, axis: int) -> tuple[Array, Array]:
-    """Times and the projection of the velocities along an axis on a mode's shape, over all of the stage's steps."""
+def _record(rig: Rig, shape: Array, axis: int) -> tuple[Array, Array]:
+    """Times and the projection of the velocities along an axis on a mode's shape, over all of the rig's steps."""
     amplitude = []
-    for n in range(stage.steps + 1):
+    for n in range(rig.steps + 1):
         if n:
-            stage.advance(1)
-        amplitude.append(float(stage.v[:, axis] @ shape))
-    return stage.times(stage.steps), np.array(amplitude)
+            rig.advance(1)
+        amplitude.append(float(rig.v[:, axis] @ shape))
+    return rig.times(rig.steps), np.array(amplitude)
 
 
-def _bar_mode() -> Outcome:
+@case(CASES, "bar-mode", "closed form ω = π c / L (d'Alembert)", "8, 16, 32 cells per length, CFL 0.3")
+def bar_mode(record: CaseRecorder) -> None:
     """Frequency and loss against the von Neumann analysis of one APIC step with quadratic splines.
 
-    With S = sinc(k h / 2)^3, the spline's transform, a step passes on S^2 + (2 S' / h)^2 = 1 - (k h)^4 / 40 of a plane
-    wave's velocity, and so loses half of that of a wave, whose energy is kinetic half of the time. The stress acts with
+    With S = sinc(k h / 2)^3, the transform of the spline, a step transmits S^2 + (2 S' / h)^2 = 1 - (k h)^4 / 40 of a
+    plane wave's velocity, and so loses half of that of a wave, half of whose energy is kinetic. The stress acts with
     (4 S' / (k h^2))^2 = 1 - 13 (k h)^2 / 60 of the modulus, which slows the wave by 13 (k h)^2 / 120; symplectic Euler
-    speeds it up by (c k dt)^2 / 24.
+    accelerates it by (c k dt)^2 / 24.
     """
     found = [free_bar(cells) for cells in _CELLS]
     errors = np.array([wave.frequency_error for wave in found])
     spacings = 1 / np.array(_CELLS)
     coarsest, finest = found[0], found[-1]
-    loss = coarsest.decay * coarsest.stage.dt  # on the finer grids it is no longer the largest loss
-    courant = _BAR_SPEED * finest.stage.dt / spacings[-1]
+    loss = coarsest.decay * coarsest.rig.dt  # on finer grids other losses are larger
+    courant = _BAR_SPEED * finest.rig.dt / spacings[-1]
     phase_law = -((math.pi * spacings[-1]) ** 2) * (13 / 120 - courant**2 / 24)
     loss_law = (math.pi * spacings[0]) ** 4 / 80
-    return Outcome(
-        (
-            Check("order of the frequency error over 8, 16, 32 cells", order_of_accuracy(spacings, errors),
-                  at_least=1.8, at_most=2.2),
-            Check("frequency error at 32 cells", abs(errors[-1]), at_most=1.2e-3),
-            Check("the same over its law -(k h)² (13/120 - CFL²/24)", errors[-1] / phase_law,
-                  at_least=0.8, at_most=1.2),
-            Check("loss per substep at 8 cells over its law (k h)^4 / 80", loss / loss_law,
-                  at_least=0.8, at_most=1.2),
-        ),
-        Figure(
-            "Longitudinal mode of a free bar, 32 cells", "time [s]", "modal velocity over its first value [-]",
-            (curve("MPM", Role.COMPUTED, finest.t[::8], finest.amplitude[::8], points=True),
-             curve("cos(π c t / L)", Role.REFERENCE, finest.t, np.cos(math.pi * _BAR_SPEED * finest.t))),
-        ),
-    )  # fmt: skip
+    record.within("order of the frequency error over 8, 16, 32 cells", order_of_accuracy(spacings, errors), 1.8, 2.2)
+    record.at_most("frequency error at 32 cells", abs(errors[-1]), 1.2e-3)
+    record.within("the same over its law -(k h)² (13/120 - CFL²/24)", errors[-1] / phase_law, 0.8, 1.2)
+    record.within("loss per substep at 8 cells over its law (k h)^4 / 80", loss / loss_law, 0.8, 1.2)
+    figure = record.plot(
+        "Longitudinal mode of a free bar, 32 cells", "time [s]", "modal velocity over its first value [-]"
+    )
+    figure.computed("MPM", finest.t[::8], finest.amplitude[::8], points=True)
+    figure.reference("cos(π c t / L)", finest.t, np.cos(math.pi * _BAR_SPEED * finest.t))
 
 
 def walled_bar(cells: int, **settings: Any) -> Wave:
     """First longitudinal mode of a bar of length 1 m between slip walls.
 
-    The walls let go freely, so the bar is pressed between them by more than the wave relieves. About the pressed state
-    F0 small waves run with c² = (dP/dF) / rho0 in the rest length L0 = L / F0, P being the nominal stress mu (F - 1/F).
+    The walls resist no tension, so the bar is compressed by more than the amplitude. About the compressed state F0,
+    small waves run with c² = (dP/dF) / rho0 in the rest length L0 = L / F0, P being the nominal stress mu (F - 1/F).
 
     Args:
         cells: of the grid from wall to wall.
@@ -167,28 +163,25 @@ def walled_bar(cells: int, **settings: Any) -> Wave:
         velocity_gradients=gradient,
     )
     scene = Scene(body, (0, 0, 0), (1.0, h, h), gravity=WEIGHTLESS)
-    stage = Stage(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
-    stage.F[:, 0, 0] = stretch
-    return _follow(stage, shape, omega)
+    rig = Rig(scene, h, periods * 2 * math.pi / omega, courant=0.45, **settings)
+    rig.F[:, 0, 0] = stretch
+    return _follow(rig, shape, omega)
 
 
-def _wall_mode() -> Outcome:
+@case(CASES, "wall-mode", "closed form ω = π c / L (d'Alembert)", "8, 16, 32 cells between walls, CFL 0.3")
+def wall_mode(record: CaseRecorder) -> None:
+    """Frequency error of a standing wave between walls, and its order."""
     found = [walled_bar(cells) for cells in _CELLS]
     errors = np.array([wave.frequency_error for wave in found])
     spacings = 1 / np.array(_CELLS)
     phase, amplitude = found[-1].omega * found[-1].t, found[-1].amplitude
-    return Outcome(
-        (
-            Check("largest frequency error, over h / L", float((np.abs(errors) / spacings).max()), at_most=0.45),
-            Check("order of the frequency error over 8, 16, 32 cells", order_of_accuracy(spacings, errors),
-                  at_least=0.8, at_most=1.3),
-        ),
-        Figure(
-            "Standing wave between slip walls, 32 cells", "ω t [rad]", "modal velocity over its first value [-]",
-            (curve("MPM", Role.COMPUTED, phase[::8], amplitude[::8], points=True),
-             curve("cos(ω t)", Role.REFERENCE, phase, np.cos(phase))),
-        ),
-    )  # fmt: skip
+    record.at_most("largest frequency error, over h / L", (np.abs(errors) / spacings).max(), 0.45)
+    record.within("order of the frequency error over 8, 16, 32 cells", order_of_accuracy(spacings, errors), 0.8, 1.3)
+    figure = record.plot(
+        "Standing wave between slip walls, 32 cells", "ω t [rad]", "modal velocity over its first value [-]"
+    )
+    figure.computed("MPM", phase[::8], amplitude[::8], points=True)
+    figure.reference("cos(ω t)", phase, np.cos(phase))
 
 
 _WATER = WaterMaterial(bulk_modulus=1e3, density=1000.0, viscosity=20.0)
@@ -197,8 +190,8 @@ _WATER = WaterMaterial(bulk_modulus=1e3, density=1000.0, viscosity=20.0)
 def _viscous_layer(cells: int) -> tuple[float, Array, Array]:
     """Relative error of the decay rate, and the amplitude of a shear wave over rate times time.
 
-    v_y = U cos(pi x / L) between slip walls decays with nu (pi / L)²; above and below, three cells of the exact flow
-    stand for a layer without end.
+    v_y = U cos(pi x / L) between slip walls decays with nu (pi / L)²; three cells of the exact flow above and below
+    replace an infinite layer.
     """
     h, k = 1 / cells, math.pi
     rate = _WATER.viscosity / _WATER.density * k**2
@@ -208,47 +201,37 @@ def _viscous_layer(cells: int) -> tuple[float, Array, Array]:
         dust((0.5, (1 + height / 2) * h, h / 2), h), (0, 0, 0), (1.0, (height + 2) * h, h),
         medium=bed(_WATER, points, h**3 / 4), gravity=WEIGHTLESS,
     )  # fmt: skip
-    stage = Stage(scene, h, 1 / rate, courant=0.5)
-    held = stage.robot.stop + np.flatnonzero(np.abs(points[:, 1] - (1 + height / 2) * h) > (height / 2 - 3) * h)
+    rig = Rig(scene, h, 1 / rate, courant=0.5)
+    held = rig.robot.stop + np.flatnonzero(np.abs(points[:, 1] - (1 + height / 2) * h) > (height / 2 - 3) * h)
     pace = 1e-4 * math.sqrt(_WATER.bulk_modulus / _WATER.density)
     shape, slope = np.cos(k * points[:, 0]), -k * np.sin(k * points[:, 0])
-    free = np.setdiff1d(np.arange(len(points)), held - stage.robot.stop)
-    stage.v[stage.medium, 1], stage.C[stage.medium, 1, 0] = pace * shape, pace * slope
-    inside = held - stage.robot.stop
+    free = np.setdiff1d(np.arange(len(points)), held - rig.robot.stop)
+    rig.v[rig.medium, 1], rig.C[rig.medium, 1, 0] = pace * shape, pace * slope
+    inside = held - rig.robot.stop
     amplitude = [1.0]
-    for n in range(1, stage.steps + 1):
-        stage.advance(1)
-        left = pace * math.exp(-rate * n * stage.dt)
-        stage.place(held, points[inside])
-        stage.v[held], stage.C[held], stage.history[inside] = 0.0, 0.0, 1.0
-        stage.v[held, 1], stage.C[held, 1, 0] = left * shape[inside], left * slope[inside]
-        v = stage.v[stage.medium, 1]
+    for n in range(1, rig.steps + 1):
+        rig.advance(1)
+        left = pace * math.exp(-rate * n * rig.dt)
+        rig.place(held, points[inside])
+        rig.v[held], rig.C[held], rig.history[inside] = 0.0, 0.0, 1.0
+        rig.v[held, 1], rig.C[held, 1, 0] = left * shape[inside], left * slope[inside]
+        v = rig.v[rig.medium, 1]
         amplitude.append(float(v[free] @ shape[free] / (shape[free] @ shape[free])) / pace)
-    t = stage.times(stage.steps)
+    t = rig.times(rig.steps)
     fitted = -float(np.polyfit(t, np.log(amplitude), 1)[0])
     return fitted / rate - 1, rate * t, np.array(amplitude)
 
 
-def _shear_wave() -> Outcome:
+@case(CASES, "shear-wave", "closed form exp(-ν k² t) (Stokes 1851)", "8, 16, 32 cells between walls")
+def shear_wave(record: CaseRecorder) -> None:
+    """Error of the decay rate of a viscous shear wave, and its order."""
     found = [_viscous_layer(cells) for cells in _CELLS]
     errors = np.array([row[0] for row in found])
     _, t, amplitude = found[-1]
-    return Outcome(
-        (
-            Check("error of the decay rate at 32 cells", abs(errors[-1]), at_most=1e-3),
-            Check("order of the error over 8, 16, 32 cells", order_of_accuracy(1 / np.array(_CELLS), errors),
-                  at_least=1.8),
-        ),
-        Figure(
-            "Viscous shear wave between slip walls, 32 cells", "ν k² t [-]", "amplitude over its first value [-]",
-            (curve("MPM", Role.COMPUTED, t[:: len(t) // 20], amplitude[:: len(t) // 20], points=True),
-             curve("exp(-ν k² t)", Role.REFERENCE, t, np.exp(-t))),
-        ),
-    )  # fmt: skip
-
-
-CASES = [
-    Case("bar-mode", "closed form ω = π c / L (d'Alembert)", "8, 16, 32 cells per length, CFL 0.3", _bar_mode),
-    Case("wall-mode", "closed form ω = π c / L (d'Alembert)", "8, 16, 32 cells between walls, CFL 0.3", _wall_mode),
-    Case("shear-wave", "closed form exp(-ν k² t) (Stokes 1851)", "8, 16, 32 cells between walls", _shear_wave),
-]
+    record.at_most("error of the decay rate at 32 cells", abs(errors[-1]), 1e-3)
+    record.at_least("order of the error over 8, 16, 32 cells", order_of_accuracy(1 / np.array(_CELLS), errors), 1.8)
+    figure = record.plot(
+        "Viscous shear wave between slip walls, 32 cells", "ν k² t [-]", "amplitude over its first value [-]"
+    )
+    figure.computed("MPM", t[:: len(t) // 20], amplitude[:: len(t) // 20], points=True)
+    figure.reference("exp(-ν k² t)", t, np.exp(-t))

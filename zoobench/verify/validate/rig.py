@@ -1,8 +1,8 @@
-"""A scene moved on by hand, substep by substep, with its particles within reach.
+"""A scene advanced substep by substep, with access to the state of its particles.
 
-The solver has no body forces but gravity, no periodic sides and no clamps. A case that needs them writes into the
+The solver has no body forces but gravity, no periodic sides and no clamps. A case that needs them writes to the
 particles' state between substeps, which is exact: adding dt b to the velocities is the body force b of an explicit
-scheme, and matter that is put back where it belongs is matter that is held there.
+scheme, and matter whose position is restored is clamped.
 """
 
 import math
@@ -25,17 +25,24 @@ WEIGHTLESS: Vector = (0.0, 0.0, 0.0)
 GRAVITY = 9.81
 
 
-class Stage:
-    """One world of a scene at rest of all muscles, moved on by whole substeps.
+class Rig:
+    """One world of a scene with passive muscles, advanced by whole substeps.
 
     Args:
-        seconds: the time that `steps` substeps take [s]; their length divides it.
+        seconds: simulated time of `steps` substeps [s]; a multiple of their length.
         courant: the step as a fraction of the largest safe one.
         settings: further choices of the fidelity, by their names there.
 
     Attributes:
-        steps: substeps that make up `seconds`.
-        done: substeps moved on so far.
+        steps: substeps in `seconds`.
+        done: substeps taken so far.
+        mass: `[particle_count]` [kg].
+        v, C: velocities `[particle_count, 3]` [m/s] and APIC matrices `[particle_count, 3, 3]` [1/s]; these arrays and
+            the following ones are the state itself, which writing changes.
+        F: deformation gradients of the elastic body `[robot, 3, 3]`.
+        history, medium_stress: of the medium's law `[medium]`, and Kirchhoff stress of a solid medium `[medium, 6]`
+            [Pa].
+        robot, medium: the particles of either among all.
     """
 
     def __init__(
@@ -53,21 +60,13 @@ class Stage:
         self.solver.reset()
         self.steps, self.dt, self.done = self.solver.substeps_per_frame, self.solver.dt, 0
         self.scene, self.grid_spacing = scene, grid_spacing
-
-    @property
-    def robot(self) -> slice:
-        """The elastic body's particles among all."""
-        return slice(0, self.solver.robot_count)
-
-    @property
-    def medium(self) -> slice:
-        """The medium's particles among all."""
-        return slice(self.solver.robot_count, self.solver.particle_count)
-
-    @property
-    def mass(self) -> Reals:
-        """`[particle_count]` [kg]."""
-        return self.solver.parameters.mass[0].numpy()
+        matter = self.solver.matter
+        self.mass: Reals = self.solver.parameters.mass[0].numpy()
+        self.v, self.C, self.F, self.history, self.medium_stress = (
+            tensor[0, 0].numpy() for tensor in (matter.v, matter.C, matter.F, matter.history, matter.tau)
+        )
+        self.robot = slice(0, self.solver.robot_count)
+        self.medium = slice(self.solver.robot_count, self.solver.particle_count)
 
     @property
     def positions(self) -> Array:
@@ -75,62 +74,35 @@ class Stage:
         found: Array = self.solver.matter.x[0, 0].numpy().astype(float) + self.solver.origin
         return found
 
-    @property
-    def v(self) -> Reals:
-        """The velocities `[particle_count, 3]` [m/s] themselves: writing changes the state."""
-        return self.solver.matter.v[0, 0].numpy()
-
-    @property
-    def C(self) -> Reals:
-        """The APIC matrices `[particle_count, 3, 3]` [1/s] themselves."""
-        return self.solver.matter.C[0, 0].numpy()
-
-    @property
-    def F(self) -> Reals:
-        """The deformation gradients `[robot, 3, 3]` of the elastic body themselves."""
-        return self.solver.matter.F[0, 0].numpy()
-
-    @property
-    def history(self) -> Reals:
-        """What the medium's law remembers `[medium]`, itself."""
-        return self.solver.matter.history[0, 0].numpy()
-
-    @property
-    def medium_stress(self) -> Reals:
-        """Kirchhoff stress `[medium, 6]` of a solid medium [Pa], itself."""
-        return self.solver.matter.tau[0, 0].numpy()
-
     def place(self, index: slice | NDArray[np.intp], positions: Array) -> None:
-        """Put particles at positions [m]; `advance` then looks for the grid nodes in use anew."""
+        """Set positions [m] of particles, and find the grid nodes in use again."""
         self.solver.matter.x[0, 0].numpy()[index] = positions - self.solver.origin
         self.solver.simulation.refresh_window()
 
     def times(self, count: int, every: int = 1) -> Array:
-        """The ends `[count + 1]` of each `every` substeps, from 0 on [s]."""
+        """Times `[count + 1]` [s] from 0 on, at intervals of `every` substeps."""
         found: Array = np.arange(count + 1, dtype=float) * (every * self.dt)
         return found
 
     def advance(self, count: int) -> None:
-        """Move on by `count` substeps."""
+        """Take `count` substeps."""
         self.solver.substeps(count)
         self.done += count
 
-    def equilibrate(self, rate: float, count: int, push: Vector = WEIGHTLESS) -> None:
-        """`count` substeps under drag: all velocities decay with `rate` [1/s]; `push` [m/s^2] acts on top of gravity.
+    def equilibrate(self, rate: float, count: int) -> None:
+        """Take `count` substeps under drag: all velocities decay with `rate` [1/s].
 
         Twice the angular frequency of a motion damps it critically.
         """
         keep = math.exp(-rate * self.dt)
-        kick = self.dt * np.array(push)
         for _ in range(count):
             self.advance(1)
-            self.v[:] = keep * self.v + kick
+            self.v[:] *= keep
             self.C[:] *= keep
-        self.v[:] -= kick
 
 
 def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:
-    """Points `[particle_count, 3]` in the middle of the bricks of size `spacing` that fill a box, x slowest."""
+    """Centres `[particle_count, 3]` of the bricks of size `spacing` that fill a box, x slowest."""
     sizes = np.broadcast_to(spacing, 3)
     axes = []
     for low, high, size in zip(lower, upper, sizes, strict=True):
@@ -142,17 +114,22 @@ def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:
 def passive_body(
     material: ElasticMaterial, positions: Array, volume: float, velocity: Array | None = None
 ) -> ElasticBody:
-    """An elastic body without muscles whose particles stand for `volume` [m^3] each."""
+    """An elastic body without muscles, of particles with a volume of `volume` [m^3] each."""
     body = ElasticBody.passive(material, positions, np.full(len(positions), volume))
     return body if velocity is None else replace(body, velocities=np.broadcast_to(velocity, positions.shape).copy())
 
 
 def dust(place: Vector, grid_spacing: float) -> ElasticBody:
-    """A scene has a robot in any case: here a grain so light and soft that the medium does not feel it."""
+    """The robot of a scene about a medium: a grain so light and soft that it has no effect on the medium."""
     material = ElasticMaterial(youngs_modulus=1e-3, poissons_ratio=0.0, density=1000.0)
     return passive_body(material, np.array([place]), 1e-9 * grid_spacing**3)
 
 
 def bed(material: Medium, positions: Array, volume: float, strains: Array | None = None) -> MediumBed:
-    """A medium whose particles stand for `volume` [m^3] each, with principal Hencky strains along the axes."""
+    """A medium of particles of `volume` [m^3] each, with principal Hencky strains along the axes."""
     return MediumBed.at_rest(material, positions, np.full(len(positions), volume), strains)
+
+
+def order_of_accuracy(spacings: Array, errors: Array) -> float:
+    """Observed order: the slope of log error over log spacing, by least squares."""
+    return float(np.polyfit(np.log(spacings), np.log(np.abs(errors)), 1)[0])

@@ -7,20 +7,15 @@ import numpy as np
 import pytest
 
 from zoobench.errors import UsageError
-from zoobench.verify.validate.base import Curve, Figure, Role, curve
-from zoobench.verify.validate.validation_plots import draw
+from zoobench.verify.comparison_figure import Figure, draw
 
 X = np.linspace(1.0, 2.0, 5)
-FIGURE = Figure(
-    "title", "time [s]", "height [m]",
-    (
-        curve("found", Role.COMPUTED, X, X**2, points=True),
-        curve("found too", Role.COMPUTED, X, X**3),
-        curve("exact", Role.REFERENCE, X, X**2),
-        Curve("measured", Role.BAND, X, X**2 - 0.1, X**2 + 0.1),
-    ),
-    log_x=True, log_y=True,
-)  # fmt: skip
+FIGURE = Figure("title", "time [s]", "height [m]", log="xy")
+FIGURE.computed("found", X, X**2, points=True)
+FIGURE.computed("found too", X, X**3)
+FIGURE.reference("exact", X, X**2)
+FIGURE.level("bound", X, 2.0)
+FIGURE.band("measured", X, 1.0, 3.0)
 
 
 def test_a_figure_becomes_a_picture(tmp_path: Path) -> None:
