@@ -5,8 +5,7 @@ from typing import Annotated, Any
 from typer import Option
 
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
-from zoobench.cli.output import Format, say
-from zoobench.cli.several import choose, emit_several, listing_of
+from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 
 TABLES = ("coverage", "costs", "shares")
 

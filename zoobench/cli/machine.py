@@ -4,10 +4,8 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, say
-from zoobench.cli.several import listing_of
-from zoobench.cli.words import parse_counts, parse_names
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_counts, parse_names
+from zoobench.cli.output import Format, emit, listing_of, say
 from zoobench.errors import UsageError
 
 

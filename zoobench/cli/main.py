@@ -19,7 +19,6 @@ from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
-from zoobench.cli.reach import reach
 from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
@@ -71,10 +70,9 @@ app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)
 app.command("effects")(effects)
 app.command("picture")(picture)
-app.command("reach")(reach)
-app.command("accuracy")(accuracy)
 app.command("stability")(stability)
 app.command("validate")(validate)
+app.add_typer(accuracy, name="accuracy")
 app.add_typer(design, name="design")
 
 

@@ -5,10 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Exit, Option
 
 from zoobench.cli.keeping import kept
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, say
-from zoobench.cli.several import listing_of
-from zoobench.cli.words import parse_names
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_names
+from zoobench.cli.output import Format, emit, listing_of, say
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:

@@ -4,10 +4,8 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import EnvOption, FormatOption, OneControllerOption, OneDesignOption, TaskOption
-from zoobench.cli.output import Format, say
-from zoobench.cli.several import choose, emit_several, listing_of
-from zoobench.cli.words import parse_counts
+from zoobench.cli.options import EnvOption, FormatOption, OneControllerOption, OneDesignOption, TaskOption, parse_counts
+from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 
 TABLES = ("rows", "summary")
 

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import FormatOption
+from zoobench.cli.options import FormatOption, parse_names
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.words import parse_names
 
 if TYPE_CHECKING:
     from zoobench.report.listing import Listing

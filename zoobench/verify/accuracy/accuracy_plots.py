@@ -28,7 +28,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     """
     envs = list(dict.fromkeys(reference.env for reference in analysis.references))
     if not envs:
-        raise UsageError("Nothing was measured that could be drawn. Run `zoobench accuracy` first.")
+        raise UsageError("Nothing was measured that could be drawn. Use `zoobench accuracy run` first.")
     paths = []
     for env in envs:
         references = [row for row in analysis.references if row.env == env]

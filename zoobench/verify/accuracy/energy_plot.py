@@ -33,7 +33,7 @@ def draw(rows: Sequence[EnergyRow], folder: Path) -> Path:
     for row in rows:
         panels.setdefault(row.env.partition("[")[0], []).append(row)
     if not panels:
-        raise UsageError("No energy was followed that could be drawn. Run `zoobench accuracy` first.")
+        raise UsageError("No energy was followed that could be drawn. Use `zoobench accuracy run` first.")
     columns = min(_COLUMNS, len(panels))
     lines, most = -(-len(panels) // columns), max(map(len, panels.values()))
     figure = figures.blank((columns * _WIDTH, lines * (_HEAD + most * _ROW) + 0.5), dpi=100)

@@ -17,7 +17,7 @@ from zoobench.verify.accuracy.analyse import LevelRow, analyse
 from zoobench.verify.accuracy.records import Measurements, label
 
 PUBLISHED = "published.json"
-"""What `zoobench accuracy --publish` wrote when the fidelities were last measured; beside this file."""
+"""Written by `zoobench accuracy show --publish` when the fidelities were last measured; beside this file."""
 
 CONFIDENCE = 0.95
 """With which an error is within the tolerance, for controllers like those that it was measured with."""
@@ -119,7 +119,7 @@ def _rows(env: Ref, task: str) -> list[LevelRow]:
     if str(now) not in published().components:
         raise UsageError(
             f"The accuracy of {label(Kind.ENV, now)} in its present version was not measured. "
-            f"Run `zoobench accuracy --env {env.name}` to see it, and choose with --fidelity."
+            f"Measure it with `zoobench accuracy run --env {env.name}`, and choose with --fidelity."
         )
     rows = [row for row in published().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
     known = [row for row in rows if row.error is not None]
