@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from zoobench.spec import RunSpec
     from zoobench.verify.accuracy.accuracy_tables import Table
     from zoobench.verify.accuracy.analyse import Analysis
-    from zoobench.verify.accuracy.plan import Plan
+    from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
     from zoobench.verify.accuracy.verdicts import EnergyRow
 
@@ -128,12 +128,12 @@ def show(
 accuracy.command("exact")(exact)
 
 
-def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
-    from zoobench.verify.accuracy.plan import Plan
+def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "StudyPlan":
+    from zoobench.verify.accuracy.plan import StudyPlan
 
     names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
     draws_of = counts * len(names) if len(counts) == 1 else counts
-    return Plan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
+    return StudyPlan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
 
 
 def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
@@ -153,9 +153,9 @@ def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     from zoobench.db.store import Store
     from zoobench.verify.accuracy.costs import costs
     from zoobench.verify.accuracy.energy_audit import balances
-    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, Cost, from_reader, stored
+    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, FidelityCost, from_reader, stored
 
-    def rest(known: Sequence[Cost | Balance]) -> "list[RunSpec]":
+    def rest(known: Sequence[FidelityCost | Balance]) -> "list[RunSpec]":
         done = {(item.env, item.fidelity) for item in known}
         return [spec for spec in wanted if (spec.env, spec.fidelity) not in done]
 
@@ -190,14 +190,14 @@ def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], f
     """Every field for programs, a choice of them for people."""
     from zoobench.verify.accuracy import accuracy_tables as people
     from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, StepRow, knobs, steps
+    from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, RefinementRow, knobs, steps
 
     one_more, turned = list(steps(analysis)), list(knobs(analysis))
     if form in (Format.CSV, Format.JSON):
         listings = {
             "references": listing_of(ReferenceRow, analysis.references),
             "levels": listing_of(LevelRow, analysis.levels),
-            "steps": listing_of(StepRow, one_more),
+            "steps": listing_of(RefinementRow, one_more),
             "knobs": listing_of(KnobRow, turned),
             "choices": _listing(people.choice_table(turned)),
             "energy": listing_of(EnergyRow, energy),

@@ -1,4 +1,4 @@
-"""`zoobench doctor` and `zoobench bench`: is this machine fit, and how fast is it."""
+"""`zoobench doctor` and `zoobench bench`: checks of this machine, and its speed."""
 
 from typing import Annotated
 
@@ -12,8 +12,8 @@ from zoobench.errors import UsageError
 def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
     """Check this installation and machine.
 
-    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if something is
-    broken.
+    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if there is a
+    problem.
     """
     from zoobench.report.listing import Listing
     from zoobench.verify.doctor import Verdict, examine

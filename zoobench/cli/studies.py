@@ -1,4 +1,4 @@
-"""`zoobench gradcheck`: is the gradient the slope?"""
+"""`zoobench gradcheck`: gradients against central differences."""
 
 from typing import Annotated
 
@@ -24,20 +24,21 @@ def gradcheck(
 ) -> None:
     """Check gradients against central differences.
 
-    Random directions in every group of parameters, at growing horizons, and a summary that says at which horizon chaos
-    takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or anything is not finite.
+    Along random directions in every group of parameters, over growing horizons, with a summary that says at which
+    horizon chaos takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or is not
+    finite.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.verify.gradcheck.cell import cells
     from zoobench.verify.gradcheck.check import GradRow
     from zoobench.verify.gradcheck.check import gradcheck as check
+    from zoobench.verify.gradcheck.gradient_case import gradient_cases
     from zoobench.verify.gradcheck.summary import Summary, summarise
 
     wanted = choose(table, TABLES, form)
     rows: list[GradRow] = []
     summaries: list[Summary] = []
-    for cell in cells(
+    for case in gradient_cases(
         parse_selector(env, Kind.ENV),
         parse_selector(task, Kind.TASK),
         design=parse_one(design, Kind.DESIGN),
@@ -46,13 +47,13 @@ def gradcheck(
         seed=seed,
     ):
         own: list[GradRow] = []
-        for row in check(cell, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
+        for row in check(case, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
             own.append(row)
             say(
                 f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}"
             )
         rows += own
-        summaries.append(summarise(cell, own))
+        summaries.append(summarise(case, own))
     listings = {"rows": listing_of(GradRow, rows), "summary": listing_of(Summary, summaries)}
     emit_several({name: listings[name] for name in wanted}, form)
     if not all(row.is_right for row in rows):

@@ -5,7 +5,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.records import Balance, Cost, Measurements, Sample, grid_spacing
+from zoobench.verify.accuracy.records import Balance, FidelityCost, Measurements, Sample, grid_spacing
 
 TASK = "movement-speed"
 LIMITS = np.array([0.04, -0.02, 0.01, 0.03])
@@ -41,10 +41,10 @@ def close(text: str, offset: float, angle: float = 0.0) -> Sample:
     return sample(text, [0.0], slopes=gradient, paths=path, spreads=np.ones((1, 5, 6)))
 
 
-def cost(text: str, rate: float) -> Cost:
+def cost(text: str, rate: float) -> FidelityCost:
     """A thousand particles at `rate` [ns]."""
     env = registry.resolve(Kind.ENV, Ref("ground"))
-    return Cost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
+    return FidelityCost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
 
 
 def balance(text: str, contact: float, env: str = "ground") -> Balance:

@@ -15,7 +15,7 @@ from zoobench.sim.solver import Rollout, Solver
 from zoobench.spec import Ref
 from zoobench.verify.accuracy import energy_audit
 from zoobench.verify.accuracy.energy_audit import Losses, balance, balances, follow
-from zoobench.verify.accuracy.plan import Plan, specs
+from zoobench.verify.accuracy.plan import StudyPlan, specs
 from zoobench.verify.energies import Entry, read_entry
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0)
@@ -112,7 +112,7 @@ def test_what_clay_loses_is_its_yield_stress_times_its_plastic_strain() -> None:
 
 def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     """A name for each on the way; PIC loses most of what the muscles put in."""
-    plan = Plan(levels=("draft",), around="draft", draws=(1,), close=1, knobs=("transfer=pic",), shifts=(0.5,))
+    plan = StudyPlan(levels=("draft",), around="draft", draws=(1,), close=1, knobs=("transfer=pic",), shifts=(0.5,))
     wanted = specs([Ref("ground")], [Ref("turning")], plan)
     told: list[str] = []
     apic, pic = balances(wanted, on_case=told.append)
@@ -134,7 +134,7 @@ def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(energy_audit, "balance", fail)
     told: list[str] = []
-    spec = specs([Ref("ice")], [Ref("turning")], Plan(levels=("draft",), around="", draws=(1,), close=0))
+    spec = specs([Ref("ice")], [Ref("turning")], StudyPlan(levels=("draft",), around="", draws=(1,), close=0))
     assert not list(balances(spec, on_case=told.append))
     assert "det F" in told[-1]
     assert told[-1].startswith("ice draft, which fails")
@@ -142,6 +142,6 @@ def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPa
 
 def test_single_precision_follows_the_same_energies() -> None:
     """The balance is that of the simulation, not of its rounding."""
-    plan = Plan(levels=("draft",), around="draft", draws=(1,), close=0, knobs=("precision=64",), shifts=())
+    plan = StudyPlan(levels=("draft",), around="draft", draws=(1,), close=0, knobs=("precision=64",), shifts=())
     one, two = (balance(spec) for spec in specs([Ref("ground")], [Ref("turning")], plan))
     assert one.unexplained == pytest.approx(two.unexplained, abs=0.01)

@@ -1,4 +1,4 @@
-"""Work-precision plots: for every environment, error against time, the cheapest way to each accuracy marked."""
+"""Work-precision plots of every environment: error against time, with the Pareto front marked."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (4.6, 4.8)  # [inches], of one panel
-_BOTTOM = 1e-9  # of every error that is drawn
+_BOTTOM = 1e-9  # lower end of the hatched area
 _LADDER, _KNOB, _NOISE = "#0b62a4", "#8a8a8a", "#c8501e"
 
 
@@ -24,11 +24,11 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     A panel for the score of every task, and one for the gradient. `default` names the level to mark.
 
     Raises:
-        UsageError: matplotlib is missing, nothing was measured, or a file cannot be written.
+        UsageError: there are no measurements, matplotlib is missing, or a file cannot be written.
     """
     envs = list(dict.fromkeys(reference.env for reference in analysis.references))
     if not envs:
-        raise UsageError("Nothing was measured that could be drawn. Use `zoobench accuracy run` first.")
+        raise UsageError("There are no measurements to draw. Use `zoobench accuracy run` first.")
     paths = []
     for env in envs:
         references = [row for row in analysis.references if row.env == env]
@@ -46,7 +46,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
 
 
 def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: str) -> None:
-    """Error of the score against wall time: the ladder as a line, sweeps as dots, the front bold, noise hatched."""
+    """Error of the score against wall time: levels as a line, knobs as crosses, the front bold, noise hatched."""
     ladder = _of(analysis.levels, reference, "error", "seconds")
     knobs = _of(analysis.knobs, reference, "error", "seconds")
     axes.set(xscale="log", yscale="log", title=reference.task)
@@ -85,7 +85,7 @@ def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None
 
 
 def _finish(axes: "Axes") -> None:
-    """A grid, numbers as one writes them, and room for the names beside the last points."""
+    """Add a grid, plain numbers, and room for the names beside the last points."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     axes.grid(alpha=0.3, which="both")
@@ -97,7 +97,7 @@ def _finish(axes: "Axes") -> None:
 
 
 def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
-    """One below all panels, every entry once."""
+    """One legend below all panels, every entry once."""
     known: dict[str, Any] = {}
     for panel in panels:
         handles, names = panel.get_legend_handles_labels()
@@ -121,7 +121,7 @@ def _name(axes: "Axes", row: LevelRow, error: str, seconds: str, colour: str, si
 
 
 def _short(row: LevelRow) -> str:
-    """A level's name, or the knob that is turned in few letters: `aflip`, `27 per cell`."""
+    """A level's name, or a short name of the turned knob: `aflip`, `27 per cell`."""
     turned = (row.env if "[" in row.env else row.fidelity).partition("[")[2].rstrip("]")
     knob, _, value = turned.partition("=")
     if not knob:
@@ -137,7 +137,7 @@ def _column(rows: Sequence[LevelRow], name: str) -> list[float]:
 
 
 def _of(rows: Sequence[LevelRow], reference: ReferenceRow, error: str, seconds: str) -> list[LevelRow]:
-    """Rows of the same environment and task for which both values are known and can be shown on logarithmic axes."""
+    """Rows of the reference's environment and task that have both values and fit on logarithmic axes."""
     return [
         row
         for row in rows
