@@ -1,4 +1,4 @@
-"""`zoobench accuracy`: what each fidelity costs, and how far it is from a converged simulation."""
+"""`zoobench accuracy`: error of each fidelity to a converged simulation, and its cost."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,22 +24,18 @@ from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
-    from zoobench.report.listing import Listing
     from zoobench.spec import RunSpec
-    from zoobench.verify.accuracy.accuracy_tables import Table
     from zoobench.verify.accuracy.analyse import Analysis
     from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
     from zoobench.verify.accuracy.verdicts import EnergyRow
 
-TABLES = ("references", "levels", "steps", "knobs", "choices", "energy")
-
-accuracy = Typer(no_args_is_help=True, help="Measure what accuracy costs in time.")
+accuracy = Typer(no_args_is_help=True, help="Measure the error and cost of fidelities.")
 
 
 @accuracy.callback()
 def _group() -> None:
-    """Measure what accuracy costs in time."""
+    """Measure the error and cost of fidelities."""
 
 
 @accuracy.command("run")
@@ -55,7 +51,7 @@ def run(
         int, Option("--close", min=0, help="Controllers whose trajectory, shape and gradient are recorded.")
     ] = 2,
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
-    quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, to see whether it works.")] = False,
+    quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, as a check.")] = False,
     repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
@@ -102,12 +98,13 @@ def show(
     from zoobench.registry import Kind
     from zoobench.verify.accuracy import tolerance
     from zoobench.verify.accuracy.accuracy_plots import draw
+    from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.analyse import analyse
     from zoobench.verify.accuracy.energy_plot import draw as draw_energy
     from zoobench.verify.accuracy.records import read, write
     from zoobench.verify.accuracy.verdicts import energies
 
-    wanted = choose(table, TABLES, form)
+    wanted = choose(table, tuple(TABLES), form)
     envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
     tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
     measured = _stored(db) if source is None else read(source)
@@ -187,36 +184,18 @@ def _stored(db: str) -> "Measurements":
 
 
 def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
-    """Every field for programs, a choice of them for people."""
-    from zoobench.verify.accuracy import accuracy_tables as people
-    from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, RefinementRow, knobs, steps
-
-    one_more, turned = list(steps(analysis)), list(knobs(analysis))
-    if form in (Format.CSV, Format.JSON):
-        listings = {
-            "references": listing_of(ReferenceRow, analysis.references),
-            "levels": listing_of(LevelRow, analysis.levels),
-            "steps": listing_of(RefinementRow, one_more),
-            "knobs": listing_of(KnobRow, turned),
-            "choices": _listing(people.choice_table(turned)),
-            "energy": listing_of(EnergyRow, energy),
-        }
-    else:
-        tables = {
-            "references": people.reference_table(analysis.references),
-            "levels": people.level_table(analysis.levels),
-            "steps": people.step_table(one_more),
-            "knobs": people.knob_table(turned),
-            "choices": people.choice_table(turned),
-            "energy": people.energy_table(energy),
-        }
-        listings = {name: _listing(table) for name, table in tables.items()}
-    emit_several({name: listings[name] for name in wanted}, form)
-
-
-def _listing(table: "Table") -> "Listing":
+    """Print tables with every field for programs, with a choice of them for people."""
     from zoobench.report.listing import Listing
+    from zoobench.verify.accuracy.accuracy_tables import TABLES
+    from zoobench.verify.accuracy.verdicts import knobs, steps
 
-    columns, rows = table
-    return Listing(columns, tuple(rows))
+    turned = list(knobs(analysis))
+    found = (analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy)
+    listings = {}
+    for (name, (kind, table)), rows in zip(TABLES.items(), found, strict=True):
+        if form in (Format.CSV, Format.JSON) and kind is not None:
+            listings[name] = listing_of(kind, rows)
+        else:
+            columns, cells = table(rows)
+            listings[name] = Listing(columns, tuple(cells))
+    emit_several({name: listings[name] for name in wanted}, form)

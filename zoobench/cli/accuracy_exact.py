@@ -26,8 +26,8 @@ def exact(
 ) -> None:
     """Compare with exact answers on finer and finer grids.
 
-    Errors and times of every case of `validate` with a closed form, and the observed order of accuracy beside the
-    theory's. Exit code 1 if an order is missed.
+    Errors and times of cases of `validate` that have a closed form, and the observed order of accuracy beside that of
+    the theory. Exit code 1 if an order is missed.
     """
     from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
     from zoobench.verify.validate.validation_plots import draw
@@ -52,7 +52,7 @@ def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
         return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
 
     for row in kept(db, STUDY, analytic(levels=levels), stored):
-        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.pace:.2g} s per second")
+        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
         yield row
 
 

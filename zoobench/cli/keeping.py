@@ -1,6 +1,7 @@
-"""Studies from the command line: every result is stored as soon as it is there."""
+"""Studies from the command line, whose results are stored one by one."""
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import tee
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -10,21 +11,16 @@ R = TypeVar("R")
 
 
 def kept(db: str, study: str, results: Iterable[R], stored: "Callable[[R], StudyRow]") -> Iterator[R]:
-    """Hand the results on, each after it is stored; `stored` says as what.
+    """Yield the results, each after its row (`stored`) is in the database.
 
     Raises:
-        StorageError: the database refuses; what came before is kept.
+        StorageError: the database cannot be written; earlier rows stay in it.
     """
     from zoobench.db.store import Store
     from zoobench.harness import provenance
 
-    done: list[R] = []
-
-    def rows() -> "Iterator[StudyRow]":
-        for result in results:
-            done.append(result)
-            yield stored(result)
-
+    first, second = tee(results)
     with Store(db) as store:
-        for _ in store.save_study(study, rows(), provenance=provenance.gather()):
-            yield done[-1]
+        saved = store.save_study(study, map(stored, first), provenance=provenance.gather())
+        for _, result in zip(saved, second, strict=False):  # in this order, so that the study is finished
+            yield result

@@ -39,7 +39,7 @@ def bench(
     Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
     and a filled cache; peak memory [MiB].
     """
-    from zoobench.verify.bench.bench import BenchCase, BenchRow, scene_names
+    from zoobench.verify.bench.bench import BenchCase, BenchRow
     from zoobench.verify.bench.bench import bench as measure
 
     if precision not in (32, 64) or device not in ("cpu", "cuda"):
@@ -49,7 +49,7 @@ def bench(
         say(f"measuring {case.scene} with about {case.particle_count} particles")
 
     rows = measure(
-        parse_names(scenes) if scenes else scene_names(),
+        parse_names(scenes) if scenes else [],
         parse_counts(particles, "particle counts"),
         gradients=gradients,
         repeats=repeats,

@@ -1,5 +1,6 @@
 """`zoobench gradcheck`: gradients against central differences."""
 
+from itertools import product
 from typing import Annotated
 
 from typer import Exit, Option
@@ -32,26 +33,20 @@ def gradcheck(
     from zoobench.registry import Kind
     from zoobench.verify.gradcheck.check import GradRow
     from zoobench.verify.gradcheck.check import gradcheck as check
-    from zoobench.verify.gradcheck.gradient_case import gradient_cases
+    from zoobench.verify.gradcheck.gradient_case import GradientCase
     from zoobench.verify.gradcheck.summary import Summary, summarise
 
     wanted = choose(table, TABLES, form)
     rows: list[GradRow] = []
     summaries: list[Summary] = []
-    for case in gradient_cases(
-        parse_selector(env, Kind.ENV),
-        parse_selector(task, Kind.TASK),
-        design=parse_one(design, Kind.DESIGN),
-        controller=parse_one(controller, Kind.CONTROLLER),
-        fidelity=parse_one(fidelity, Kind.FIDELITY),
-        seed=seed,
-    ):
+    robot = parse_one(design, Kind.DESIGN), parse_one(controller, Kind.CONTROLLER), parse_one(fidelity, Kind.FIDELITY)
+    for one_env, one_task in product(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)):
+        case = GradientCase(one_env, one_task, *robot, seed)
         own: list[GradRow] = []
         for row in check(case, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
             own.append(row)
-            say(
-                f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}"
-            )
+            name = f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}"
+            say(f"{name}: relative error {row.relative_error:.1e}")
         rows += own
         summaries.append(summarise(case, own))
     listings = {"rows": listing_of(GradRow, rows), "summary": listing_of(Summary, summaries)}

@@ -33,7 +33,7 @@ def sample(text: str, values: list[float], env: str = "ground", **others: object
 
 
 def close(text: str, offset: float, angle: float = 0.0) -> Sample:
-    """A run that looked closely at one draw: its path off by `offset` [m] along y, its gradient turned by `angle`."""
+    """A run that recorded one draw: its path off by `offset` [m] along y, its gradient turned by `angle`."""
     path = np.zeros((1, 5, 3))
     path[0, :, 0] = np.linspace(0.0, 0.04, 5)
     path[0, 1:, 1] = offset
@@ -54,7 +54,7 @@ def balance(text: str, contact: float, env: str = "ground") -> Balance:
 
 
 def ladder(**others: Sample) -> Measurements:
-    """Four levels of first order, with costs, and what else is given."""
+    """Four levels of first order, with costs, and further samples."""
     levels = [sample(name, scores(name)) for name in LEVELS]
     costs = [cost(name, 100.0 * 2**number) for number, name in enumerate(LEVELS)]
     return Measurements((*levels, *others.values()), tuple(costs), ("made up",))

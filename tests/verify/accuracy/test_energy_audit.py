@@ -1,4 +1,4 @@
-"""Where energy goes, against closed forms and laws."""
+"""Energy balances against closed forms and laws."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def block(height: float, velocity: tuple[float, float, float], viscosity: float 
 
 
 def followed(scene: Scene, frames: int, transfer: Transfer = "apic") -> tuple[Solver, Rollout, Entry, Losses, float]:
-    """A scene without actuation, its account at the start, and what became of its energy."""
+    """A scene without actuation, its energy at the start, its losses, and the growth of its stored energy."""
     solver = Solver(scene, fidelity(transfer=transfer))
     rollout = solver.run(np.zeros((frames, 1, solver.muscle_count)))
     solver.reset()
@@ -64,8 +64,8 @@ def test_friction_takes_what_coulombs_law_says() -> None:
     assert abs(-stored - losses.contact - losses.viscous) < 0.04 * before.kinetic
 
 
-def test_the_transfers_differ_in_what_nothing_explains() -> None:
-    """A pulsating block of viscous matter: AFLIP loses least, PIC most, and of AFLIP's loss viscosity explains most."""
+def test_the_transfers_differ_in_the_energy_lost_without_a_cause() -> None:
+    """A pulsating block of viscous matter: AFLIP loses least, PIC most, and most of AFLIP's loss is viscous."""
     gradient = 3.0 * np.diag([1.0, -0.5, -0.5])
     body = block(0.2, (0.0, 0.0, 0.0), viscosity=20.0)
     body = replace(
@@ -125,7 +125,7 @@ def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     assert 0.5 < pic.unexplained < 0.8
 
 
-def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_episode_that_diverges_is_reported_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are followed."""
     from zoobench.errors import Divergence
 

@@ -1,4 +1,4 @@
-"""Which runs the study consists of."""
+"""The runs of the study."""
 
 import pytest
 
@@ -12,7 +12,7 @@ TASKS = [Ref("movement-speed"), Ref("turning")]
 
 
 def test_every_level_knob_and_shift_is_a_run_or_two() -> None:
-    """One that scores many controllers by all tasks, one that looks at a few closely."""
+    """One that scores many controllers by all tasks, one that records trajectories of a few."""
     plan = StudyPlan(levels=("draft", "paper"), around="draft", draws=(12, 6))
     found = specs([Ref("ground")], TASKS, plan)
     assert len(found) == 2 * (2 + len(KNOBS) + len(SHIFTS) + 1)
@@ -43,6 +43,6 @@ def test_no_run_is_asked_for_twice() -> None:
     [{"levels": ("smoke",)}, {"levels": ()}, {"draws": (1, 2)}, {"around": "coarse"}, {"draws": (0,)}],
 )
 def test_a_plan_that_makes_no_sense_is_refused(wrong: dict[str, object]) -> None:
-    """With what could be chosen instead."""
+    """With the values that are possible."""
     with pytest.raises(UsageError):
         StudyPlan(**{"levels": ("draft",), "around": "", "draws": (3,), **wrong})  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""What an environment covers follows from its scene, and what an effect costs is measured on that scene without it."""
+"""Effects follow from the scene of an environment, and their costs from that scene without them."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ def test_coverage_is_that_of_table_6(name: str, expected: tuple[object, ...]) ->
 
 
 def test_coverage_follows_the_scene() -> None:
-    """Another friction, a deeper bed or a robot that is drowned change the row; nothing is known by name."""
+    """Another friction, a deeper bed or a robot that is drowned change the row; the name has no influence."""
     scene = _place("shallow-water").scene
     assert coverage("any", replace(scene, ground=Ground(0.1))).friction == "low"
     assert coverage("any", replace(scene, ground=None)) == replace(
@@ -84,7 +84,7 @@ def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
 
 
 def test_a_scene_without_a_bed_is_all_elastic() -> None:
-    """Nothing is to be done, and only mud can be made clay."""
+    """It stays unchanged, and only mud can be made clay."""
     scene = _place("ground").scene
     assert all_elastic(scene) is scene
     sand = _place("desert").scene.medium

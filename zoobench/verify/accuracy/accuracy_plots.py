@@ -38,7 +38,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
             _scores(panel, reference, analysis, default)
         _gradients(panels[-1], env, analysis, default)
         _legend(canvas, panels)
-        canvas.suptitle(f"{env}: what accuracy costs")
+        canvas.suptitle(f"{env}: accuracy and cost")
         path = folder / f"accuracy-{env}.png"
         figures.save(canvas, path)
         paths.append(path)
@@ -51,10 +51,7 @@ def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: 
     knobs = _of(analysis.knobs, reference, "error", "seconds")
     axes.set(xscale="log", yscale="log", title=reference.task)
     axes.set(xlabel="wall time per simulated second [s]", ylabel="error of the score [share]")
-    _ladder(axes, ladder, "error", "seconds", default)
-    axes.plot(_column(knobs, "seconds"), _column(knobs, "error"), "x", color=_KNOB, label="one knob turned")
-    for row in knobs:
-        _name(axes, row, "error", "seconds", _KNOB, 6)
+    _points(axes, ladder, knobs, "error", "seconds", default)
     front = pareto([*ladder, *knobs])
     axes.plot(_column(front, "seconds"), _column(front, "error"), color="black", linewidth=3, alpha=0.25,
               label="cheapest for its error")  # fmt: skip
@@ -62,7 +59,7 @@ def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: 
         axes.fill_between([0, 1], _BOTTOM, reference.floor, hatch="///", alpha=0.12, color=_NOISE,
                           transform=axes.get_yaxis_transform(), label="below the noise floor")  # fmt: skip
     if reference.unknown:
-        axes.axhline(reference.unknown, color=_NOISE, linestyle="--", linewidth=1, label="the reference is not surer")
+        axes.axhline(reference.unknown, color=_NOISE, linestyle="--", linewidth=1, label="uncertainty of the reference")
     shown = [row.error for row in (*ladder, *knobs) if row.error]
     shown += [value for value in (reference.floor, reference.unknown) if value]
     if shown:
@@ -76,11 +73,7 @@ def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None
     knobs = [row for row in analysis.knobs if row.env == env and row.angle and row.gradient_seconds]
     axes.set(xscale="log", yscale="log", title="gradient")
     axes.set(xlabel="wall time per simulated second, with gradient [s]", ylabel="1 - cosine to the finest level")
-    _ladder(axes, rows, "angle", "gradient_seconds", default)
-    axes.plot(_column(knobs, "gradient_seconds"), _column(knobs, "angle"), "x", color=_KNOB,
-              label="one knob turned")  # fmt: skip
-    for row in knobs:
-        _name(axes, row, "angle", "gradient_seconds", _KNOB, 6)
+    _points(axes, rows, knobs, "angle", "gradient_seconds", default)
     _finish(axes)
 
 
@@ -105,19 +98,20 @@ def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
     canvas.legend(handles=list(known.values()), labels=list(known), loc="outside lower center", ncols=6, fontsize=8)
 
 
-def _ladder(axes: "Axes", rows: Sequence[LevelRow], error: str, seconds: str, default: str) -> None:
-    """The levels joined by a line, each with its name, the default one ringed."""
-    axes.plot(_column(rows, seconds), _column(rows, error), "o-", color=_LADDER, label="levels")
-    for row in rows:
-        _name(axes, row, error, seconds, _LADDER, 9)
-        if row.fidelity == default:
-            axes.plot(getattr(row, seconds), getattr(row, error), "o", markersize=14, markerfacecolor="none",
-                      color=_LADDER, label="default")  # fmt: skip
-
-
-def _name(axes: "Axes", row: LevelRow, error: str, seconds: str, colour: str, size: int) -> None:
-    place = (getattr(row, seconds), getattr(row, error))
-    axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+def _points(
+    axes: "Axes", levels: Sequence[LevelRow], knobs: Sequence[LevelRow], error: str, seconds: str, default: str
+) -> None:
+    """Draw levels joined by a line, the default one ringed, and knobs as crosses, each with its name."""
+    for rows, style, colour, size, legend in (
+        (levels, "o-", _LADDER, 9, "levels"),
+        (knobs, "x", _KNOB, 6, "one knob turned"),
+    ):
+        axes.plot(_column(rows, seconds), _column(rows, error), style, color=colour, label=legend)
+        for row in rows:
+            place = (getattr(row, seconds), getattr(row, error))
+            axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+            if row.fidelity == default and rows is levels:
+                axes.plot(*place, "o", markersize=14, markerfacecolor="none", color=colour, label="default")
 
 
 def _short(row: LevelRow) -> str:

@@ -1,6 +1,7 @@
 """The study's tables for people; programs get every field of the rows instead."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
 from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, RefinementRow
@@ -15,23 +16,15 @@ def level_table(rows: Sequence[LevelRow]) -> Table:
         "env", "task", "fidelity", "score error", "noise", "rank tau", "same winner", "path error", "1-cos gradient",
         "s per simulated s", "with gradient", "particles",
     )  # fmt: skip
+    winner = {None: "", True: "yes", False: "no"}
     return columns, [
         (
-            row.env,
-            row.task,
-            row.fidelity,
-            _error(row),
-            _percent(row.floor),
-            _number(row.tau),
-            {None: "", True: "yes", False: "no"}[row.winner],
-            _percent(row.path),
-            _number(row.angle),
-            _seconds(row),
-            _number(row.gradient_seconds),
+            row.env, row.task, row.fidelity, _error(row), _percent(row.floor), _number(row.tau), winner[row.winner],
+            _percent(row.path), _number(row.angle), _seconds(row), _number(row.gradient_seconds),
             "" if row.particles is None else f"{row.particles:,}",
         )
         for row in rows
-    ]
+    ]  # fmt: skip
 
 
 def reference_table(rows: Sequence[ReferenceRow]) -> Table:
@@ -41,18 +34,12 @@ def reference_table(rows: Sequence[ReferenceRow]) -> Table:
     )  # fmt: skip
     return columns, [
         (
-            row.env,
-            row.task,
-            row.levels,
+            row.env, row.task, row.levels,
             f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})",
-            _number(row.order),
-            _number(row.scale),
-            _percent(row.unknown),
-            _percent(row.floor),
-            _number(row.chaos),
+            _number(row.order), _number(row.scale), _percent(row.unknown), _percent(row.floor), _number(row.chaos),
         )
         for row in rows
-    ]
+    ]  # fmt: skip
 
 
 def step_table(rows: Sequence[RefinementRow]) -> Table:
@@ -110,6 +97,17 @@ def energy_table(rows: Sequence[EnergyRow]) -> Table:
 
 
 _SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}
+
+
+TABLES: dict[str, tuple[type[Any] | None, Callable[[Any], Table]]] = {
+    "references": (ReferenceRow, reference_table),
+    "levels": (LevelRow, level_table),
+    "steps": (RefinementRow, step_table),
+    "knobs": (KnobRow, knob_table),
+    "choices": (None, choice_table),
+    "energy": (EnergyRow, energy_table),
+}
+"""Kind of rows and table for people, by name; `choices` is the same table for programs."""
 
 
 def _error(row: LevelRow) -> str:

@@ -115,6 +115,7 @@ class StudyCell:
         frames = max((sample.frames for sample in scored), default=0)
         self.scored = {variant_of(sample): sample for sample in scored if sample.frames == frames}
         self.close = {variant_of(sample): sample for sample in own if sample.is_close}
+        self._close_levels = [self.close[name] for name in LADDER if name in self.close]
         self._costs = {(cost.env, cost.fidelity): cost for cost in costs}
         self.ladder = [name for name in LADDER if name in self.scored]
         self.references = self._references()
@@ -195,11 +196,10 @@ class StudyCell:
 
     def closely(self, name: str) -> tuple[float | None, float | None, float | None, float | None]:
         """Errors of trajectory and shape, and angle and norm ratio of the gradient, to the finest level."""
-        levels = [level for level in LADDER if level in self.close]
         sample = self.close.get(name)
-        if sample is None or not levels or name == levels[-1]:
+        if sample is None or not self._close_levels or sample is self._close_levels[-1]:
             return None, None, None, None
-        best = self.close[levels[-1]]
+        best = self._close_levels[-1]
         count = min(len(sample.paths), len(best.paths))
         path = _rms(np.linalg.norm(sample.paths[:count] - best.paths[:count], axis=2)) / BODY_LENGTH
         shape = _rms(sample.spreads[:count] - best.spreads[:count]) / _rms(best.spreads[:count])
@@ -212,13 +212,13 @@ class StudyCell:
 
     def chaos(self) -> float | None:
         """Time for which a nudge's effect stays within `TRUSTED` of the trajectory's error at its level [s]."""
-        nudged = next((name for name in self.close if _shift(name) == NUDGE), None)
-        levels = [level for level in LADDER if level in self.close]
-        if nudged is None or _home(nudged) not in self.close or len(levels) < 2:
+        name = next((name for name in self.close if _shift(name) == NUDGE), "")
+        home = self.close.get(_home(name))
+        if home is None or len(self._close_levels) < 2:
             return None
-        home, best = self.close[_home(nudged)], self.close[levels[-1]]
-        count = min(len(home.paths), len(best.paths), len(self.close[nudged].paths))
-        apart = np.linalg.norm(self.close[nudged].paths[:count] - home.paths[:count], axis=2).max(0)
+        nudged, best = self.close[name], self._close_levels[-1]
+        count = min(len(home.paths), len(best.paths), len(nudged.paths))
+        apart = np.linalg.norm(nudged.paths[:count] - home.paths[:count], axis=2).max(0)
         wrong = np.linalg.norm(home.paths[:count] - best.paths[:count], axis=2).max(0)
         chaotic = np.flatnonzero(apart[1:] > TRUSTED * wrong[1:])
         points = len(apart) - 1 if not len(chaotic) else int(chaotic[0])

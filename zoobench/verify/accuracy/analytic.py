@@ -57,8 +57,8 @@ class AnalyticRow:
     nanoseconds: float
 
     @property
-    def pace(self) -> float:
-        """Wall seconds per simulated second."""
+    def slowdown(self) -> float:
+        """Wall time by simulated time [-]."""
         return self.seconds / self.simulated_seconds
 
 
@@ -209,8 +209,8 @@ def figure(rows: Iterable[AnalyticRow]) -> Figure:
     curves: dict[str, Curve] = {}
     for (case, _), group in _curves(rows).items():
         label = f"{case}, {' '.join(str(row.cells) for row in group)} cells"
-        pace, error = [row.pace for row in group], [row.error for row in group]
-        curves.setdefault(case, curve(label, Role.COMPUTED, pace, error))
+        times, error = [row.slowdown for row in group], [row.error for row in group]
+        curves.setdefault(case, curve(label, Role.COMPUTED, times, error))
     return Figure(
         "Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]",
         tuple(curves.values()), log_x=True, log_y=True,

@@ -90,17 +90,10 @@ def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[E
         if one.put_in and (not envs or one.env.name in envs)
     ]
     for *_, fidelity, env, one in sorted(chosen, key=itemgetter(0, 1, 2, 3)):
-        yield EnergyRow(
-            env=env,
-            fidelity=fidelity,
-            put_in=one.put_in,
-            back=1.0 - one.muscles / one.put_in,
-            stored=one.stored / one.put_in,
-            viscous=one.viscous / one.put_in,
-            plastic=one.plastic / one.put_in,
-            contact=one.contact / one.put_in,
-            unexplained=one.unexplained,
-        )
+        parts = (one.stored, one.viscous, one.plastic, one.contact)
+        stored, viscous, plastic, contact = (energy / one.put_in for energy in parts)
+        back = 1.0 - one.muscles / one.put_in
+        yield EnergyRow(env, fidelity, one.put_in, back, stored, viscous, plastic, contact, one.unexplained)
 
 
 def steps(analysis: Analysis) -> Iterator[RefinementRow]:
@@ -108,17 +101,9 @@ def steps(analysis: Analysis) -> Iterator[RefinementRow]:
     for one, two in pairwise(analysis.levels):
         if (one.env, one.task) != (two.env, two.task):
             continue
+        gain, cost = _ratio(one.error, two.error), _ratio(two.seconds, one.seconds)
         yield RefinementRow(
-            env=one.env,
-            task=one.task,
-            level=one.fidelity,
-            next_level=two.fidelity,
-            error=one.error,
-            next_error=two.error,
-            gain=_ratio(one.error, two.error),
-            cost=_ratio(two.seconds, one.seconds),
-            tau=one.tau,
-            next_tau=two.tau,
+            one.env, one.task, one.fidelity, two.fidelity, one.error, two.error, gain, cost, one.tau, two.tau
         )
 
 

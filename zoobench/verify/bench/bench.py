@@ -65,11 +65,6 @@ class BenchRow:
     peak_memory_mib: float | None
 
 
-def scene_names() -> list[str]:
-    """Scenes that can be measured: the registered environments."""
-    return registry.names(Kind.ENV)
-
-
 def check_particle_count(count: int) -> None:
     """Refuse a number of particles out of range.
 
@@ -94,7 +89,7 @@ def bench(
     """Measure every scene at every particle count, one after the other.
 
     Args:
-        scenes: names out of `scene_names`.
+        scenes: names of environments; all if empty.
         particles: particle counts to come close to.
         gradients: measure the backward pass too.
         repeats: measured episodes, of which the median is given.
@@ -108,6 +103,7 @@ def bench(
         UsageError: a particle count or a number of repeats out of range.
         ZoobenchError: the measuring process failed.
     """
+    scenes = scenes or registry.names(Kind.ENV)
     for scene in scenes:
         registry.get(Kind.ENV, scene)
     if repeats < 1:

@@ -1,6 +1,6 @@
 """One environment and task as a differentiable function of all its parameters, in double precision."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -34,29 +34,22 @@ NUDGE = 1e-6
 """Displacement of the initial state whose growth is followed [grid spacings]."""
 
 
-def gradient_cases(
-    envs: Sequence[Ref],
-    tasks: Sequence[Ref],
-    *,
-    design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
-    controller: Ref = Ref("sine-basis"),  # noqa: B008
-    fidelity: Ref = Ref("smoke"),  # noqa: B008
-    seed: int = 0,
-) -> Iterator["GradientCase"]:
-    """Every environment with every task.
+class GradientCase:
+    """One environment and task with the design's arrays as free parameters.
 
     Raises:
         UnknownNameError, UsageError: a name or a parameter that cannot be used.
     """
-    for env in envs:
-        for task in tasks:
-            yield GradientCase(env, task, design, controller, fidelity, seed)
 
-
-class GradientCase:
-    """One environment and task with the design's arrays as free parameters."""
-
-    def __init__(self, env: Ref, task: Ref, design: Ref, controller: Ref, fidelity: Ref, seed: int) -> None:
+    def __init__(
+        self,
+        env: Ref,
+        task: Ref,
+        design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
+        controller: Ref = Ref("sine-basis"),  # noqa: B008
+        fidelity: Ref = Ref("smoke"),  # noqa: B008
+        seed: int = 0,
+    ) -> None:
         from zoobench.sim.equilibrium import equilibrated
         from zoobench.sim.solver import Solver
 
