@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option, Typer
 
 from zoobench.cli.accuracy_exact import exact
-from zoobench.cli.keeping import kept
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     ChosenEnvOption,
@@ -21,6 +20,7 @@ from zoobench.cli.options import (
     parse_names,
 )
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -159,11 +159,11 @@ def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     with Store(db) as store:
         known = from_reader(store)
     found = balances(rest(known.balances), on_case=lambda case: say(f"following the energy of {case}"))
-    for _ in kept(db, ENERGY_STUDY, found, stored):
+    for _ in save_each(db, ENERGY_STUDY, found, stored):
         pass
     if repeats:
         timed = costs(rest(known.costs), repeats=repeats, on_case=lambda case: say(f"timing {case}"))
-        for _ in kept(db, COST_STUDY, timed, stored):
+        for _ in save_each(db, COST_STUDY, timed, stored):
             pass
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit_several, listing_of, say
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
     def stored(row: "AnalyticRow") -> StudyRow:
         return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
 
-    for row in kept(db, STUDY, analytic(levels=levels), stored):
+    for row in save_each(db, STUDY, analytic(levels=levels), stored):
         say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
         yield row
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.solutions import solution_of
+from zoobench.cli.studies import save_each
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
@@ -46,7 +46,7 @@ def evaluate(
         chosen = [store.run(text) for text in runs]
         solutions = [(run, solution_of(store, run)) for run in chosen]
     found = []
-    for row in kept(db, STUDY, _all(solutions, targets), stored):
+    for row in save_each(db, STUDY, _all(solutions, targets), stored):
         found.append(row)
         score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
         say(f"run {row.run} in {Ref.parse(row.env).name}: {score}")

@@ -15,6 +15,7 @@ from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
+from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
@@ -23,7 +24,6 @@ from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
-from zoobench.cli.studies import gradcheck
 from zoobench.cli.validate import validate
 from zoobench.errors import ZoobenchError
 

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_names
 from zoobench.cli.output import Format, emit, listing_of, say
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def stability(
     results: Iterator[Result | StepRow] = (
         largest_steps() if largest_step else stability_suite.stability(parse_names(cases), fast=fast)
     )
-    for row in kept(
+    for row in save_each(
         db, stability_suite.STEP_STUDY if largest_step else stability_suite.STUDY, results, stability_suite.stored
     ):
         found.append(row)

@@ -70,11 +70,11 @@ class StudyPlan:
     def __post_init__(self) -> None:
         unknown = [name for name in (*self.levels, *filter(None, (self.around,))) if name not in LADDER]
         if unknown or not self.levels:
-            raise UsageError(f"The levels {', '.join(unknown) or 'are none'}. Choose from {', '.join(LADDER)}.")
+            raise UsageError(f"Unknown levels: {', '.join(unknown) or 'none given'}. Choose from {', '.join(LADDER)}.")
         if len(self.draws) != len(self.levels):
             raise UsageError(f"{len(self.draws)} numbers of draws do not fit {len(self.levels)} levels. Give one each.")
         if min(*self.draws, self.knob_draws, self.frames, self.close_frames) < 1 or self.close < 0:
-            raise UsageError("Draws and frames are counted from 1. Give larger numbers.")
+            raise UsageError("Numbers of draws and frames must be at least 1.")
 
 
 QUICK = StudyPlan(levels=("draft", "standard"), around="", draws=(3, 3), close=1, frames=10, close_frames=5)

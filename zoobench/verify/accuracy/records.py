@@ -259,7 +259,7 @@ def _refs(item: Sample | FidelityCost | Balance) -> dict[str, str]:
 
 
 def _plain(value: Any) -> Any:
-    """Data that JSON can hold: arrays as lists of six significant digits, NaN as null."""
+    """Data that JSON can hold: arrays as lists, numbers with seven digits, NaN as null."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, Mapping):
