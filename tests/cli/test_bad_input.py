@@ -59,7 +59,7 @@ def digest(path: Path) -> str:
         ([*RUN, "--retry", "everything"], "--retry"),
         (["plan", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),
         (["picture", "--fidelity", "smoke,draft"], "one fidelity is taken here"),
-        (["reach", "--env", "desert", "--fidelity", "*"], "one fidelity is taken here"),
+        (["effects", "--env", "desert", "--fidelity", "*"], "one fidelity is taken here"),
         (["gradcheck", "--controller", "sine-basis,sine-basis[fast=60.0]"], "one controller is taken here"),
         (["gradcheck", "--seed", "-1"], "--seed"),
         (["bench", "--particles", "many"], "Cannot read 'many'"),

@@ -21,7 +21,7 @@ def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str
 def test_doctor_finds_a_sound_installation_sound(
     zoobench: Command, database: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every check is there and none is a problem; Taichi really starts, and the cache folder is the one named."""
+    """Every check is made and none is a problem; Taichi really starts, and the cache folder is the one named."""
     monkeypatch.setenv("ZOOBENCH_CACHE", str(tmp_path / "cache"))
     code, checks = verdicts(zoobench)
     assert code == 0

@@ -1,59 +1,25 @@
-"""`gradcheck` and `effects`."""
+"""Rows of studies are in the database before their results are handed on."""
 
-import json
+from pathlib import Path
 
-from tests.cli.conftest import Command
-
-
-def test_gradcheck_finds_right_gradients_right(zoobench: Command) -> None:
-    """A row for every parameter group and horizon, each within the tolerance, and a summary; exit code 0."""
-    reply = zoobench("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "10,40", "--format", "json")
-    found = json.loads(reply.out)
-    assert reply.code == 0, reply.err
-    assert len(found["rows"]) == 12
-    assert {row["group"] for row in found["rows"]} >= {"actuation", "stiffness", "occupancy", "fibres"}
-    assert all(row["relative_error"] <= 1e-4 and row["gradient_norm"] > 0 for row in found["rows"])
-    (summary,) = found["summary"]
-    assert summary["error"] == max(row["relative_error"] for row in found["rows"])
-    assert (summary["right_until"], summary["chaos_from"]) == (max(row["substeps"] for row in found["rows"]), None)
+from zoobench.cli.studies import save_each
+from zoobench.db.query import Reader
+from zoobench.db.rows import StudyRow
 
 
-def test_gradcheck_prints_the_summary_alone(zoobench: Command) -> None:
-    """One table can be had as CSV; two cannot."""
-    cell = ("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "5", "--format", "csv")
-    reply = zoobench(*cell, "--table", "summary")
-    assert reply.out.splitlines()[0].startswith("env,task,error,right_until,chaos_from")
-    assert len(reply.out.splitlines()) == 2
-    refused = zoobench(*cell)
-    assert (refused.code, "--table" in refused.err) == (2, True)
+def stored(path: Path) -> tuple[list[str], bool]:
+    """Cases of the study `squares`, and whether it is finished."""
+    with Reader(path, create=False) as reader:
+        study = reader.study("squares")
+    assert study is not None
+    return [row.case for row in study.rows], study.finished_at is not None
 
 
-def test_gradcheck_refuses_what_it_cannot_check(zoobench: Command) -> None:
-    """Unknown environments and horizons that are no numbers are usage errors."""
-    reply = zoobench("gradcheck", "--env", "dessert")
-    assert (reply.code, "desert" in reply.err) == (2, True)
-    reply = zoobench("gradcheck", "--horizons", "ten")
-    assert (reply.code, "Cannot read 'ten' as horizons" in reply.err) == (2, True)
-    assert zoobench("gradcheck", "--horizons", "0").code == 2
-    assert zoobench("gradcheck", "--table", "all-of-them").code == 2
-
-
-def test_effects_derives_the_table_for_every_environment(zoobench: Command) -> None:
-    """Without measuring anything."""
-    reply = zoobench("effects", "--table", "coverage", "--format", "json")
-    rows = {row["env"]: row for row in json.loads(reply.out)}
-    assert reply.code == 0, reply.err
-    assert len(rows) >= 8
-    assert (rows["desert"]["medium"], rows["desert"]["plasticity"]) == ("sand", True)
-    assert (rows["ground"]["medium"], rows["ground"]["thickness"]) == ("none", None)
-
-
-def test_effects_measures(zoobench: Command) -> None:
-    """The parts of a substep of one environment, the whole first."""
-    cell = ("effects", "--env", "ground", "--fidelity", "smoke", "--repeats", "1")
-    reply = zoobench(*cell, "--table", "shares", "--format", "json")
-    rows = json.loads(reply.out)
-    assert reply.code == 0, reply.err
-    assert [row["part"] for row in rows][:3] == ["substep", "sum", "clear"]
-    assert all(row["ns"] >= 0.0 for row in rows)
-    assert zoobench(*cell, "--format", "csv").code == 2
+def test_each_result_is_stored_before_it_is_yielded(tmp_path: Path) -> None:
+    """The study is finished with its last row, not before."""
+    path = tmp_path / "some.db"
+    results = save_each(str(path), "squares", (n * n for n in (1, 2)), lambda n: StudyRow(str(n), "measured", {}))
+    assert next(results) == 1
+    assert stored(path) == (["1"], False)
+    assert list(results) == [4]
+    assert stored(path) == (["1", "4"], True)

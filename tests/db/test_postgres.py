@@ -8,7 +8,7 @@ from sqlalchemy import text
 
 from tests.harness.helpers import spec
 from tests.postgres import Server
-from zoobench.cli.run import _command
+from zoobench.cli.options import command_text
 from zoobench.db import engine
 from zoobench.db.owner import Owner
 from zoobench.db.query import Reader
@@ -149,7 +149,7 @@ def test_a_password_is_never_told(url: str) -> None:
 
 def test_the_database_is_named_without_its_password(url: str, store: Store) -> None:
     """By commands that have nothing to complain about: `doctor`, and what `run` says to type next."""
-    named = [store.name, _check_database(url).detail, _command("table", db=url)]
+    named = [store.name, _check_database(url).detail, command_text("table", db=url)]
     assert all("zoobench:***@" in words and "secret" not in words for words in named)
 
 

@@ -1,101 +1,119 @@
-"""`zoobench accuracy`: what each fidelity costs, and how far it is from a converged simulation."""
+"""`zoobench accuracy`: error of each fidelity to a converged simulation, and its cost."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Option
+from typer import Option, Typer
 
-from zoobench.cli import accuracy_exact
-from zoobench.cli.keeping import kept
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption
-from zoobench.cli.output import Format, emit, say
-from zoobench.cli.several import choose, emit_several, listing_of
-from zoobench.cli.words import parse_counts, parse_names
+from zoobench.cli.accuracy_exact import exact
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    ChosenEnvOption,
+    ChosenTaskOption,
+    DatabaseOption,
+    EnvOption,
+    FormatOption,
+    WorkersOption,
+    command_text,
+    parse_counts,
+    parse_names,
+)
+from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
-    from zoobench.report.listing import Listing
-    from zoobench.spec import Ref, RunSpec
-    from zoobench.verify.accuracy.accuracy_tables import Table
+    from zoobench.spec import RunSpec
     from zoobench.verify.accuracy.analyse import Analysis
-    from zoobench.verify.accuracy.plan import Plan
+    from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
     from zoobench.verify.accuracy.verdicts import EnergyRow
 
-TABLES = ("references", "levels", "steps", "knobs", "choices", "energy")
+accuracy = Typer(no_args_is_help=True, help="Measure the error and cost of fidelities.")
 
 
-def accuracy(
-    env: Annotated[str, Option("--env", help="Environments: names or globs, with commas.")] = "*",
+@accuracy.callback()
+def _group() -> None:
+    """Measure the error and cost of fidelities."""
+
+
+@accuracy.command("run")
+def run(
+    env: EnvOption = "*",
     task: Annotated[str, Option("--task", help="Tasks, likewise; gradients are those of the first.")] = (
         "movement-speed,turning"
     ),
     levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
     draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
-    around: Annotated[str, Option("--around", help="The level whose knobs are turned; empty: none.")] = "draft",
-    close: Annotated[int, Option("--close", min=0, help="Controllers recorded with path, shape and gradient.")] = 2,
+    around: Annotated[str, Option("--around", help="Level at which knobs are turned; empty: none.")] = "draft",
+    close: Annotated[
+        int, Option("--close", min=0, help="Controllers whose trajectory, shape and gradient are recorded.")
+    ] = 2,
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
-    quick: Annotated[bool, Option("--quick", help="Two levels, a few frames: does everything work?")] = False,
-    exact: Annotated[
-        bool, Option("--exact", help="Instead, errors against exact answers, on ladders of grids.")
-    ] = False,
-    intervals: Annotated[
-        bool, Option("--checkpoints", help="Instead, what the checkpoint interval of gradients costs.")
-    ] = False,
-    plot: Annotated[bool, Option("--plot", help="Run nothing: judge what the database holds already.")] = False,
-    source: Annotated[Path | None, Option("--from", help="Run nothing: judge an exported file.")] = None,
-    export: Annotated[Path | None, Option("--export", help="Write what was measured to this file.")] = None,
+    quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, as a check.")] = False,
+    repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
+    jobs: WorkersOption = 2,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Carry out what is not done yet of the study.
+
+    The same random controllers are simulated at every level, and at one of them with each knob turned alone: a
+    parameter of the fidelity, such as the time step or the transfer. Then the energy of a short episode is followed
+    through every substep, and each simulation is timed alone. Interrupted, it goes on where it stopped when the same
+    command is typed again.
+    """
+    from zoobench.harness.grid import parse_selector
+    from zoobench.registry import Kind
+    from zoobench.verify.accuracy.plan import QUICK, specs
+
+    plan = QUICK if quick else _plan(levels, draws, around, close, frames)
+    wanted = specs(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK), plan)
+    _run(wanted, db, jobs)
+    _keep_rest(wanted, db, repeats)
+    say(f"Next: {command_text('accuracy', 'show', *([] if env == '*' else ['--env', env]), db=db)}")
+
+
+@accuracy.command("show")
+def show(
+    env: ChosenEnvOption = "*",
+    task: ChosenTaskOption = "*",
+    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices, energy or all.")] = "all",
+    source: Annotated[Path | None, Option("--from", help="A file of --export instead of the database.")] = None,
+    export: Annotated[Path | None, Option("--export", help="Write the measurements to this file.")] = None,
     publish: Annotated[
         Path | None, Option("--publish", help="Write the levels' errors and costs, by which --tolerance chooses.")
     ] = None,
     plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
-    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices, energy or all.")] = "all",
-    repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
-    jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Measure what accuracy costs in time.
+    """Show errors, costs and losses of energy.
 
-    The same controllers are simulated at every level and with each knob turned alone. Scores, paths, shapes and
-    gradients are compared with the limit of the finest levels; then the energy of a short episode is followed through
-    every substep, and each simulation is timed alone. Interrupted, it goes on where it stopped when the same command is
-    typed again.
+    Scores, trajectories, shapes and gradients are compared with the limit of the finest levels; costs are wall times
+    per simulated second. Nothing is simulated.
     """
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
-    from zoobench.spec import Ref
     from zoobench.verify.accuracy import tolerance
     from zoobench.verify.accuracy.accuracy_plots import draw
+    from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.analyse import analyse
-    from zoobench.verify.accuracy.checkpoints import CheckpointRow, checkpoints
     from zoobench.verify.accuracy.energy_plot import draw as draw_energy
-    from zoobench.verify.accuracy.plan import QUICK
     from zoobench.verify.accuracy.records import read, write
     from zoobench.verify.accuracy.verdicts import energies
 
-    if exact:
-        accuracy_exact.exact(db, form, plots, quick=quick, only_read=plot)
-        return
-    envs, tasks = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)
-    if intervals:
-        rows = [row for ref in envs for row in checkpoints(ref, Ref(parse_names(levels)[0]), frames=frames)]
-        emit(listing_of(CheckpointRow, rows), form)
-        return
-    wanted = choose(table, TABLES, form)
-    if source is not None:
-        measured = read(source)
-    else:
-        plan = QUICK if quick else _plan(levels, draws, around, close, frames)
-        measured = _measure(envs, tasks, plan, db, jobs, repeats, only_read=plot)
-    analysis = analyse(measured, [ref.name for ref in envs], [ref.name for ref in tasks])
+    wanted = choose(table, tuple(TABLES), form)
+    envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
+    tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
+    measured = _stored(db) if source is None else read(source)
+    analysis = analyse(measured, envs, tasks)
+    energy = list(energies(measured, envs))
     if export is not None:
         write(measured, export)
     if publish is not None:
         tolerance.publish(measured, publish)
-    energy = list(energies(measured, [ref.name for ref in envs]))
     if plots is not None:
         if energy:
             say(f"drawn: {draw_energy(energy, plots)}")
@@ -104,31 +122,15 @@ def accuracy(
     _print(analysis, energy, wanted, form)
 
 
-def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "Plan":
-    from zoobench.verify.accuracy.plan import Plan
+accuracy.command("exact")(exact)
+
+
+def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "StudyPlan":
+    from zoobench.verify.accuracy.plan import StudyPlan
 
     names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
     draws_of = counts * len(names) if len(counts) == 1 else counts
-    return Plan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
-
-
-def _measure(
-    envs: "list[Ref]", tasks: "list[Ref]", plan: "Plan", db: str, jobs: int, repeats: int, *, only_read: bool
-) -> "Measurements":
-    """Do what of the study is not done yet, and read what the database holds of it."""
-    from zoobench.db.store import Store
-    from zoobench.verify.accuracy.plan import specs
-    from zoobench.verify.accuracy.records import from_reader
-
-    if not only_read:
-        wanted = specs(envs, tasks, plan)
-        _run(wanted, db, jobs)
-        _keep_rest(wanted, db, repeats)
-    with Store(db, create=False) as store:
-        measured = from_reader(store)
-    if not measured.samples:
-        raise UsageError(f"{store.name} holds no run of the accuracy study. Leave --plot out to carry it out.")
-    return measured
+    return StudyPlan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
 
 
 def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
@@ -138,65 +140,62 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
     with Store(db) as store:
         report = store.enqueue(wanted)
     say(f"{len(report.new)} new, {len(report.existing_done)} done already")
-    rows = carry_out(db, sorted(report.open), jobs=jobs)
-    for row in rows:
+    for row in carry_out(db, sorted(report.open), jobs=jobs):
         if row.reason:
             say(f"  run {row.id} {row.state}: {row.reason}")
 
 
 def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
-    """Follow the energy, and time, where that is not done yet."""
+    """Follow the energy and measure times where that is not done yet, and store both."""
     from zoobench.db.store import Store
     from zoobench.verify.accuracy.costs import costs
     from zoobench.verify.accuracy.energy_audit import balances
-    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, Cost, from_reader, stored
+    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, FidelityCost, from_reader, stored
 
-    def rest(known: Sequence[Cost | Balance]) -> "list[RunSpec]":
+    def rest(known: Sequence[FidelityCost | Balance]) -> "list[RunSpec]":
         done = {(item.env, item.fidelity) for item in known}
         return [spec for spec in wanted if (spec.env, spec.fidelity) not in done]
 
     with Store(db) as store:
         known = from_reader(store)
     found = balances(rest(known.balances), on_case=lambda case: say(f"following the energy of {case}"))
-    for _ in kept(db, ENERGY_STUDY, found, stored):
+    for _ in save_each(db, ENERGY_STUDY, found, stored):
         pass
     if repeats:
         timed = costs(rest(known.costs), repeats=repeats, on_case=lambda case: say(f"timing {case}"))
-        for _ in kept(db, COST_STUDY, timed, stored):
+        for _ in save_each(db, COST_STUDY, timed, stored):
             pass
 
 
+def _stored(db: str) -> "Measurements":
+    """The measurements in a database.
+
+    Raises:
+        UsageError: there are none.
+    """
+    from zoobench.db.store import Store
+    from zoobench.verify.accuracy.records import from_reader
+
+    with Store(db, create=False) as store:
+        measured = from_reader(store)
+    if not measured.samples:
+        raise UsageError(f"{store.name} holds no run of the accuracy study. Use `zoobench accuracy run` first.")
+    return measured
+
+
 def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
-    """Every field for programs, what matters for people."""
-    from zoobench.verify.accuracy import accuracy_tables as people
-    from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
-    from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, StepRow, knobs, steps
-
-    one_more, turned = list(steps(analysis)), list(knobs(analysis))
-    if form in (Format.CSV, Format.JSON):
-        listings = {
-            "references": listing_of(ReferenceRow, analysis.references),
-            "levels": listing_of(LevelRow, analysis.levels),
-            "steps": listing_of(StepRow, one_more),
-            "knobs": listing_of(KnobRow, turned),
-            "choices": _listing(people.choice_table(turned)),
-            "energy": listing_of(EnergyRow, energy),
-        }
-    else:
-        tables = {
-            "references": people.reference_table(analysis.references),
-            "levels": people.level_table(analysis.levels),
-            "steps": people.step_table(one_more),
-            "knobs": people.knob_table(turned),
-            "choices": people.choice_table(turned),
-            "energy": people.energy_table(energy),
-        }
-        listings = {name: _listing(table) for name, table in tables.items()}
-    emit_several({name: listings[name] for name in wanted}, form)
-
-
-def _listing(table: "Table") -> "Listing":
+    """Print tables with every field for programs, with a choice of them for people."""
     from zoobench.report.listing import Listing
+    from zoobench.verify.accuracy.accuracy_tables import TABLES
+    from zoobench.verify.accuracy.verdicts import knobs, steps
 
-    columns, rows = table
-    return Listing(columns, tuple(rows))
+    turned = list(knobs(analysis))
+    found = (analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy)
+    listings = {}
+    for (name, (kind, table)), rows in zip(TABLES.items(), found, strict=True):
+        if form in (Format.CSV, Format.JSON) and kind is not None:
+            listings[name] = listing_of(kind, rows)
+        else:
+            columns, cells = table(rows)
+            listings[name] = Listing(columns, tuple(cells))
+    emit_several({name: listings[name] for name in wanted}, form)

@@ -1,14 +1,14 @@
-"""`zoobench accuracy --exact`: error and time against exact answers."""
+"""`zoobench accuracy exact`: error and time against exact answers."""
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from typer import Exit
+from typer import Exit, Option
 
-from zoobench.cli.keeping import kept
-from zoobench.cli.output import Format, say
-from zoobench.cli.several import emit_several, listing_of
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.output import Format, emit_several, listing_of, say
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,11 +17,17 @@ if TYPE_CHECKING:
 STUDY = "accuracy-exact"
 
 
-def exact(db: str, form: Format, plots: Path | None, *, quick: bool, only_read: bool) -> None:
-    """Climb the ladders of the cases with exact answers, or read what the database holds of them, and judge the orders.
+def exact(
+    quick: Annotated[bool, Option("--quick", help="Two grids of each case.")] = False,
+    only_read: Annotated[bool, Option("--stored", help="Simulate nothing: judge what the database holds.")] = False,
+    plots: Annotated[Path | None, Option("--plots", help="Draw error against time into this folder.")] = None,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Compare with exact answers on finer and finer grids.
 
-    Raises:
-        Exit: code 1 if an order is missed.
+    Errors and times of cases of `validate` that have a closed form, and the observed order of accuracy beside that of
+    the theory. Exit code 1 if an order is missed.
     """
     from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
     from zoobench.verify.comparison_figure import draw
@@ -45,8 +51,8 @@ def _carry_out(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
     def stored(row: "AnalyticRow") -> StudyRow:
         return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
 
-    for row in kept(db, STUDY, analytic(levels=levels), stored):
-        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.pace:.2g} s per second")
+    for row in save_each(db, STUDY, analytic(levels=levels), stored):
+        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
         yield row
 
 
@@ -57,6 +63,6 @@ def _stored(db: str) -> "list[AnalyticRow]":
     with Store(db, create=False) as store:
         study = store.study(STUDY)
     if study is None:
-        raise UsageError(f"{store.name} holds no errors against exact answers. Leave --plot out to measure them.")
+        raise UsageError(f"{store.name} holds no errors against exact answers. Leave --stored out to measure them.")
     documents = [{**row.document, "settings": tuple(map(tuple, row.document["settings"]))} for row in study.rows]
     return [AnalyticRow(**document) for document in documents]

@@ -1,12 +1,11 @@
-"""`zoobench effects`: what each environment simulates, and what it costs."""
+"""`zoobench effects`: the effects that each environment simulates, and their costs."""
 
 from typing import Annotated, Any
 
 from typer import Option
 
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
-from zoobench.cli.output import Format, say
-from zoobench.cli.several import choose, emit_several, listing_of
+from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 
 TABLES = ("coverage", "costs", "shares")
 
@@ -15,24 +14,24 @@ def effects(
     env: EnvOption = "*",
     fidelity: OneFidelityOption = "draft",
     particles: Annotated[
-        int, Option("--particles", help="Choose each grid for about this many particles instead; 0: do not.")
+        int, Option("--particles", help="Instead, choose each grid for about this many particles; 0: do not.")
     ] = 0,
     repeats: Annotated[int, Option("--repeats", min=1, help="Measurements in turn, of which the median.")] = 7,
     table: Annotated[str, Option("--table", help="coverage, costs, shares or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show which effects are simulated, and what they cost.
+    """Show which effects are simulated, and their costs.
 
-    Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep with an effect
-    and without it, and bytes of state per particle. Shares are those of the parts of a substep.
+    Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep, with an
+    effect and without it, and bytes of state per particle. Shares are those of the parts of a substep.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.verify.effects.cost import Cost, Share, costs, shares
     from zoobench.verify.effects.coverage import Coverage, coverage, places
+    from zoobench.verify.effects.effect_costs import EffectCost, Share, costs, shares
 
     wanted = choose(table, TABLES, form)
-    kinds = dict(zip(TABLES, (Coverage, Cost, Share), strict=True))
+    kinds = dict(zip(TABLES, (Coverage, EffectCost, Share), strict=True))
     found: dict[str, list[Any]] = {name: [] for name in wanted}
     for place in places(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles):
         if "coverage" in wanted:

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.solutions import solution_of
+from zoobench.cli.studies import save_each
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.registry import Kind
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import Places, TransferRow
+    from zoobench.verify.transfer_study import TransferRow, TransferTargets
 
 _LIKEWISE = "Likewise; the run's own if not given."
 
@@ -39,14 +39,14 @@ def evaluate(
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import STUDY, Places, stored
+    from zoobench.verify.transfer_study import STUDY, TransferTargets, stored
 
-    places = Places(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
+    targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
     with Store(db, create=False) as store:
         chosen = [store.run(text) for text in runs]
         solutions = [(run, solution_of(store, run)) for run in chosen]
     found = []
-    for row in kept(db, STUDY, _all(solutions, places), stored):
+    for row in save_each(db, STUDY, _all(solutions, targets), stored):
         found.append(row)
         score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
         say(f"run {row.run} in {Ref.parse(row.env).name}: {score}")
@@ -67,8 +67,8 @@ def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
     return [registry.resolve(kind, ref) for ref in parse_selector(text, kind)] if text else None
 
 
-def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", places: "Places") -> "Iterator[TransferRow]":
+def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", targets: "TransferTargets") -> "Iterator[TransferRow]":
     from zoobench.verify.transfer_study import transfer
 
     for run, parameters in solutions:
-        yield from transfer(run.id, run.spec, parameters, places)
+        yield from transfer(run.id, run.spec, parameters, targets)

@@ -1,21 +1,19 @@
-"""`zoobench doctor` and `zoobench bench`: is this machine fit, and how fast is it."""
+"""`zoobench doctor` and `zoobench bench`: checks of this machine, and its speed."""
 
 from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, say
-from zoobench.cli.several import listing_of
-from zoobench.cli.words import parse_counts, parse_names
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_counts, parse_names
+from zoobench.cli.output import Format, emit, listing_of, say
 from zoobench.errors import UsageError
 
 
 def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
     """Check this installation and machine.
 
-    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if something is
-    broken.
+    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if there is a
+    problem.
     """
     from zoobench.report.listing import Listing
     from zoobench.verify.doctor import Verdict, examine
@@ -41,7 +39,7 @@ def bench(
     Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
     and a filled cache; peak memory [MiB].
     """
-    from zoobench.verify.bench.bench import BenchCase, BenchRow, scene_names
+    from zoobench.verify.bench.bench import BenchCase, BenchRow
     from zoobench.verify.bench.bench import bench as measure
 
     if precision not in (32, 64) or device not in ("cpu", "cuda"):
@@ -51,7 +49,7 @@ def bench(
         say(f"measuring {case.scene} with about {case.particle_count} particles")
 
     rows = measure(
-        parse_names(scenes) if scenes else scene_names(),
+        parse_names(scenes) if scenes else [],
         parse_counts(particles, "particle counts"),
         gradients=gradients,
         repeats=repeats,

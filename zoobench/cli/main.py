@@ -15,16 +15,15 @@ from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
+from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
-from zoobench.cli.reach import reach
 from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
-from zoobench.cli.studies import gradcheck
 from zoobench.cli.validate import validate
 from zoobench.errors import ZoobenchError
 
@@ -71,10 +70,9 @@ app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)
 app.command("effects")(effects)
 app.command("picture")(picture)
-app.command("reach")(reach)
-app.command("accuracy")(accuracy)
 app.command("stability")(stability)
 app.command("validate")(validate)
+app.add_typer(accuracy, name="accuracy")
 app.add_typer(design, name="design")
 
 

@@ -1,10 +1,13 @@
-"""Options that several commands share, each described once."""
+"""Options that several commands share, each described once, and how their texts are read."""
 
+import os
+import shlex
 from typing import Annotated
 
 from typer import Option
 
 from zoobench.cli.output import Format
+from zoobench.errors import UsageError
 
 DEFAULT_DATABASE = "zoobench.db"
 
@@ -47,3 +50,28 @@ ChosenTaskOption = Annotated[str, Option("--task", help="Only these tasks.")]
 ChosenDesignOption = Annotated[str, Option("--design", help="Only these designs.")]
 ChosenMethodOption = Annotated[str, Option("--method", help="Only these methods.")]
 ChosenFidelityOption = Annotated[str, Option("--fidelity", help="Only this fidelity.")]
+
+
+def parse_names(text: str) -> list[str]:
+    """Read `ice, desert` as names or globs."""
+    return [name.strip() for name in text.split(",")]
+
+
+def parse_counts(text: str, what: str) -> list[int]:
+    """Read `1000,10000` as whole numbers; the message of an error says what they count.
+
+    Raises:
+        UsageError: something else.
+    """
+    try:
+        return [int(word) for word in text.split(",")]
+    except ValueError:
+        raise UsageError(f"Cannot read {text!r} as {what}. Write for example 1000,10000.") from None
+
+
+def command_text(*words: str, db: str) -> str:
+    """A command to type in the same place, with the database where it must be named, but no password."""
+    from zoobench.db.engine import without_password
+
+    is_known = db in (DEFAULT_DATABASE, os.environ.get("ZOOBENCH_DB"))
+    return shlex.join(["zoobench", *words, *([] if is_known else ["--db", without_password(db)])])

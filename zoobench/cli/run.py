@@ -1,8 +1,6 @@
 """`zoobench run`: do what was asked for and is not done yet."""
 
-import os
 import re
-import shlex
 from collections.abc import Iterable
 from enum import StrEnum
 from fnmatch import fnmatchcase
@@ -27,6 +25,7 @@ from zoobench.cli.options import (
     TaskOption,
     ToleranceOption,
     WorkersOption,
+    command_text,
 )
 from zoobench.cli.output import say
 from zoobench.cli.selection import Selection
@@ -161,15 +160,7 @@ def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smok
         states = [row.state for row in rows]
         say(counts_text({state: states.count(state) for state in states}))
     for row in failed:
-        say(f"  why run {row.id} {row.state}: {_command('logs', str(row.id), db=db)}")
-    say(f"Next: {_command('results' if is_smoke else 'table', db=db)}")
+        say(f"  why run {row.id} {row.state}: {command_text('logs', str(row.id), db=db)}")
+    say(f"Next: {command_text('results' if is_smoke else 'table', db=db)}")
     if failed or failed_before:
         raise Exit(1)
-
-
-def _command(*words: str, db: str) -> str:
-    """A command to type in the same place, naming the database where it must, but no password."""
-    from zoobench.db.engine import without_password
-
-    is_known = db in (DEFAULT_DATABASE, os.environ.get("ZOOBENCH_DB"))
-    return shlex.join(["zoobench", *words, *([] if is_known else ["--db", without_password(db)])])

@@ -5,10 +5,9 @@ from typing import Annotated, Any
 
 from typer import Exit, Option
 
-from zoobench.cli.keeping import kept
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_names
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.words import parse_names
+from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 
@@ -45,7 +44,7 @@ def stability(
         chosen = select(suite.CASES, parse_names(cases), noun="stability case", fast=fast)
         study, found = suite.STUDY, (suite.row_of(case.run()) for case in chosen)
     rows: list[dict[str, Any]] = []
-    for row in kept(db, study, found, suite.stored):
+    for row in save_each(db, study, found, suite.stored):
         rows.append(row)
         say(f"{row['verdict']}  {row['case']}  {row['seconds']:.1f} s")
     emit(Listing(tuple(rows[0]), tuple(tuple(row.values()) for row in rows)), form)

@@ -1,61 +1,26 @@
-"""`zoobench gradcheck`: is the gradient the slope?"""
+"""Rows of studies, stored one by one as they are done."""
 
-from typing import Annotated
+from collections.abc import Callable, Iterable, Iterator
+from itertools import tee
+from typing import TYPE_CHECKING, TypeVar
 
-from typer import Exit, Option
+if TYPE_CHECKING:
+    from zoobench.db.rows import StudyRow
 
-from zoobench.cli.options import EnvOption, FormatOption, OneControllerOption, OneDesignOption, TaskOption
-from zoobench.cli.output import Format, say
-from zoobench.cli.several import choose, emit_several, listing_of
-from zoobench.cli.words import parse_counts
-
-TABLES = ("rows", "summary")
+R = TypeVar("R")
 
 
-def gradcheck(
-    env: EnvOption = "*",
-    task: TaskOption = "*",
-    design: OneDesignOption = "caterpillar",
-    controller: OneControllerOption = "sine-basis",
-    fidelity: Annotated[str, Option("--fidelity", help="The grid; the precision is 64 bits in any case.")] = "smoke",
-    horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200,800",
-    directions: Annotated[int, Option("--directions", help="How many in every group; the worst is shown.")] = 1,
-    seed: Annotated[int, Option("--seed", min=0, help="Of the controller's parameters and the directions.")] = 0,
-    table: Annotated[str, Option("--table", help="rows, summary or all.")] = "all",
-    form: FormatOption = Format.TABLE,
-) -> None:
-    """Check gradients against central differences.
+def save_each(db: str, study: str, results: Iterable[R], row_of: "Callable[[R], StudyRow]") -> Iterator[R]:
+    """Yield the results of a study, each after its row is in the database.
 
-    Random directions in every group of parameters, at growing horizons, and a summary that says at which horizon chaos
-    takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or anything is not finite.
+    Raises:
+        StorageError: the database cannot be written; earlier rows stay in it.
     """
-    from zoobench.harness.grid import parse_one, parse_selector
-    from zoobench.registry import Kind
-    from zoobench.verify.gradcheck.cell import cells
-    from zoobench.verify.gradcheck.check import GradRow
-    from zoobench.verify.gradcheck.check import gradcheck as check
-    from zoobench.verify.gradcheck.summary import Summary, summarise
+    from zoobench.db.store import Store
+    from zoobench.harness import provenance
 
-    wanted = choose(table, TABLES, form)
-    rows: list[GradRow] = []
-    summaries: list[Summary] = []
-    for cell in cells(
-        parse_selector(env, Kind.ENV),
-        parse_selector(task, Kind.TASK),
-        design=parse_one(design, Kind.DESIGN),
-        controller=parse_one(controller, Kind.CONTROLLER),
-        fidelity=parse_one(fidelity, Kind.FIDELITY),
-        seed=seed,
-    ):
-        own: list[GradRow] = []
-        for row in check(cell, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
-            own.append(row)
-            say(
-                f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}"
-            )
-        rows += own
-        summaries.append(summarise(cell, own))
-    listings = {"rows": listing_of(GradRow, rows), "summary": listing_of(Summary, summaries)}
-    emit_several({name: listings[name] for name in wanted}, form)
-    if not all(row.is_right for row in rows):
-        raise Exit(1)
+    first, second = tee(results)
+    with Store(db) as store:
+        saved = store.save_study(study, map(row_of, first), provenance=provenance.gather())
+        for _, result in zip(saved, second, strict=False):  # in this order, so that the study is finished
+            yield result

@@ -5,9 +5,8 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import FormatOption
+from zoobench.cli.options import FormatOption, parse_names
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.words import parse_names
 
 _COLUMNS = (
     "case", "measure", "value", "bound", "unit", "ok", "resolution", "precision", "seconds", "source",

@@ -1,4 +1,4 @@
-"""`zoobench doctor`: whether this installation, this machine and a database are fit for work."""
+"""`zoobench doctor`: checks of the installation, the machine and a database."""
 
 import json
 import shutil
@@ -30,7 +30,7 @@ print(json.dumps({"cache": str(runtime.cache_folder()), "cuda": torch.cuda.is_av
 
 
 class Verdict(StrEnum):
-    """How a check came out."""
+    """The result of a check."""
 
     OK = "ok"
     WARNING = "warning"
@@ -38,18 +38,18 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Check:
-    """One thing that was looked at; `detail` is what was found, and what to do where it is no good."""
+class Diagnosis:
+    """The result of one check; `detail` says what was found, and what to do about a problem."""
 
     name: str
     verdict: Verdict
     detail: str
 
 
-def examine(database: str) -> Iterator[Check]:
-    """Look at Python, packages, Taichi, compile cache, plug-ins, the database and disk space, one after the other."""
+def examine(database: str) -> Iterator[Diagnosis]:
+    """Check Python, packages, Taichi, the compile cache, plug-ins, the database and disk space."""
     is_new_enough = sys.version_info >= (3, 11)
-    yield Check("python", Verdict.OK if is_new_enough else Verdict.PROBLEM, sys.version.split()[0])
+    yield Diagnosis("python", Verdict.OK if is_new_enough else Verdict.PROBLEM, sys.version.split()[0])
     yield _check_packages()
     yield from _check_taichi()
     yield _check_plugins()
@@ -58,7 +58,7 @@ def examine(database: str) -> Iterator[Check]:
         yield _check_space(Path(database).absolute().parent)
 
 
-def _check_packages() -> Check:
+def _check_packages() -> Diagnosis:
     found, missing = [], []
     for name in _PACKAGES:
         try:
@@ -66,11 +66,11 @@ def _check_packages() -> Check:
         except PackageNotFoundError:
             missing.append(name)
     if missing:
-        return Check("packages", Verdict.PROBLEM, f"{', '.join(missing)} missing. Install zoobench again.")
-    return Check("packages", Verdict.OK, ", ".join(found))
+        return Diagnosis("packages", Verdict.PROBLEM, f"{', '.join(missing)} missing. Install zoobench again.")
+    return Diagnosis("packages", Verdict.OK, ", ".join(found))
 
 
-def _check_taichi() -> Iterator[Check]:
+def _check_taichi() -> Iterator[Diagnosis]:
     try:
         done = subprocess.run(
             [sys.executable, "-c", _TAICHI_PROBE],
@@ -80,38 +80,38 @@ def _check_taichi() -> Iterator[Check]:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        yield Check("taichi", Verdict.PROBLEM, f"It did not start within {_TAICHI_SECONDS:.0f} s.")
+        yield Diagnosis("taichi", Verdict.PROBLEM, f"It did not start within {_TAICHI_SECONDS:.0f} s.")
         return
     if done.returncode:
         last = done.stderr.strip().splitlines()[-1:] or ["no message"]
-        yield Check("taichi", Verdict.PROBLEM, f"It ends with exit code {done.returncode}: {last[0]}")
+        yield Diagnosis("taichi", Verdict.PROBLEM, f"It ended with exit code {done.returncode}: {last[0]}")
         return
     told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    yield Check("taichi", Verdict.OK, "starts on the CPU; " + ("CUDA is there" if told["cuda"] else "no CUDA"))
+    yield Diagnosis("taichi", Verdict.OK, "starts on the CPU; " + ("CUDA is available" if told["cuda"] else "no CUDA"))
     yield _check_cache(Path(told["cache"]))
 
 
-def _check_cache(folder: Path) -> Check:
+def _check_cache(folder: Path) -> Diagnosis:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(b"zoobench")
     except OSError as error:
         advice = "Every run will compile anew. Name a writable folder in ZOOBENCH_CACHE."
-        return Check("compile cache", Verdict.WARNING, f"Cannot write to {folder}: {error.strerror}. {advice}")
-    return Check("compile cache", Verdict.OK, f"{folder} is writable")
+        return Diagnosis("compile cache", Verdict.WARNING, f"Cannot write to {folder}: {error.strerror}. {advice}")
+    return Diagnosis("compile cache", Verdict.OK, f"{folder} is writable")
 
 
-def _check_plugins() -> Check:
+def _check_plugins() -> Diagnosis:
     from zoobench.registry import failures
 
     broken = [f"{item.entry_point} of {item.group}: {item.reason}" for item in failures()]
-    return Check("plug-ins", Verdict.PROBLEM if broken else Verdict.OK, "; ".join(broken) or "none is broken")
+    return Diagnosis("plug-ins", Verdict.PROBLEM if broken else Verdict.OK, "; ".join(broken) or "none is broken")
 
 
-def _check_database(location: str) -> Check:
+def _check_database(location: str) -> Diagnosis:
     if "://" not in location and not Path(location).exists():
-        return Check("database", Verdict.OK, f"{location} does not exist yet; `zoobench run` makes it")
+        return Diagnosis("database", Verdict.OK, f"{location} does not exist yet; `zoobench run` makes it")
     from zoobench.db.store import Store
 
     try:
@@ -119,16 +119,16 @@ def _check_database(location: str) -> Check:
             complaints = store.check()
             runs = sum(store.counts().values())
     except StorageError as error:
-        return Check("database", Verdict.PROBLEM, str(error))
+        return Diagnosis("database", Verdict.PROBLEM, str(error))
     if complaints:
-        return Check("database", Verdict.PROBLEM, f"{store.name} is damaged: {'; '.join(complaints[:3])}")
-    return Check("database", Verdict.OK, f"{store.name} is sound and holds {runs} runs")
+        return Diagnosis("database", Verdict.PROBLEM, f"{store.name} is damaged: {'; '.join(complaints[:3])}")
+    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs")
 
 
-def _check_space(folder: Path) -> Check:
+def _check_space(folder: Path) -> Diagnosis:
     try:
         free = shutil.disk_usage(folder).free
     except OSError as error:
-        return Check("disk space", Verdict.PROBLEM, f"Cannot look at {folder}: {error.strerror}.")
+        return Diagnosis("disk space", Verdict.PROBLEM, f"Cannot examine {folder}: {error.strerror}.")
     verdict = Verdict.OK if free > _LITTLE_SPACE else Verdict.WARNING
-    return Check("disk space", verdict, f"{free / 2**30:.1f} GiB free in {folder}")
+    return Diagnosis("disk space", verdict, f"{free / 2**30:.1f} GiB free in {folder}")

@@ -1,4 +1,4 @@
-"""Solutions somewhere else: what a run has found, in other environments, tasks and fidelities."""
+"""Transfer: the solution of a run in other environments, tasks and fidelities."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
 
 STUDY = "transfer"
-"""Under which name the rows are kept."""
+"""Name under which the rows are stored."""
 
 
 @dataclass(frozen=True)
@@ -21,14 +21,14 @@ class TransferRow:
     """One episode of a stored solution.
 
     Attributes:
-        run: whose solution it is.
-        design, method, seed: of the run.
-        home: environment, task and fidelity for which it was found.
-        env, task, fidelity: in which it was tried.
+        run: number of the run that found the solution.
+        design, method, seed: of that run.
+        home: environment, task and fidelity of that run.
+        env, task, fidelity: of the episode.
         frames: length of the episode.
         score: None where the simulation diverged.
         unit: of the score.
-        reason: why there is no score, or empty.
+        reason: for the missing score, or empty.
     """
 
     run: int
@@ -46,16 +46,15 @@ class TransferRow:
 
     @property
     def is_home(self) -> bool:
-        """Whether it was tried where it was found."""
+        """Whether the episode is in the environment, task and fidelity of the run."""
         return self.home == (self.env, self.task, self.fidelity)
 
 
 @dataclass(frozen=True)
-class Places:
-    """Where to try solutions: every combination; None for where each was found.
+class TransferTargets:
+    """Environments, tasks and fidelities in which to try solutions, as resolved references.
 
-    Attributes:
-        envs, tasks, fidelities: resolved references.
+    Every combination is tried; None stands for the run's own.
     """
 
     envs: Sequence[Ref] | None = None
@@ -63,20 +62,20 @@ class Places:
     fidelities: Sequence[Ref] | None = None
 
     def of(self, spec: RunSpec) -> Iterator[RunSpec]:
-        """The cells in which the solution of a run is to be tried."""
+        """The episodes to try for a run."""
         axes = (self.envs or [spec.env], self.tasks or [spec.task], self.fidelities or [spec.fidelity])
         for env, task, fidelity in itertools.product(*axes):
             yield replace(spec, env=env, task=task, fidelity=fidelity, budget=Budget("episodes", 1))
 
 
-def transfer(run: int, spec: RunSpec, parameters: Sequence[float], places: Places) -> Iterator[TransferRow]:
-    """Try a solution everywhere, one episode in each place.
+def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: TransferTargets) -> Iterator[TransferRow]:
+    """Try the solution of a run in every target, one episode each.
 
     Raises:
-        UsageError: its parameters do not fit a place's fidelity, by which the body of a design space is described.
+        UsageError: the parameters do not fit a target: those of a design space depend on the fidelity.
     """
     home = (str(spec.env), str(spec.task), str(spec.fidelity))
-    for cell in places.of(spec):
+    for cell in targets.of(spec):
         problem = Problem(cell, worlds=1)
         if problem.parameter_count != len(parameters):
             raise UsageError(
@@ -101,5 +100,5 @@ def transfer(run: int, spec: RunSpec, parameters: Sequence[float], places: Place
 
 
 def stored(row: TransferRow) -> StudyRow:
-    """As it is kept."""
+    """The row as the database keeps it."""
     return StudyRow(f"run {row.run} in {row.env}", "DIVERGED" if row.score is None else "OK", asdict(row))

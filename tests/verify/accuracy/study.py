@@ -5,7 +5,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.records import Balance, Cost, Measurements, Sample, grid_spacing
+from zoobench.verify.accuracy.records import Balance, FidelityCost, Measurements, Sample, grid_spacing
 
 TASK = "movement-speed"
 LIMITS = np.array([0.04, -0.02, 0.01, 0.03])
@@ -33,7 +33,7 @@ def sample(text: str, values: list[float], env: str = "ground", **others: object
 
 
 def close(text: str, offset: float, angle: float = 0.0) -> Sample:
-    """A run that looked closely at one draw: its path off by `offset` [m] along y, its gradient turned by `angle`."""
+    """A run that recorded one draw: its path off by `offset` [m] along y, its gradient turned by `angle`."""
     path = np.zeros((1, 5, 3))
     path[0, :, 0] = np.linspace(0.0, 0.04, 5)
     path[0, 1:, 1] = offset
@@ -41,10 +41,10 @@ def close(text: str, offset: float, angle: float = 0.0) -> Sample:
     return sample(text, [0.0], slopes=gradient, paths=path, spreads=np.ones((1, 5, 6)))
 
 
-def cost(text: str, rate: float) -> Cost:
+def cost(text: str, rate: float) -> FidelityCost:
     """A thousand particles at `rate` [ns]."""
     env = registry.resolve(Kind.ENV, Ref("ground"))
-    return Cost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
+    return FidelityCost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
 
 
 def balance(text: str, contact: float, env: str = "ground") -> Balance:
@@ -54,7 +54,7 @@ def balance(text: str, contact: float, env: str = "ground") -> Balance:
 
 
 def ladder(**others: Sample) -> Measurements:
-    """Four levels of first order, with costs, and what else is given."""
+    """Four levels of first order, with costs, and further samples."""
     levels = [sample(name, scores(name)) for name in LEVELS]
     costs = [cost(name, 100.0 * 2**number) for number, name in enumerate(LEVELS)]
     return Measurements((*levels, *others.values()), tuple(costs), ("made up",))

@@ -15,7 +15,7 @@ from zoobench.verify.accuracy.verdicts import energies, knobs, steps
 
 
 def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
-    """One row per level, step and knob; percent, and what the reference is not sure of."""
+    """One row per level, step and knob; percent, with the uncertainty of the reference."""
     knob = sample("standard[courant=0.25]", scores("standard"))
     measured = ladder(knob=knob)
     measured = Measurements(measured.samples, (*measured.costs, cost("standard[courant=0.25]", 400.0)))
@@ -39,7 +39,7 @@ def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
     assert (tables[4][0][-1], tables[4][1][0][-1]) == ("courant=0.25", f"= {tables[3][1][0][4]}, x 2")
 
 
-def test_what_does_not_converge_is_said_to() -> None:
+def test_scores_that_do_not_converge_are_marked() -> None:
     """In the references, and where the finest level has no error."""
     wild = Measurements(tuple(map(sample, LEVELS[1:], [[0.01], [0.03], [0.02]])), ())
     found = analyse(wild)

@@ -29,7 +29,7 @@ def test_errors_are_distances_to_the_limit() -> None:
 
 
 def test_the_finest_level_is_not_its_own_judge() -> None:
-    """Where nothing converges, the finest level has no error, and the reference says how little it knows."""
+    """Where nothing converges, the finest level has no error, and the reference states its uncertainty."""
     wild = [[0.01], [0.03], [0.02]]
     measured = Measurements(tuple(map(sample, LEVELS[1:], wild)), ())
     found = rows(measured)

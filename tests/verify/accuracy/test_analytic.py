@@ -67,7 +67,7 @@ def test_rows_say_what_was_paid(rows: list[AnalyticRow]) -> None:
         assert fine.simulated_seconds == pytest.approx(coarse.simulated_seconds, rel=1e-9)
     for row in rows:
         assert 0 < row.seconds_min <= row.seconds <= row.seconds_max
-        assert row.pace == row.seconds / row.simulated_seconds
+        assert row.slowdown == row.seconds / row.simulated_seconds
         assert row.nanoseconds > 0
         assert row.precision == 64
         assert row.settings == ()

@@ -8,13 +8,15 @@ from zoobench.errors import UsageError
 from zoobench.spec import Ref
 from zoobench.verify.accuracy import costs as module
 from zoobench.verify.accuracy.costs import costs
-from zoobench.verify.accuracy.plan import Plan, specs
+from zoobench.verify.accuracy.plan import StudyPlan, specs
 
 
 def test_each_fidelity_is_timed_once_and_shifts_not_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rates are positive and ordered, gradients dearer, particles more on the finer grid."""
     monkeypatch.setattr(module, "ENOUGH_SECONDS", 0.001)
-    plan = Plan(levels=("draft",), around="draft", draws=(1,), close=1, knobs=("particles_per_cell=1",), shifts=(0.5,))
+    plan = StudyPlan(
+        levels=("draft",), around="draft", draws=(1,), close=1, knobs=("particles_per_cell=1",), shifts=(0.5,)
+    )
     wanted = specs([Ref("ground")], [Ref("turning")], plan)
     told: list[str] = []
     found = list(costs(wanted, repeats=2, on_case=told.append))

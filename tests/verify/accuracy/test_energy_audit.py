@@ -1,4 +1,4 @@
-"""Where energy goes, against closed forms and laws."""
+"""Energy balances against closed forms and laws."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from zoobench.sim.solver import Rollout, Solver
 from zoobench.spec import Ref
 from zoobench.verify.accuracy import energy_audit
 from zoobench.verify.accuracy.energy_audit import Losses, balance, balances, follow
-from zoobench.verify.accuracy.plan import Plan, specs
+from zoobench.verify.accuracy.plan import StudyPlan, specs
 from zoobench.verify.energies import EnergyBalance, energy_balance
 
 MATERIAL = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0)
@@ -37,7 +37,7 @@ def block(height: float, velocity: tuple[float, float, float], viscosity: float 
 def followed(
     scene: Scene, frames: int, transfer: Transfer = "apic"
 ) -> tuple[Solver, Rollout, EnergyBalance, Losses, float]:
-    """A scene without actuation, its account at the start, and what became of its energy."""
+    """A scene without actuation, its energy at the start, its losses, and the growth of its stored energy."""
     solver = Solver(scene, fidelity(transfer=transfer))
     rollout = solver.run(np.zeros((frames, 1, solver.muscle_count)))
     solver.reset()
@@ -66,8 +66,8 @@ def test_friction_takes_what_coulombs_law_says() -> None:
     assert abs(-stored - losses.contact - losses.viscous) < 0.04 * before.kinetic
 
 
-def test_the_transfers_differ_in_what_nothing_explains() -> None:
-    """A pulsating block of viscous matter: AFLIP loses least, PIC most, and of AFLIP's loss viscosity explains most."""
+def test_the_transfers_differ_in_the_energy_lost_without_a_cause() -> None:
+    """A pulsating block of viscous matter: AFLIP loses least, PIC most, and most of AFLIP's loss is viscous."""
     gradient = 3.0 * np.diag([1.0, -0.5, -0.5])
     body = block(0.2, (0.0, 0.0, 0.0), viscosity=20.0)
     body = replace(
@@ -114,7 +114,7 @@ def test_what_clay_loses_is_its_yield_stress_times_its_plastic_strain() -> None:
 
 def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     """A name for each on the way; PIC loses most of what the muscles put in."""
-    plan = Plan(levels=("draft",), around="draft", draws=(1,), close=1, knobs=("transfer=pic",), shifts=(0.5,))
+    plan = StudyPlan(levels=("draft",), around="draft", draws=(1,), close=1, knobs=("transfer=pic",), shifts=(0.5,))
     wanted = specs([Ref("ground")], [Ref("turning")], plan)
     told: list[str] = []
     apic, pic = balances(wanted, on_case=told.append)
@@ -127,7 +127,7 @@ def test_the_study_follows_each_fidelity_once_and_shifts_not_at_all() -> None:
     assert 0.5 < pic.unexplained < 0.8
 
 
-def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_episode_that_diverges_is_reported_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are followed."""
     from zoobench.errors import Divergence
 
@@ -136,7 +136,7 @@ def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(energy_audit, "balance", fail)
     told: list[str] = []
-    spec = specs([Ref("ice")], [Ref("turning")], Plan(levels=("draft",), around="", draws=(1,), close=0))
+    spec = specs([Ref("ice")], [Ref("turning")], StudyPlan(levels=("draft",), around="", draws=(1,), close=0))
     assert not list(balances(spec, on_case=told.append))
     assert "det F" in told[-1]
     assert told[-1].startswith("ice draft, which fails")
@@ -144,6 +144,6 @@ def test_an_episode_that_fails_is_told_and_left_out(monkeypatch: pytest.MonkeyPa
 
 def test_single_precision_follows_the_same_energies() -> None:
     """The balance is that of the simulation, not of its rounding."""
-    plan = Plan(levels=("draft",), around="draft", draws=(1,), close=0, knobs=("precision=64",), shifts=())
+    plan = StudyPlan(levels=("draft",), around="draft", draws=(1,), close=0, knobs=("precision=64",), shifts=())
     one, two = (balance(spec) for spec in specs([Ref("ground")], [Ref("turning")], plan))
     assert one.unexplained == pytest.approx(two.unexplained, abs=0.01)

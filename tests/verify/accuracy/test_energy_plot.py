@@ -1,4 +1,4 @@
-"""The picture of where energy goes."""
+"""The plot of energy balances."""
 
 from pathlib import Path
 
@@ -39,6 +39,6 @@ def test_an_environment_has_one_panel_with_its_variants(tmp_path: Path) -> None:
 
 
 def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
-    """With what to do first."""
+    """With the command to use first."""
     with pytest.raises(UsageError, match="zoobench accuracy"):
         draw([], tmp_path)

@@ -1,4 +1,4 @@
-"""Which runs the study consists of."""
+"""The runs of the study."""
 
 import pytest
 
@@ -6,14 +6,14 @@ from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import BULK_FACTORS, KNOBS, NUDGE, QUICK, SHIFTS, Plan, specs
+from zoobench.verify.accuracy.plan import BULK_FACTORS, KNOBS, NUDGE, QUICK, SHIFTS, StudyPlan, specs
 
 TASKS = [Ref("movement-speed"), Ref("turning")]
 
 
 def test_every_level_knob_and_shift_is_a_run_or_two() -> None:
-    """One that scores many controllers by all tasks, one that looks at a few closely."""
-    plan = Plan(levels=("draft", "paper"), around="draft", draws=(12, 6))
+    """One that scores many controllers by all tasks, one that records trajectories of a few."""
+    plan = StudyPlan(levels=("draft", "paper"), around="draft", draws=(12, 6))
     found = specs([Ref("ground")], TASKS, plan)
     assert len(found) == 2 * (2 + len(KNOBS) + len(SHIFTS) + 1)
     assert [spec.budget.amount for spec in found[:4]] == [12, 2, 6, 2]
@@ -25,7 +25,7 @@ def test_every_level_knob_and_shift_is_a_run_or_two() -> None:
 @pytest.mark.parametrize("env", ["ocean", "shallow-water", "ocean[bulk_modulus=2e5]"])
 def test_water_is_also_made_stiffer_and_softer(env: str) -> None:
     """The Mach number is a knob where there is water, around that water's own stiffness, and nowhere else."""
-    plan = Plan(levels=("draft",), around="draft", draws=(4,), close=0)
+    plan = StudyPlan(levels=("draft",), around="draft", draws=(4,), close=0)
     moduli = {spec.env.kwargs["bulk_modulus"] for spec in specs([Ref.parse(env)], TASKS, plan)}
     usual = registry.resolve(Kind.ENV, Ref.parse(env)).kwargs["bulk_modulus"]
     assert moduli == {usual, *(factor * usual for factor in BULK_FACTORS)}
@@ -43,6 +43,6 @@ def test_no_run_is_asked_for_twice() -> None:
     [{"levels": ("smoke",)}, {"levels": ()}, {"draws": (1, 2)}, {"around": "coarse"}, {"draws": (0,)}],
 )
 def test_a_plan_that_makes_no_sense_is_refused(wrong: dict[str, object]) -> None:
-    """With what could be chosen instead."""
+    """With the values that are possible."""
     with pytest.raises(UsageError):
-        Plan(**{"levels": ("draft",), "around": "", "draws": (3,), **wrong})  # type: ignore[arg-type]
+        StudyPlan(**{"levels": ("draft",), "around": "", "draws": (3,), **wrong})  # type: ignore[arg-type]

@@ -1,20 +1,32 @@
 """Measurements survive their file."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.verify.accuracy.study import balance, close, ladder, sample
+from tests.verify.accuracy.study import balance, close, cost, ladder, sample
+from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
-from zoobench.verify.accuracy.records import Measurements, label, read, stored, variant_of, write
+from zoobench.verify.accuracy.records import (
+    COST_STUDY,
+    ENERGY_STUDY,
+    from_reader,
+    label,
+    read,
+    stored,
+    variant_of,
+    write,
+)
 
 
 def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:
     """Seven digits of every number, NaN included, and every reference."""
     measured = ladder(close=close("draft", 0.001), broken=sample("paper[courant=0.9]", [0.1, float("nan")]))
-    measured = measured.merged(Measurements((), (), balances=(balance("draft", 0.1),)))
+    measured = replace(measured, balances=(balance("draft", 0.1),))
     write(measured, tmp_path / "measured.json")
     back = read(tmp_path / "measured.json")
     assert back.origin == measured.origin
@@ -27,17 +39,17 @@ def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:
         np.testing.assert_allclose(one.paths.ravel(), two.paths.ravel(), rtol=1e-6)
 
 
-def test_newer_measurements_replace_older_ones() -> None:
-    """The same run measured again counts once."""
-    old, new = ladder(), ladder(more=sample("draft", [9.0]))
-    old, new = (
-        Measurements(one.samples, one.costs, balances=(balance("draft", contact),))
-        for one, contact in ((old, 0.1), (new, 0.2))
-    )
-    merged = old.merged(new)
-    assert merged.balances == (balance("draft", 0.2),)
-    assert len(merged.samples) == len(old.samples)
-    assert merged.samples[0].scores == {"movement-speed": [9.0]}
+def test_of_stored_costs_and_balances_the_newest_count(tmp_path: Path) -> None:
+    """A case measured again replaces the earlier one; null in the database is NaN."""
+    with Store(tmp_path / "some.db") as store:
+        for contact, rate in ((0.1, 100.0), (0.2, 200.0)):
+            for study, item in ((ENERGY_STUDY, balance("draft", contact)), (COST_STUDY, cost("draft", rate))):
+                list(store.save_study(study, [stored(item)], provenance={}))
+        list(store.save_study(COST_STUDY, [stored(replace(cost("paper", 1.0), gradient=math.nan))], provenance={}))
+        found = from_reader(store)
+    assert found.balances == (balance("draft", 0.2),)
+    assert found.costs[0] == cost("draft", 200.0)
+    assert math.isnan(found.costs[1].gradient)
 
 
 def test_a_label_says_what_is_not_the_default() -> None:

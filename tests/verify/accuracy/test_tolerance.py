@@ -48,7 +48,7 @@ def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:
 
 
 def test_what_no_level_reaches_is_refused_with_the_best_figure() -> None:
-    """The figure tells what could be asked for instead."""
+    """The figure is the least tolerance that could be met."""
     with pytest.raises(UsageError, match=r"fine with an error of 0\.24"):
         tolerance.choose(Ref("ground"), TASK, 0.1)
 
@@ -61,7 +61,7 @@ def test_what_was_not_measured_as_it_is_now_is_refused(env: str) -> None:
 
 
 def test_another_task_and_nonsense_are_refused() -> None:
-    """With what to do instead."""
+    """With advice."""
     with pytest.raises(UsageError, match="was not measured"):
         tolerance.choose(Ref("ground"), "turning", 0.5)
     with pytest.raises(UsageError, match="cannot be met"):
@@ -82,7 +82,7 @@ def test_environments_that_were_not_measured_again_stay_as_they_are(tmp_path: Pa
 
 
 def test_a_full_disk_leaves_the_file_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It may be the only one that knows an environment: it is replaced by a whole one or not at all."""
+    """It may hold the only results of an environment: it is replaced by a whole file or not at all."""
     path = tmp_path / tolerance.PUBLISHED
     before = path.read_text()
 
@@ -100,7 +100,7 @@ def test_a_full_disk_leaves_the_file_as_it_was(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.parametrize("components", [None, [5], ["no name"]])
 def test_another_file_is_not_overwritten(tmp_path: Path, components: object) -> None:
-    """What is no published file is refused and left as it is."""
+    """A file of another kind is refused and stays unchanged."""
     path = tmp_path / "notes.json"
     text = json.dumps({"mine": 1} if components is None else {"levels": [], "origin": [], "components": components})
     path.write_text(text)

@@ -1,4 +1,4 @@
-"""What one more level buys, and which knobs buy nothing."""
+"""The gain of one more level, and the effects of knobs."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from zoobench.verify.accuracy.records import Measurements
 from zoobench.verify.accuracy.verdicts import energies, knobs, pareto, steps
 
 
-def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
+def test_the_gain_of_one_more_level_is_the_ratio_of_the_errors() -> None:
     """First order: from 1/64 to 1/96 two thirds of the error, at twice the rate by construction."""
     first = next(iter(steps(analyse(ladder()))))
     assert (first.level, first.next_level) == ("draft", "standard")
@@ -17,7 +17,7 @@ def test_one_more_level_buys_the_ratio_of_the_errors() -> None:
 
 
 def test_energy_is_shared_out_among_where_it_went() -> None:
-    """Of 2 J put in 0.5 go back, 0.4 are stored, 0.6 are lost to viscosity, 0.2 to contact; 0.3 nothing explains."""
+    """Of 2 J, 0.5 are taken back, 0.4 stored, 0.6 lost to viscosity, 0.2 to contact and 0.3 without a cause."""
     levels = ("standard", "draft[courant=0.1]", "draft")
     given = (*(balance(level, 0.2) for level in levels), balance("draft", 0.2, "ice"))
     rows = list(energies(Measurements((), (), balances=given)))

@@ -1,4 +1,4 @@
-"""What an environment covers follows from its scene, and what an effect costs is measured on that scene without it."""
+"""Effects follow from the scene of an environment, and their costs from that scene without them."""
 
 from dataclasses import replace
 
@@ -10,9 +10,9 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
-from zoobench.verify.effects.cost import Cost, costs, in_turn, shares, state_bytes, tensor_bytes
 from zoobench.verify.effects.coverage import Coverage, Place, coverage, places
-from zoobench.verify.effects.scenes import all_elastic, as_clay, pairs
+from zoobench.verify.effects.effect_costs import EffectCost, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
 
@@ -44,7 +44,7 @@ def test_coverage_is_that_of_table_6(name: str, expected: tuple[object, ...]) ->
 
 
 def test_coverage_follows_the_scene() -> None:
-    """Another friction, a deeper bed or a robot that is drowned change the row; nothing is known by name."""
+    """Another friction, a deeper bed or a robot that is drowned change the row; the name has no influence."""
     scene = _place("shallow-water").scene
     assert coverage("any", replace(scene, ground=Ground(0.1))).friction == "low"
     assert coverage("any", replace(scene, ground=None)) == replace(
@@ -84,7 +84,7 @@ def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
 
 
 def test_a_scene_without_a_bed_is_all_elastic() -> None:
-    """Nothing is to be done, and only mud can be made clay."""
+    """It stays unchanged, and only mud can be made clay."""
     scene = _place("ground").scene
     assert all_elastic(scene) is scene
     sand = _place("desert").scene.medium
@@ -94,12 +94,12 @@ def test_a_scene_without_a_bed_is_all_elastic() -> None:
 
 
 @pytest.fixture(scope="module")
-def sand_costs() -> dict[str, Cost]:
+def sand_costs() -> dict[str, EffectCost]:
     """Costs of the desert, once."""
     return {cost.effect: cost for cost in costs(_place("desert"), repeats=3)}
 
 
-def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, Cost]) -> None:
+def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, EffectCost]) -> None:
     """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
     assert set(sand_costs) == {"muscle", "damping", "friction", "plasticity", "checkpoints", "gradient"}
     for cost in sand_costs.values():
@@ -110,7 +110,7 @@ def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, Cost]) -> 
     assert sand_costs["gradient"].launches == 3 * sand_costs["checkpoints"].launches
 
 
-def test_plasticity_costs_time_and_gradients_cost_time_and_memory(sand_costs: dict[str, Cost]) -> None:
+def test_plasticity_costs_time_and_gradients_cost_time_and_memory(sand_costs: dict[str, EffectCost]) -> None:
     """By more than any noise of the machine: the decomposition is about as dear as the rest of a substep."""
     assert sand_costs["plasticity"].ratio > 1.3
     assert sand_costs["gradient"].ratio > 1.5

@@ -1,4 +1,4 @@
-"""The check of gradients must be able to fail, and must know chaos from a wrong gradient."""
+"""The check of gradients must be able to fail, and must tell chaos from a wrong gradient."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,25 +12,25 @@ from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.model.rollout import FloatArray, Gradient
 from zoobench.spec import Ref
 from zoobench.verify.gradcheck import check as study
-from zoobench.verify.gradcheck.cell import NUDGE, Cell, cells
 from zoobench.verify.gradcheck.check import GradRow, gradcheck
+from zoobench.verify.gradcheck.gradient_case import NUDGE, GradientCase
 from zoobench.verify.gradcheck.summary import e_fold, summarise
 
 
-def _cell(env: str = "ground") -> Cell:
-    return next(iter(cells([Ref(env)], [Ref("movement-speed")])))
+def _case(env: str = "ground") -> GradientCase:
+    return GradientCase(Ref(env), Ref("movement-speed"))
 
 
 def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An adjoint off by a tenth of a percent in one group is wrong there, and only there; no kink is blamed."""
+    """An adjoint off by a tenth of a percent in one group is wrong there, and only there; no kink is reported."""
     run = Adjoint.run
 
-    def spoilt(self: Adjoint, *pulls: FloatArray) -> Gradient:
-        gradient = run(self, *pulls)
+    def spoilt(self: Adjoint, *adjoints: FloatArray) -> Gradient:
+        gradient = run(self, *adjoints)
         return replace(gradient, stiffness=1.001 * gradient.stiffness)
 
     monkeypatch.setattr(Adjoint, "run", spoilt)
-    rows = list(gradcheck(_cell(), (20,), directions=2))
+    rows = list(gradcheck(_case(), (20,), directions=2))
     assert {row.group: row.is_right for row in rows} == {
         group: group != "stiffness" for group in ("actuation", *BODY_ARRAYS)
     }
@@ -39,8 +39,8 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("env", ["ground", "ocean"])
 def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
-    """Through form, mass, the water that gives way and what the score counts, as central differences have it."""
-    body = next(iter(cells([Ref(env)], [Ref("turning")], design=Ref("voxel"))))
+    """Through shape, mass, displaced water and the weights of the score, as central differences have it."""
+    body = GradientCase(Ref(env), Ref("turning"), Ref("voxel"))
     rows = {row.group: row for row in gradcheck(body, (40,), directions=2)}
     assert rows.keys() == {"actuation", "design"}
     assert rows["design"].relative_error < 1e-5
@@ -51,52 +51,52 @@ def test_the_first_adjoint_that_is_not_finite_is_named(monkeypatch: pytest.Monke
     """Substep, particle and quantity are given, and the row is not right however well the numbers agree."""
     seed = Adjoint._seed
 
-    def spoilt(self: Adjoint, frame: int, *pulls: FloatArray) -> None:
-        seed(self, frame, *pulls)
+    def spoilt(self: Adjoint, frame: int, *adjoints: FloatArray) -> None:
+        seed(self, frame, *adjoints)
         if frame == 2:
             self._state.x[0, 0, 7, 1] = float("nan")
 
     monkeypatch.setattr(Adjoint, "_seed", spoilt)
-    row = next(iter(gradcheck(_cell(), (20,))))
+    row = next(iter(gradcheck(_case(), (20,))))
     assert not row.is_right
     assert "adjoint of x" in row.fault
 
 
 def test_horizons_are_reached_in_whole_frames_of_the_steps_taken() -> None:
     """One frame less would fall short; a horizon that the same frame reaches is not done twice."""
-    cell = _cell()
-    taken = np.cumsum(cell.run(cell.base(20)).counts[:, 0])
-    reached = cell.frames([10, 11, 50])
+    case = _case()
+    taken = np.cumsum(case.run(case.base(20)).counts[:, 0])
+    reached = case.frames([10, 11, 50])
     assert [int(taken[frames - 1]) >= horizon for frames, horizon in zip(reached, (11, 50), strict=True)] == [True] * 2
     assert int(taken[reached[-1] - 2]) < 50
 
 
 def test_quotients_replay_the_steps_of_the_base() -> None:
     """A stiffer body, which would choose shorter steps for itself, is run in those that it is given."""
-    cell = _cell()
-    base = cell.base(6)
-    counts = cell.run(base).counts
+    case = _case()
+    base = case.base(6)
+    counts = case.run(base).counts
     shorter = counts + 1
     stiff = {**base, "stiffness": 1.05 * base["stiffness"]}
-    assert np.array_equal(cell.run(stiff, shorter).counts, shorter)
-    replayed = cell.objective_near(base, shorter, "stiffness", 0.05 * base["stiffness"])
-    assert replayed == cell.objective(cell.run(stiff, shorter))
-    assert replayed != cell.objective(cell.run(stiff, counts))
+    assert np.array_equal(case.run(stiff, shorter).counts, shorter)
+    replayed = case.objective_near(base, shorter, "stiffness", 0.05 * base["stiffness"])
+    assert replayed == case.objective(case.run(stiff, shorter))
+    assert replayed != case.objective(case.run(stiff, counts))
 
 
-def _fake(objective: Callable[[float], float], slope: float) -> tuple[float, float, float, bool]:
-    """The directional check of a function of one number at 0, as if it were an episode."""
+def _fake(objective: Callable[[float], float], gradient: float) -> tuple[float, float, float, bool]:
+    """The directional check of a function of one number at 0, in the place of an episode."""
 
     class Function:
         def objective_near(self, *arguments: object) -> float:
             return objective(float(np.asarray(arguments[-1])[0]))
 
     one = np.ones(1)
-    return study._along(Function(), {}, one, "fibres", slope * one, one, objective(0.0))  # type: ignore[arg-type]
+    return study._along(Function(), {}, one, "fibres", gradient * one, one, objective(0.0))  # type: ignore[arg-type]
 
 
-def test_a_kink_is_told_from_a_wrong_slope() -> None:
-    """Quotients to the two sides differ at every width at a kink; a smooth function with a wrong slope has none."""
+def test_a_kink_is_told_from_a_wrong_gradient() -> None:
+    """Quotients to the two sides differ at every width at a kink; a smooth function with a wrong gradient has none."""
     assert _fake(lambda x: np.sin(x) + abs(x), 1.7)[3]
     assert not _fake(np.sin, 1.001)[3]
     exact, difference, error, kinked = _fake(np.sin, 1.0)
@@ -116,14 +116,14 @@ def _row(substeps: int, error: float, norm: float, fault: str = "") -> GradRow:
 
 def test_the_summary_names_the_horizon_at_which_chaos_takes_over() -> None:
     """The first horizon where the worst group is off by a percent, and how fast the gradient's norm grows."""
-    cell = _cell()
+    case = _case()
     rows = [_row(10, 1e-9, 1.0), _row(50, 1e-5, 2.0), _row(200, 2e-2, 2.0 * np.e), _row(800, 1e-3, 2.0 * np.e**2)]
-    found = summarise(cell, rows)
+    found = summarise(case, rows)
     assert (found.right_until, found.chaos_from) == (50, 200)
     assert found.error == 1e-5
     assert found.norm_growth == pytest.approx(2.0 * np.e**2)
     assert found.norm_e_fold == pytest.approx(600.0)
-    assert summarise(cell, rows[:2]).chaos_from is None
+    assert summarise(case, rows[:2]).chaos_from is None
     assert found.separation_growth > 0.0
 
 
@@ -131,29 +131,29 @@ def test_chaos_is_expected_where_a_nudge_would_have_grown_to_a_hundredth_of_a_ce
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Parting by e every 100 substeps, a millionth of a cell takes 921; where nothing parts nothing is expected."""
-    cell, steps = _cell(), np.arange(0, 501, 50)
-    monkeypatch.setattr(Cell, "separation", lambda *_: (steps, 1e-6 / 32 * np.exp(steps / 100.0)))
-    found = summarise(cell, [_row(10, 1e-9, 1.0)])
+    case, steps = _case(), np.arange(0, 501, 50)
+    monkeypatch.setattr(GradientCase, "separation", lambda *_: (steps, 1e-6 / 32 * np.exp(steps / 100.0)))
+    found = summarise(case, [_row(10, 1e-9, 1.0)])
     assert found.separation_e_fold == pytest.approx(100.0)
     assert found.chaos_expected == pytest.approx(100.0 * np.log(1e4))
-    monkeypatch.setattr(Cell, "separation", lambda *_: (steps, np.exp(-steps / 100.0)))
-    assert summarise(cell, [_row(10, 1e-9, 1.0)]).chaos_expected is None
+    monkeypatch.setattr(GradientCase, "separation", lambda *_: (steps, np.exp(-steps / 100.0)))
+    assert summarise(case, [_row(10, 1e-9, 1.0)]).chaos_expected is None
 
 
 def test_a_gradient_that_is_not_finite_is_right_nowhere() -> None:
     """However well the numbers agree."""
-    cell = _cell()
-    assert summarise(cell, [_row(10, 1e-9, 1.0, "adjoint of x")]).right_until == 0
+    case = _case()
+    assert summarise(case, [_row(10, 1e-9, 1.0, "adjoint of x")]).right_until == 0
 
 
 def test_episodes_that_begin_alike_part_from_the_nudge_on() -> None:
     """The distance begins at a millionth of a cell and is followed frame by frame; without a nudge there is none."""
-    cell = _cell()
-    substeps, apart = cell.separation(6, np.random.default_rng(0))
+    case = _case()
+    substeps, apart = case.separation(6, np.random.default_rng(0))
     assert apart[0] == pytest.approx(NUDGE / 32, rel=1e-6)
     assert len(substeps) == len(apart) == 7
     assert 0.0 < apart.max() < 1e3 * apart[0]
-    still = cell.separation(6, np.random.default_rng(0), nudge=0.0)[1]
+    still = case.separation(6, np.random.default_rng(0), nudge=0.0)[1]
     assert not still.any()
 
 
@@ -170,10 +170,10 @@ def test_e_folds_are_fits() -> None:
 def test_an_empty_horizon_is_refused(horizons: tuple[int, ...]) -> None:
     """Nothing can be said about no substep."""
     with pytest.raises(UsageError, match="Give positive numbers"):
-        next(gradcheck(_cell(), horizons))
+        next(gradcheck(_case(), horizons))
 
 
 def test_no_direction_is_refused() -> None:
     """Nothing can be said along none."""
     with pytest.raises(UsageError, match="Give at least 1"):
-        next(gradcheck(_cell(), (10,), directions=0))
+        next(gradcheck(_case(), (10,), directions=0))

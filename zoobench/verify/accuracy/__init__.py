@@ -1,1 +1,1 @@
-"""What accuracy costs in time: how far each cheaper simulation is from a converged one, and what it saves."""
+"""Accuracy and cost: error of each cheaper simulation to a converged one, and the time that it saves."""

@@ -1,4 +1,4 @@
-"""Work-precision plots: for every environment, error against time, the cheapest way to each accuracy marked."""
+"""Work-precision plots of every environment: error against time, with the Pareto front marked."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (4.6, 4.8)  # [inches], of one panel
-_BOTTOM = 1e-9  # of every error that is drawn
+_BOTTOM = 1e-9  # lower end of the hatched area
 _LADDER, _KNOB, _NOISE = "#0b62a4", "#8a8a8a", "#c8501e"
 
 
@@ -24,11 +24,11 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
     A panel for the score of every task, and one for the gradient. `default` names the level to mark.
 
     Raises:
-        UsageError: matplotlib is missing, nothing was measured, or a file cannot be written.
+        UsageError: there are no measurements, matplotlib is missing, or a file cannot be written.
     """
     envs = list(dict.fromkeys(reference.env for reference in analysis.references))
     if not envs:
-        raise UsageError("Nothing was measured that could be drawn. Run `zoobench accuracy` first.")
+        raise UsageError("There are no measurements to draw. Use `zoobench accuracy run` first.")
     paths = []
     for env in envs:
         references = [row for row in analysis.references if row.env == env]
@@ -38,7 +38,7 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
             _scores(panel, reference, analysis, default)
         _gradients(panels[-1], env, analysis, default)
         _legend(canvas, panels)
-        canvas.suptitle(f"{env}: what accuracy costs")
+        canvas.suptitle(f"{env}: accuracy and cost")
         path = folder / f"accuracy-{env}.png"
         figures.save(canvas, path)
         paths.append(path)
@@ -46,15 +46,12 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
 
 
 def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: str) -> None:
-    """Error of the score against wall time: the ladder as a line, sweeps as dots, the front bold, noise hatched."""
+    """Error of the score against wall time: levels as a line, knobs as crosses, the front bold, noise hatched."""
     ladder = _of(analysis.levels, reference, "error", "seconds")
     knobs = _of(analysis.knobs, reference, "error", "seconds")
     axes.set(xscale="log", yscale="log", title=reference.task)
     axes.set(xlabel="wall time per simulated second [s]", ylabel="error of the score [share]")
-    _ladder(axes, ladder, "error", "seconds", default)
-    axes.plot(_column(knobs, "seconds"), _column(knobs, "error"), "x", color=_KNOB, label="one knob turned")
-    for row in knobs:
-        _name(axes, row, "error", "seconds", _KNOB, 6)
+    _points(axes, ladder, knobs, "error", "seconds", default)
     front = pareto([*ladder, *knobs])
     axes.plot(_column(front, "seconds"), _column(front, "error"), color="black", linewidth=3, alpha=0.25,
               label="cheapest for its error")  # fmt: skip
@@ -62,7 +59,7 @@ def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: 
         axes.fill_between([0, 1], _BOTTOM, reference.floor, hatch="///", alpha=0.12, color=_NOISE,
                           transform=axes.get_yaxis_transform(), label="below the noise floor")  # fmt: skip
     if reference.unknown:
-        axes.axhline(reference.unknown, color=_NOISE, linestyle="--", linewidth=1, label="the reference is not surer")
+        axes.axhline(reference.unknown, color=_NOISE, linestyle="--", linewidth=1, label="uncertainty of the reference")
     shown = [row.error for row in (*ladder, *knobs) if row.error]
     shown += [value for value in (reference.floor, reference.unknown) if value]
     if shown:
@@ -76,16 +73,12 @@ def _gradients(axes: "Axes", env: str, analysis: Analysis, default: str) -> None
     knobs = [row for row in analysis.knobs if row.env == env and row.angle and row.gradient_seconds]
     axes.set(xscale="log", yscale="log", title="gradient")
     axes.set(xlabel="wall time per simulated second, with gradient [s]", ylabel="1 - cosine to the finest level")
-    _ladder(axes, rows, "angle", "gradient_seconds", default)
-    axes.plot(_column(knobs, "gradient_seconds"), _column(knobs, "angle"), "x", color=_KNOB,
-              label="one knob turned")  # fmt: skip
-    for row in knobs:
-        _name(axes, row, "angle", "gradient_seconds", _KNOB, 6)
+    _points(axes, rows, knobs, "angle", "gradient_seconds", default)
     _finish(axes)
 
 
 def _finish(axes: "Axes") -> None:
-    """A grid, numbers as one writes them, and room for the names beside the last points."""
+    """Add a grid, plain numbers, and room for the names beside the last points."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     axes.grid(alpha=0.3, which="both")
@@ -97,7 +90,7 @@ def _finish(axes: "Axes") -> None:
 
 
 def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
-    """One below all panels, every entry once."""
+    """One legend below all panels, every entry once."""
     known: dict[str, Any] = {}
     for panel in panels:
         handles, names = panel.get_legend_handles_labels()
@@ -105,23 +98,24 @@ def _legend(canvas: "Figure", panels: "Iterable[Axes]") -> None:
     canvas.legend(handles=list(known.values()), labels=list(known), loc="outside lower center", ncols=6, fontsize=8)
 
 
-def _ladder(axes: "Axes", rows: Sequence[LevelRow], error: str, seconds: str, default: str) -> None:
-    """The levels joined by a line, each with its name, the default one ringed."""
-    axes.plot(_column(rows, seconds), _column(rows, error), "o-", color=_LADDER, label="levels")
-    for row in rows:
-        _name(axes, row, error, seconds, _LADDER, 9)
-        if row.fidelity == default:
-            axes.plot(getattr(row, seconds), getattr(row, error), "o", markersize=14, markerfacecolor="none",
-                      color=_LADDER, label="default")  # fmt: skip
-
-
-def _name(axes: "Axes", row: LevelRow, error: str, seconds: str, colour: str, size: int) -> None:
-    place = (getattr(row, seconds), getattr(row, error))
-    axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+def _points(
+    axes: "Axes", levels: Sequence[LevelRow], knobs: Sequence[LevelRow], error: str, seconds: str, default: str
+) -> None:
+    """Draw levels joined by a line, the default one ringed, and knobs as crosses, each with its name."""
+    for rows, style, colour, size, legend in (
+        (levels, "o-", _LADDER, 9, "levels"),
+        (knobs, "x", _KNOB, 6, "one knob turned"),
+    ):
+        axes.plot(_column(rows, seconds), _column(rows, error), style, color=colour, label=legend)
+        for row in rows:
+            place = (getattr(row, seconds), getattr(row, error))
+            axes.annotate(_short(row), place, color=colour, fontsize=size, xytext=(4, 4), textcoords="offset points")
+            if row.fidelity == default and rows is levels:
+                axes.plot(*place, "o", markersize=14, markerfacecolor="none", color=colour, label="default")
 
 
 def _short(row: LevelRow) -> str:
-    """A level's name, or the knob that is turned in few letters: `aflip`, `27 per cell`."""
+    """A level's name, or a short name of the turned knob: `aflip`, `27 per cell`."""
     turned = (row.env if "[" in row.env else row.fidelity).partition("[")[2].rstrip("]")
     knob, _, value = turned.partition("=")
     if not knob:
@@ -137,7 +131,7 @@ def _column(rows: Sequence[LevelRow], name: str) -> list[float]:
 
 
 def _of(rows: Sequence[LevelRow], reference: ReferenceRow, error: str, seconds: str) -> list[LevelRow]:
-    """Rows of the same environment and task for which both values are known and can be shown on logarithmic axes."""
+    """Rows of the reference's environment and task that have both values and fit on logarithmic axes."""
     return [
         row
         for row in rows

@@ -1,62 +1,49 @@
-"""The study's tables as a person reads them; programs get every field of the rows instead."""
+"""The study's tables for people; programs get every field of the rows instead."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
-from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, StepRow
+from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, RefinementRow
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
 
 
 def level_table(rows: Sequence[LevelRow]) -> Table:
-    """One row per level: errors in percent with what is not known of the reference, ranks, costs."""
+    """One row per level: errors in percent with the uncertainty of the reference, ranks, costs."""
     columns = (
         "env", "task", "fidelity", "score error", "noise", "rank tau", "same winner", "path error", "1-cos gradient",
         "s per simulated s", "with gradient", "particles",
     )  # fmt: skip
+    winner = {None: "", True: "yes", False: "no"}
     return columns, [
         (
-            row.env,
-            row.task,
-            row.fidelity,
-            _error(row),
-            _percent(row.floor),
-            _number(row.tau),
-            {None: "", True: "yes", False: "no"}[row.winner],
-            _percent(row.path),
-            _number(row.angle),
-            _seconds(row),
-            _number(row.gradient_seconds),
+            row.env, row.task, row.fidelity, _error(row), _percent(row.floor), _number(row.tau), winner[row.winner],
+            _percent(row.path), _number(row.angle), _seconds(row), _number(row.gradient_seconds),
             "" if row.particles is None else f"{row.particles:,}",
         )
         for row in rows
-    ]
+    ]  # fmt: skip
 
 
 def reference_table(rows: Sequence[ReferenceRow]) -> Table:
-    """One row per environment and task: does it converge, and how far is the limit known?"""
+    """One row per environment and task: whether scores converge, and the uncertainty of the limit."""
     columns = (
         "env", "task", "levels", "converged", "order", "scores [m/s]", "reference known to", "noise", "smooth for [s]",
     )  # fmt: skip
     return columns, [
         (
-            row.env,
-            row.task,
-            row.levels,
+            row.env, row.task, row.levels,
             f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})",
-            _number(row.order),
-            _number(row.scale),
-            _percent(row.unknown),
-            _percent(row.floor),
-            _number(row.chaos),
+            _number(row.order), _number(row.scale), _percent(row.unknown), _percent(row.floor), _number(row.chaos),
         )
         for row in rows
-    ]
+    ]  # fmt: skip
 
 
-def step_table(rows: Sequence[StepRow]) -> Table:
-    """What one more level buys."""
+def step_table(rows: Sequence[RefinementRow]) -> Table:
+    """Gain and cost of one more level."""
     columns = ("env", "task", "from", "to", "error", "becomes", "times smaller", "times dearer", "tau", "becomes")
     return columns, [
         (
@@ -68,7 +55,7 @@ def step_table(rows: Sequence[StepRow]) -> Table:
 
 
 def knob_table(rows: Sequence[KnobRow]) -> Table:
-    """What turning one knob does."""
+    """Effect and cost of each turned knob."""
     columns = (
         "env", "task", "level", "knob", "score error", "without", "scores change by", "noise", "times dearer",
         "verdict",
@@ -83,9 +70,9 @@ def knob_table(rows: Sequence[KnobRow]) -> Table:
 
 
 def choice_table(rows: Sequence[KnobRow]) -> Table:
-    """All knobs of an environment and task side by side: error, times dearer, and whether they differ from the noise.
+    """All knobs of an environment and task side by side: error, factor of the cost, and a sign for the effect.
 
-    `=` is no difference, `+` better, `-` worse, `~` other without being either.
+    `=` is a difference below the noise, `+` better, `-` worse, `~` different but neither.
     """
     names = list(dict.fromkeys(row.knob for row in rows))
     cells: dict[tuple[str, str, str], dict[str, str]] = {}
@@ -98,7 +85,7 @@ def choice_table(rows: Sequence[KnobRow]) -> Table:
 
 
 def energy_table(rows: Sequence[EnergyRow]) -> Table:
-    """Where energy went, in percent of what the muscles put in."""
+    """Energy balances, in percent of the muscles' work."""
     columns = (
         "env", "fidelity", "put in [J]", "taken back", "stored", "viscosity", "yield", "contact", "unexplained",
     )  # fmt: skip
@@ -110,6 +97,17 @@ def energy_table(rows: Sequence[EnergyRow]) -> Table:
 
 
 _SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}
+
+
+TABLES: dict[str, tuple[type[Any] | None, Callable[[Any], Table]]] = {
+    "references": (ReferenceRow, reference_table),
+    "levels": (LevelRow, level_table),
+    "steps": (RefinementRow, step_table),
+    "knobs": (KnobRow, knob_table),
+    "choices": (None, choice_table),
+    "energy": (EnergyRow, energy_table),
+}
+"""Kind of rows and table for people, by name; `choices` is the same table for programs."""
 
 
 def _error(row: LevelRow) -> str:

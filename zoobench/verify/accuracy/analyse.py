@@ -1,51 +1,52 @@
-"""How wrong each simulation is, what it costs, and whether it picks the same winner.
+"""Error and cost of each fidelity, and whether it ranks controllers as the finest one does.
 
 Every environment and task is judged by itself. The reference of each controller's score is the limit of the ladder of
-levels (`reference.extrapolate`); an error is the root mean square over the controllers of the difference to it, as a
-share of the root mean square of the references, so that a controller that goes nowhere cannot blow it up.
+levels (`reference.extrapolate`). An error is the root mean square difference to it over the controllers, as a share of
+the root mean square of the references: a controller that hardly moves cannot inflate it.
 """
 
 import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.registry import Kind
 from zoobench.verify.accuracy.plan import LADDER, NUDGE
-from zoobench.verify.accuracy.records import Cost, Measurements, Sample, grid_spacing, label, variant_of
+from zoobench.verify.accuracy.records import FidelityCost, Measurements, Sample, grid_spacing, label, variant_of
 from zoobench.verify.accuracy.reference import Reference, extrapolate
 
 BODY_LENGTH = 0.1
-"""Of the caterpillar [m], in which errors of the path are given."""
+"""Length of the caterpillar [m], the unit of errors of the trajectory."""
 
 TRUSTED = 0.01
-"""Share of an error that chaos may contribute to it."""
+"""Largest share of an error that chaos may contribute."""
 
 
 @dataclass(frozen=True)
 class LevelRow:
-    """One environment and task at one fidelity. Errors are shares; None is what was not measured.
+    """One environment and task at one fidelity. Errors are shares; None stands for a value that was not measured.
 
     Attributes:
         fidelity: its name, with the parameters that are not the default ones.
         error: of the score.
-        floor: what the score changes by when the robot starts elsewhere by a fraction of a cell, likewise a share.
-        at_floor: the error cannot be told from that noise.
-        unknown: how uncertain the reference itself is.
-        path, shape: of the centre of mass in body lengths, and of the second moments of the body.
-        angle: 1 - cosine between gradient and that of the finest level.
+        floor: the noise floor: change of the score when the robot starts a fraction of a cell away.
+        at_floor: whether the error is below the noise floor.
+        unknown: uncertainty of the reference itself.
+        path, shape: errors of the centre of mass's trajectory [body lengths] and of the body's second moments.
+        angle: 1 - cosine between the gradient and that of the finest level.
         ratio: of their norms.
         tau: Kendall's rank correlation of the controllers' scores with those of the finest level that has them.
         winner: whether the best controller is the same.
-        draws: controllers behind `error`, behind `tau`.
-        change: where a knob is turned, how far the scores are from those at the level as it is.
+        draws: numbers of controllers behind `error` and behind `tau`.
+        change: where a knob is turned, difference of the scores to those of the unchanged level.
         seconds, seconds_least, seconds_most: wall time per simulated second, forward [s].
-        gradient_seconds: likewise with gradient [s]; None where the study takes none.
+        gradient_seconds: likewise with gradient [s]; None where the study computes none.
         rate: wall time per particle and substep [ns].
-        memory: of the process [MiB].
+        memory: peak of the process [MiB].
     """
 
     env: str
@@ -76,18 +77,18 @@ class LevelRow:
 
 @dataclass(frozen=True)
 class ReferenceRow:
-    """What the errors of one environment and task are measured against.
+    """The references of one environment and task.
 
     Attributes:
-        levels: names of those that the references rest on.
-        draws: controllers with a reference.
-        converged: how many of them converge.
-        order: median of the observed orders of those.
+        levels: names of those from which the references follow.
+        draws: number of controllers with a reference.
+        converged: number of those that converge.
+        order: median of their observed orders.
         scale: root mean square of the reference scores.
         unknown: root mean square of their uncertainties, as a share of `scale`; None with fewer than three levels.
         floor: the noise floor, likewise.
-        chaos: simulated time until which a nudge of a millionth of a cell stays below 1 % of the path's error at that
-            level [s]; the whole time where it always does.
+        chaos: simulated time for which the effect of a nudge of a millionth of a cell stays below 1 % of the
+            trajectory's error at that level [s]; the length of the episode where it always does.
     """
 
     env: str
@@ -102,38 +103,30 @@ class ReferenceRow:
     chaos: float | None
 
 
-class Cell:
+class StudyCell:
     """The measurements of one environment (with its variants) and task."""
 
-    def __init__(self, env: str, task: str, samples: Iterable[Sample], costs: Iterable[Cost]) -> None:
+    def __init__(self, env: str, task: str, samples: Iterable[Sample], costs: Iterable[FidelityCost]) -> None:
         self.env, self.task = env, task
         own = [sample for sample in samples if sample.env.name == env]
         scored = [sample for sample in own if not sample.is_close and task in sample.scores]
-        # where several lengths were measured, the longest episodes count, and of those the one of most draws
+        # of several lengths the longest episodes count, and of those the sample with the most draws
         scored.sort(key=lambda sample: len(sample.scores[task]))
         frames = max((sample.frames for sample in scored), default=0)
         self.scored = {variant_of(sample): sample for sample in scored if sample.frames == frames}
         self.close = {variant_of(sample): sample for sample in own if sample.is_close}
+        self._close_levels = [self.close[name] for name in LADDER if name in self.close]
         self._costs = {(cost.env, cost.fidelity): cost for cost in costs}
         self.ladder = [name for name in LADDER if name in self.scored]
         self.references = self._references()
+        self.scale = _rms([reference.value for reference in self.references])
 
     def scores(self, name: str) -> Array:
-        """Of a variant's draws, NaN where one diverged."""
+        """Scores of a variant's draws, NaN where the simulation diverged."""
         return np.array(self.scored[name].scores[self.task])
 
-    def cost(self, name: str) -> Cost | None:
-        """What a variant costs, if it was measured."""
-        sample = self.scored[name]
-        return self._costs.get((sample.env, sample.fidelity))
-
-    @property
-    def scale(self) -> float:
-        """Root mean square of the reference scores."""
-        return _rms([reference.value for reference in self.references])
-
     def _references(self) -> list[Reference]:
-        """Of every draw that all levels and turned knobs have, so that their errors can be compared."""
+        """References of the draws that all levels and turned knobs have, so that their errors can be compared."""
         if not self.ladder:
             return []
         found = []
@@ -148,9 +141,9 @@ class Cell:
         return grid_spacing(self.scored[name].fidelity)
 
     def error(self, name: str) -> tuple[float | None, int]:
-        """Of the score, and over how many draws; None where it cannot be told.
+        """Error of the score, and the number of draws behind it; None where it is unknown.
 
-        The finest level can only be judged by draws whose reference lies beyond it, and is if they are the most.
+        The finest level is judged by the draws that converge, whose reference lies beyond it, if they are the majority.
         """
         scores = self.scores(name)
         is_finest = name == self.ladder[-1]
@@ -164,7 +157,7 @@ class Cell:
         return _rms([score - value for score, value in pairs]) / _rms([value for _, value in pairs]), len(pairs)
 
     def change(self, name: str) -> float | None:
-        """Of a turned knob: how far the scores are from those of the level as it is, as a share of the scale."""
+        """Difference of a turned knob's scores to those of the unchanged level, as a share of the scale."""
         home = _home(name)
         if home == name or home not in self.scored:
             return None
@@ -173,23 +166,18 @@ class Cell:
         return _rms(apart[np.isfinite(apart)])
 
     def floor(self) -> float | None:
-        """The noise floor: the deviation over the shifts, as a share of the scores."""
-        families = self._shifted()
+        """The noise floor: the standard deviation over the shifts, as a share of the scale."""
+        shifted = [name for name in self.scored if (shift := _shift(name)) is not None and shift != NUDGE]
+        homes = [home for home in map(_home, shifted[:1]) if home in self.scored]
+        families = [self.scores(name) for name in (*homes, *shifted)]
         if len(families) < 2:
             return None
-        count = min(len(scores) for scores in families)
+        count = min(map(len, families))
         table = np.array([scores[:count] for scores in families])
         return _rms(np.nanstd(table, axis=0, ddof=1)) / self.scale
 
-    def _shifted(self) -> list[Array]:
-        names = [name for name in self.scored if (shift := _shift(name)) is not None and shift != NUDGE]
-        if not names:
-            return []
-        home = _home(names[0])
-        return [self.scores(name) for name in [*([home] if home in self.scored else []), *names]]
-
     def rank(self, name: str) -> tuple[float | None, bool | None, int]:
-        """Kendall's tau with the finest level that has as many draws, and whether both name the same winner."""
+        """Kendall's tau with the finest level that has as many draws, whether the winner is the same, and the draws."""
         from scipy.stats import kendalltau
 
         scores = self.scores(name)
@@ -207,12 +195,11 @@ class Cell:
         return tau, bool(np.argmax(scores[both]) == np.argmax(best[both])), int(both.sum())
 
     def closely(self, name: str) -> tuple[float | None, float | None, float | None, float | None]:
-        """Errors of path [body lengths] and shape, angle and norm ratio of the gradient, against the finest level."""
-        levels = [level for level in LADDER if level in self.close]
+        """Errors of trajectory and shape, and angle and norm ratio of the gradient, to the finest level."""
         sample = self.close.get(name)
-        if sample is None or not levels or name == levels[-1]:
+        if sample is None or not self._close_levels or sample is self._close_levels[-1]:
             return None, None, None, None
-        best = self.close[levels[-1]]
+        best = self._close_levels[-1]
         count = min(len(sample.paths), len(best.paths))
         path = _rms(np.linalg.norm(sample.paths[:count] - best.paths[:count], axis=2)) / BODY_LENGTH
         shape = _rms(sample.spreads[:count] - best.spreads[:count]) / _rms(best.spreads[:count])
@@ -224,35 +211,35 @@ class Cell:
         return path, shape, float(1.0 - cosines.mean()), float((norms[0] / norms[1]).mean())
 
     def chaos(self) -> float | None:
-        """Until when a nudge stays within `TRUSTED` of the path's error at its level [s]."""
-        nudged = next((name for name in self.close if _shift(name) == NUDGE), None)
-        levels = [level for level in LADDER if level in self.close]
-        if nudged is None or _home(nudged) not in self.close or len(levels) < 2:
+        """Time for which a nudge's effect stays within `TRUSTED` of the trajectory's error at its level [s]."""
+        name = next((name for name in self.close if _shift(name) == NUDGE), "")
+        home = self.close.get(_home(name))
+        if home is None or len(self._close_levels) < 2:
             return None
-        home, best = self.close[_home(nudged)], self.close[levels[-1]]
-        count = min(len(home.paths), len(best.paths), len(self.close[nudged].paths))
-        apart = np.linalg.norm(self.close[nudged].paths[:count] - home.paths[:count], axis=2).max(0)
+        nudged, best = self.close[name], self._close_levels[-1]
+        count = min(len(home.paths), len(best.paths), len(nudged.paths))
+        apart = np.linalg.norm(nudged.paths[:count] - home.paths[:count], axis=2).max(0)
         wrong = np.linalg.norm(home.paths[:count] - best.paths[:count], axis=2).max(0)
         chaotic = np.flatnonzero(apart[1:] > TRUSTED * wrong[1:])
         points = len(apart) - 1 if not len(chaotic) else int(chaotic[0])
         return points * home.seconds_between
 
-    def row(self, name: str, floor: float | None, unknown: float | None) -> LevelRow:
-        """All about one variant."""
-        sample, cost = self.scored[name], self.cost(name)
+    def row(self, name: str, reference: ReferenceRow) -> LevelRow:
+        """The row of one variant."""
+        sample = self.scored[name]
+        cost = self._costs.get((sample.env, sample.fidelity))
         error, draws = self.error(name)
         path, shape, angle, ratio = self.closely(name)
         tau, winner, ranked = self.rank(name)
-        per_second = None if cost is None else 1e-9 * cost.particles * sample.substeps
         return LevelRow(
             env=label(Kind.ENV, sample.env),
             task=self.task,
             fidelity=label(Kind.FIDELITY, sample.fidelity),
             spacing=self._spacing(name),
             error=error,
-            floor=floor,
-            at_floor=error is not None and floor is not None and error < floor,
-            unknown=unknown,
+            floor=reference.floor,
+            at_floor=error is not None and reference.floor is not None and error < reference.floor,
+            unknown=reference.unknown,
             path=path,
             shape=shape,
             angle=angle,
@@ -261,18 +248,13 @@ class Cell:
             winner=winner,
             draws=f"{draws}, {ranked}",
             change=self.change(name),
-            particles=None if cost is None else cost.particles,
             substeps=sample.substeps,
-            seconds=None if cost is None or per_second is None else per_second * cost.forward,
-            seconds_least=None if cost is None or per_second is None else per_second * cost.forward_least,
-            seconds_most=None if cost is None or per_second is None else per_second * cost.forward_most,
-            gradient_seconds=_finite(per_second * cost.gradient) if cost is not None and per_second else None,
-            rate=None if cost is None else cost.forward,
+            **_costs(cost, sample.substeps),
             memory=sample.peak_memory / 2**20 if sample.peak_memory else None,
         )
 
     def reference_row(self) -> ReferenceRow:
-        """What the errors are measured against."""
+        """The summary of the references."""
         orders = [reference.order for reference in self.references if reference.order is not None]
         uncertainties = [reference.uncertainty for reference in self.references]
         return ReferenceRow(
@@ -291,7 +273,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Analysis:
-    """The study's result: `levels` holds the ladder, `knobs` the sweeps around one of its levels."""
+    """Results of the study: `levels` are those of the ladder, `knobs` the variants of one of its levels."""
 
     references: tuple[ReferenceRow, ...]
     levels: tuple[LevelRow, ...]
@@ -299,36 +281,48 @@ class Analysis:
 
 
 def analyse(measurements: Measurements, envs: Sequence[str] = (), tasks: Sequence[str] = ()) -> Analysis:
-    """Judge what was measured; `envs` and `tasks` narrow the choice."""
+    """Judge measurements, of some environments and tasks only if `envs` and `tasks` name them."""
     names = sorted({sample.env.name for sample in measurements.samples})
     known = sorted({task for sample in measurements.samples for task in sample.scores})
     references, levels, knobs = [], [], []
     for env in (name for name in names if not envs or name in envs):
         for task in (name for name in known if not tasks or name in tasks):
-            cell = Cell(env, task, measurements.samples, measurements.costs)
+            cell = StudyCell(env, task, measurements.samples, measurements.costs)
             if not cell.ladder:
                 continue
             reference = cell.reference_row()
             references.append(reference)
-            levels += [cell.row(name, reference.floor, reference.unknown) for name in cell.ladder]
             turned = [name for name in cell.scored if name not in cell.ladder and _shift(name) is None]
-            knobs += [cell.row(name, reference.floor, reference.unknown) for name in turned]
+            levels += [cell.row(name, reference) for name in cell.ladder]
+            knobs += [cell.row(name, reference) for name in turned]
     return Analysis(tuple(references), tuple(levels), tuple(knobs))
 
 
 def _home(name: str) -> str:
-    """The level that a variant is one of."""
+    """The level of a variant."""
     return re.split(r"[ \[]", name)[0]
 
 
 def _shift(name: str) -> float | None:
-    """The shift that a variant's label states [cells]."""
+    """The shift in a variant's label [cells], None if there is none."""
     _, found, rest = name.partition("[shift=")
     return float(rest.rstrip("]")) if found else None
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _costs(cost: FidelityCost | None, substeps: float) -> dict[str, Any]:
+    """The fields of a `LevelRow` that follow from a cost, at a number of substeps per simulated second."""
+    if cost is None:
+        return dict.fromkeys(("particles", "seconds", "seconds_least", "seconds_most", "gradient_seconds", "rate"))
+    per_second = 1e-9 * cost.particles * substeps
+    with_gradient = per_second * cost.gradient
+    return {
+        "particles": cost.particles,
+        "seconds": per_second * cost.forward,
+        "seconds_least": per_second * cost.forward_least,
+        "seconds_most": per_second * cost.forward_most,
+        "gradient_seconds": with_gradient if math.isfinite(with_gradient) else None,
+        "rate": cost.forward,
+    }
 
 
 def _rms(values: Iterable[float] | Array) -> float:

@@ -1,8 +1,8 @@
-"""Work and precision against exact answers: the error of a case on finer and finer grids, and the time that it takes.
+"""Work and precision against exact answers: error and time of a case on finer and finer grids.
 
-Errors come from the functions that `validate` judges. Times are those of the simulator's substeps alone: launches of
-many, from the state that the case ended in, without what a case does to the particles in between. Several cases are one
-cell wide, and so their cost grows with h^-2, not h^-4; nanoseconds per particle and substep hold for any body.
+Errors come from the functions that `validate` judges. Times are those of the simulator's substeps alone, from the final
+state of the case, without its own work on the particles. Several cases are one cell wide, so that their cost grows with
+h^-2, not h^-4; nanoseconds per particle and substep hold for any body.
 """
 
 import math
@@ -19,7 +19,7 @@ from zoobench.verify.accuracy.analytic_cases import CASES, AnalyticCase, Solved
 from zoobench.verify.comparison_figure import Figure
 from zoobench.verify.validate.rig import Rig, order_of_accuracy
 
-_WORK = 1_000_000  # particle-substeps in a launch; starting one costs as much as a thousand
+_WORK = 1_000_000  # particle-substeps in a launch; the overhead of a launch is that of a thousand
 _SAMPLE_SECONDS = 0.05
 
 
@@ -31,13 +31,13 @@ class AnalyticRow:
         cells: of the grid along the case's reference length.
         spacing: of the grid [m].
         precision: bits of a real number.
-        settings: further choices of the fidelity that were asked for, sorted; none for its defaults.
+        settings: parameters of the fidelity that were given, sorted.
         error: relative to the exact answer, not negative.
         order: of the error, from the next coarser grid to this one; None on the coarsest.
         seconds, seconds_min, seconds_max: wall time of all substeps [s], median and range of the samples.
-        simulated_seconds: the time that they make up [s].
-        particles: of the scene, images around a periodic cell among them.
-        nanoseconds: processor time per particle and substep, median [ns]; other work on the machine disturbs it less.
+        simulated_seconds: simulated time of all substeps [s].
+        particles: of the scene, including images around a periodic cell.
+        nanoseconds: processor time per particle and substep, median [ns].
     """
 
     case: str
@@ -57,8 +57,8 @@ class AnalyticRow:
     nanoseconds: float
 
     @property
-    def pace(self) -> float:
-        """Wall seconds per simulated second."""
+    def slowdown(self) -> float:
+        """Wall time by simulated time [-]."""
         return self.seconds / self.simulated_seconds
 
 
@@ -68,8 +68,8 @@ class AnalyticSummary:
 
     Attributes:
         order: slope of the error over the spacing in logarithms, over all grids; None for a single one.
-        at_least, at_most: what the theory allows; None where there is no bound.
-        verdict: `met`, `missed`, or `not judged` where the theory gives no order or there is a single grid.
+        at_least, at_most: bounds by the theory; None where there is none.
+        verdict: `met`, `missed`, or `not judged` without an order of the theory or with a single grid.
     """
 
     case: str
@@ -81,24 +81,24 @@ class AnalyticSummary:
 
 
 def case_names() -> list[str]:
-    """The cases that can be asked for."""
+    """Names of the cases."""
     return [case.name for case in CASES]
 
 
 def analytic(
     cases: Sequence[str] | None = None, levels: int | None = None, repeats: int = 3, **settings: Any
 ) -> Iterator[AnalyticRow]:
-    """Simulate cases on their ladders of grids, and time them on all grids of a case in turn.
+    """Simulate cases on their ladders of grids, and time all grids of a case in turn.
 
     Args:
         cases: names out of `case_names`; all if None.
-        levels: how many grids of each ladder, the coarsest first; all if None.
+        levels: number of grids of each ladder, the coarsest first; all if None.
         repeats: samples of the time, of which the median is given.
-        settings: precision (64 bits if not given) and further choices of the fidelity, by their names there.
+        settings: precision (64 bits if not given) and other parameters of the fidelity.
 
     Raises:
-        UnknownNameError: a case that there is not.
-        UsageError: no level or no repeat.
+        UnknownNameError: an unknown case.
+        UsageError: levels or repeats below 1.
     """
     known = {case.name: case for case in CASES}
     for name in cases or ():
@@ -136,7 +136,7 @@ class _Clock:
         self._burst = min(rig.done, math.ceil(_WORK / rig.solver.particle_count))
 
     def sample(self) -> tuple[float, float]:
-        """Wall and processor seconds per substep, over launches that take long enough together."""
+        """Wall and processor time per substep [s], over launches of `_SAMPLE_SECONDS` at least."""
         wall, processor, count = 0.0, 0.0, 0
         while wall < _SAMPLE_SECONDS:
             self._solver.matter.load_slot(0, self._state)
@@ -187,7 +187,7 @@ def _curves(rows: Iterable[AnalyticRow]) -> dict[tuple[str, str], list[AnalyticR
 
 
 def summarise(rows: Iterable[AnalyticRow]) -> list[AnalyticSummary]:
-    """The observed order of every case and quantity, judged by what the theory gives."""
+    """The observed order of every case and quantity, judged by the theory's."""
     bounds = {(case.name, quantity): bound for case in CASES for quantity, bound in case.orders.items()}
     found = []
     for key, group in _curves(rows).items():
@@ -214,5 +214,5 @@ def figure(rows: Iterable[AnalyticRow]) -> Figure:
         firsts.setdefault(case, group)
     for case, group in firsts.items():
         label = f"{case}, {' '.join(str(row.cells) for row in group)} cells"
-        found.computed(label, [row.pace for row in group], [row.error for row in group])
+        found.computed(label, [row.slowdown for row in group], [row.error for row in group])
     return found

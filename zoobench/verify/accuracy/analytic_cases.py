@@ -1,9 +1,9 @@
-"""What has an exact answer: cases of `validate`, each on a ladder of grids with the step in proportion to the spacing.
+"""Cases of `validate` with an exact answer, each on a ladder of grids with time steps proportional to the spacing.
 
-Two of them do not converge to their closed forms, for reasons that are not the simulator's. The muscle is under uniform
-stress, which every grid holds exactly: what is left is how far it has come to rest. The undamped block on the incline
-flutters (`friction.slide`), the more the finer the grid. The damped one slides as Coulomb says; most of its error is
-the half of a substep by which symplectic Euler's velocities lag behind its positions.
+Two of them do not converge to their closed forms. The muscle is under uniform stress, which every grid represents
+exactly: the error is the distance to rest. The undamped block on the incline flutters (`friction.slide`), the more the
+finer the grid. The damped one slides as Coulomb's law says; most of its error is the half of a substep by which
+velocities of symplectic Euler lag behind positions.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from zoobench.verify.validate.rig import Rig
 
 @dataclass(frozen=True)
 class Solved:
-    """A case as it was simulated on one grid.
+    """The result of a case on one grid.
 
     Attributes:
         rig: what moved it on, in its final state.
@@ -29,14 +29,13 @@ class Solved:
 
 @dataclass(frozen=True)
 class AnalyticCase:
-    """A case that is judged by a closed form.
+    """A case with a closed form.
 
     Attributes:
-        name: as in `validate`, and what differs from it.
+        name: as in `validate`, with a suffix for a variant.
         cells: its ladder, the coarsest grid first.
-        solve: simulates it on a grid of so many cells with further choices of the fidelity.
-        orders: the interval that the observed order must lie in, by quantity; none for a quantity that the theory
-            gives no order.
+        solve: simulates it on a grid of a number of cells, with parameters of the fidelity.
+        orders: interval of the observed order by quantity; empty where the theory gives none.
     """
 
     name: str
@@ -46,19 +45,19 @@ class AnalyticCase:
 
 
 SECOND = (1.8, 2.2)
-"""The interior's order: the splines' interpolation."""
+"""In the interior: the order of the splines' interpolation."""
 THIRD = (2.7, 3.3)
 """A step loses (k h)^4 / 80 of a wave (`validate.waves`), and a period has 1 / h steps."""
 FIRST = (0.8, 1.3)
-"""Where something acts on single nodes, or at the ends of a step."""
+"""At walls, which act on single nodes, and for errors at the ends of a step."""
 
-_SLOPE, _FRICTION = 23.5, 0.4  # friction holds nine tenths of the pull: the path is sensitive to it
+_SLOPE, _FRICTION = 23.5, 0.4  # friction is nine tenths of the downhill force, so that the distance is sensitive to it
 _DAMPED = 300.0  # [Pa s]: the block does not flutter, see `friction.slide`
 _ACTIVATION = -1.0
 
 
 def _manufactured(per_axis: int) -> Callable[..., Solved]:
-    """With so many particles per axis: with three their quadrature shows from 64 cells on."""
+    """With a number of particles per axis; with three their quadrature error shows from 64 cells on."""
 
     def solve(cells: int, **settings: Any) -> Solved:
         driven = manufactured.Driven(cells, per_axis, **settings)

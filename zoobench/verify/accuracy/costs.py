@@ -1,7 +1,7 @@
-"""What each simulation of the study costs in time on this machine.
+"""Wall time of each simulation of the study on this machine.
 
-The study's runs share the machine with each other, so they are not timed. Here one simulation is timed after the other,
-all of an environment in turn and again, so that a machine that grows slower meanwhile does so for all of them.
+The study's runs share the machine, so they are not timed. Here one simulation runs at a time, those of an environment
+in turn and repeatedly, so that a machine that slows down does so for all of them.
 """
 
 import math
@@ -17,17 +17,17 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
-from zoobench.verify.accuracy.records import Cost, label
+from zoobench.verify.accuracy.records import FidelityCost, label
 
 ENOUGH_SECONDS = 0.5
-"""A measured episode is as many frames long as take about this time forward, two at least."""
+"""Approximate duration of a measured forward episode, which has two frames at least."""
 
 LONGEST_FRAMES = 50
 
 
 @dataclass
 class _Subject:
-    """One simulation with the times that its episodes took [ns per particle and forward substep]."""
+    """One simulation with the times of its episodes [ns per particle and forward substep]."""
 
     spec: RunSpec
     has_gradients: bool
@@ -45,15 +45,15 @@ class _Subject:
         self.spec = replace(self.spec, frames=frames)
 
     def measure(self) -> None:
-        """One more episode forward and, where the study takes gradients, one with it."""
+        """Time one more episode forward and, where the study computes gradients, one with its gradient."""
         self.forward.append(self._rate(gradient=False))
         if self.has_gradients:
             self.gradient.append(self._rate(gradient=True))
 
-    def cost(self) -> Cost:
+    def cost(self) -> FidelityCost:
         """The medians and extremes."""
         both = self.gradient or [math.nan]
-        return Cost(
+        return FidelityCost(
             env=self.spec.env,
             fidelity=self.spec.fidelity,
             particles=self.particles,
@@ -71,7 +71,7 @@ class _Subject:
         return 1e9 * seconds / (substeps * self.particles)
 
     def _time(self, *, gradient: bool) -> tuple[float, int]:
-        """Wall time [s] of an episode and its forward substeps; the scene is built and at rest before the clock."""
+        """Wall time [s] of an episode, without building and equilibrating the scene, and its forward substeps."""
         problem = Problem(self.spec, worlds=1)
         self.particles = problem.scene.particle_count
         params = problem.initial(np.random.default_rng(0))
@@ -86,10 +86,10 @@ def costs(
     *,
     repeats: int = 3,
     on_case: Callable[[str], None] | None = None,
-) -> Iterator[Cost]:
-    """Time every environment and fidelity among the study's runs, those of one precision and environment in turn.
+) -> Iterator[FidelityCost]:
+    """Time every environment and fidelity of the study's runs, those of one precision and environment in turn.
 
-    Gradients are timed where the study takes them.
+    Gradients are timed where the study computes them.
 
     Raises:
         UsageError: fewer than one repeat.
@@ -111,7 +111,7 @@ def costs(
 
 
 def _groups(specs: Iterable[RunSpec]) -> list[list[_Subject]]:
-    """What is timed in turn: an environment in one precision, since a change of that restarts the runtime."""
+    """Simulations to time in turn: of an environment in one precision, since another one restarts the runtime."""
     groups: dict[tuple[str, int], dict[tuple[Ref, Ref], _Subject]] = {}
     for spec in specs:
         if spec.fidelity.kwargs["shift"]:

@@ -1,11 +1,9 @@
-"""Where a simulation's energy goes: what muscles put in, what is stored and dissipated, and what nothing explains.
-
-The balance of an episode is
+"""Energy balance of a simulation: work of the muscles, energy stored and dissipated, and the numerical loss.
 
     muscle work = growth of kinetic, elastic and potential energy + viscous + plastic + contact loss + unexplained
 
-Every term but the last is physics of the model, integrated over the substeps from the particles' own state. What is
-left has no cause but the numerics: the transfer between particles and grid, the time steps, the corrections of water.
+Every term but the last is physics of the model, integrated over the substeps from the particles' state. The last one is
+lost to the numerics: the transfer between particles and grid, the time steps, the corrections of water.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -38,7 +36,7 @@ FRAMES = 25
 
 @dataclass
 class Losses:
-    """What a world has dissipated so far [J], and the energy that contact has taken."""
+    """Energy that a world has lost so far, by cause [J]."""
 
     viscous: float = 0.0
     plastic: float = 0.0
@@ -46,9 +44,9 @@ class Losses:
 
 
 def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] | None = None) -> Iterator[Balance]:
-    """Follow the energy of one short episode in every environment and fidelity among the study's runs.
+    """Energy balances of a short episode for every environment and fidelity of the study's runs.
 
-    One that blows up is told and left out.
+    An episode that diverges is reported to `on_case` and left out.
     """
     cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
     for spec in cases.values():
@@ -63,10 +61,10 @@ def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] | None 
 
 
 def balance(spec: RunSpec) -> Balance:
-    """Follow the energy of the spec's robot, with random parameters of its controller, over the first frames.
+    """The energy balance of the first frames, with random parameters of the controller.
 
     Raises:
-        DivergenceError: the episode blows up.
+        DivergenceError: the simulation diverged.
     """
     grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
     scene = env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid)
@@ -87,13 +85,13 @@ def balance(spec: RunSpec) -> Balance:
 
 
 def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
-    """Simulate the only world of a rollout again, substep by substep, and follow its energy.
+    """Repeat the only world of a rollout substep by substep, and integrate its losses of energy.
 
     Returns:
-        the losses, and by how much the energy stored in all matter has grown [J].
+        the losses, and the growth of the energy stored in all matter [J].
 
     Raises:
-        DivergenceError: the rollout blew up.
+        DivergenceError: the rollout diverged.
     """
     if rollout.divergences:
         raise DivergenceError(next(iter(rollout.divergences.values())))
@@ -108,10 +106,10 @@ def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
 
 
 def _substep(solver: Solver, dt: float, losses: Losses) -> None:
-    """Move on by a substep of `dt` [s] and add what it dissipates."""
+    """Simulate a substep of `dt` [s] and add its losses."""
     matter = solver.matter
     window = matter.window[0, 0].clone()
-    # copies: the substep is done in place
+    # copies, since the substep overwrites them
     rate, strain, history = (to_array(tensor[0, 0]).copy() for tensor in (matter.C, matter.b, matter.history))
     unforced, forced = (to_array(solver.launcher.momenta(matter, solver.parameters, step)) for step in (0.0, dt))
     solver.substeps(1, dt)
@@ -123,11 +121,11 @@ def _substep(solver: Solver, dt: float, losses: Losses) -> None:
 
 
 def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> float:
-    """Energy that ground and walls take from the nodes [J]: by friction, and by stopping what meets them.
+    """Energy lost at ground and walls by friction and inelastic impact [J].
 
-    The work of their impulse over the mean of the velocities before and after the substep: so what presses on a wall
+    The work of their impulse on the mean of the velocities before and after the substep: matter that presses on a wall
     without moving loses nothing. `unforced` and `forced` hold momenta, `after` velocities, `[nx, ny, nz, 4]` with mass;
-    `push` is that of gravity `[3]` [m/s].
+    `push` is the velocity gained from gravity `[3]` [m/s].
     """
     mass = forced[..., 3]
     there = mass > 0.0
@@ -138,7 +136,7 @@ def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> 
 
 
 def _viscous_power(solver: Solver, rate: Array, mean_rate: Array) -> float:
-    """Power of the viscous stresses [W], which follow from the velocity gradients `rate`, in `mean_rate`."""
+    """Power [W] of the viscous stresses at the velocity gradients `rate`, on the velocity gradients `mean_rate`."""
     count, volume = solver.robot_count, to_array(solver.parameters.volume[0])
     power = 0.0
     if Effect.DAMPING in solver.scene.effects:
@@ -153,7 +151,7 @@ def _viscous_power(solver: Solver, rate: Array, mean_rate: Array) -> float:
 
 
 def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt: float) -> float:
-    """Energy that solid media lose in a substep as they yield [J]."""
+    """Energy that solid media lose in a substep by yielding [J]."""
     medium = solver.scene.medium
     if medium is None or isinstance(medium.material, WaterMaterial):
         return 0.0
@@ -167,8 +165,8 @@ def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt
 def yield_loss(material: Yielding | SnowMaterial, strain: Array, history: Array) -> Array:
     """Energy density [J/m^3] `[n]` lost in the return from trial Hencky strains `[n, 3]` with a history `[n]`.
 
-    The work of the stress at the yield surface in the plastic strain, less what hardening stores: not the difference
-    of elastic energies, since a step may go far beyond the surface that matter would have moved along.
+    The work of the stress at the yield surface on the plastic strain, less the energy stored by hardening. It is not
+    the difference of elastic energies, since a step may go far beyond the surface along which matter moves.
     """
     if isinstance(material, SnowMaterial):
         elastic, after = snow_return(material, strain, history)

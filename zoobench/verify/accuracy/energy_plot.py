@@ -1,4 +1,4 @@
-"""Where energy goes, as bars: a panel for each environment, a bar for each fidelity."""
+"""Plot of the energy balances: a panel for each environment, a bar for each fidelity."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ _PARTS = {
     "contact": ("ground and walls", "#7a3e9d"),
     "unexplained": ("unexplained", "#c8501e"),
 }
-_WIDTH, _ROW, _HEAD = 5.6, 0.2, 0.85  # of a panel, of a bar in it and of its title and axis [inches]
+_WIDTH, _ROW, _HEAD = 5.6, 0.2, 0.85  # sizes of a panel, of a bar in it, and of its title and axis [inches]
 _COLUMNS = 2
 
 
@@ -27,13 +27,13 @@ def draw(rows: Sequence[EnergyRow], folder: Path) -> Path:
     """One PNG of all rows; its path.
 
     Raises:
-        UsageError: no energy was followed, matplotlib is missing, or the file cannot be written.
+        UsageError: there are no balances, matplotlib is missing, or the file cannot be written.
     """
     panels: dict[str, list[EnergyRow]] = {}
     for row in rows:
         panels.setdefault(row.env.partition("[")[0], []).append(row)
     if not panels:
-        raise UsageError("No energy was followed that could be drawn. Run `zoobench accuracy` first.")
+        raise UsageError("There are no energy balances to draw. Use `zoobench accuracy run` first.")
     columns = min(_COLUMNS, len(panels))
     lines, most = -(-len(panels) // columns), max(map(len, panels.values()))
     figure = figures.blank((columns * _WIDTH, lines * (_HEAD + most * _ROW) + 0.5), dpi=100)
@@ -42,7 +42,7 @@ def draw(rows: Sequence[EnergyRow], folder: Path) -> Path:
         names = [row.fidelity if row.env == env else f"{row.fidelity} {row.env}" for row in own]
         left = np.zeros(len(own))
         for part, (label, colour) in _PARTS.items():
-            # a share below zero is rounding, or of matter that gave up what it had stored: it has no length
+            # a negative share, by rounding or released by matter, has no length
             shares = 100.0 * np.maximum([getattr(row, part) for row in own], 0.0)
             axes.barh(names, shares, left=left, color=colour, label=label, height=0.75)
             left += shares

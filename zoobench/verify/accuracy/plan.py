@@ -1,11 +1,12 @@
-"""Which runs the accuracy study consists of: a ladder of levels, one-factor sweeps around one of them, the noise floor.
+"""Runs of the accuracy study: a ladder of levels, one-factor variations of one of them, and the noise floor.
 
-All are runs of the method `probe`, which looks at the same controllers in each of them; so they are queued, resumed and
-kept like any other.
+All are runs of the method `probe`, which evaluates the same controllers in each of them; they are queued, resumed and
+stored like other runs.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain, product
 
 from zoobench import registry
 from zoobench.errors import UsageError
@@ -27,32 +28,32 @@ KNOBS = (
     "transfer=aflip",
     "precision=64",
 )
-"""Each is turned alone."""
+"""Parameters of the fidelity that differ from those of a level, each of them alone."""
 
 WATER = {"ocean", "shallow-water"}
 BULK_FACTORS = (0.25, 4.0)
-"""By which the water's bulk modulus is changed: half and twice the speed of sound, twice and half the Mach number."""
+"""Factors of the water's bulk modulus: half and twice the speed of sound, twice and half the Mach number."""
 
 SHIFTS = tuple(number / 8 for number in range(1, 8))
-"""Where on the grid the robot starts, in cells: no change of the question, so what it changes is noise."""
+"""Displacements of the robot's start [cells]; the physics is the same, so that differences are noise."""
 
 NUDGE = 1e-6
-"""A shift [cells] too small to matter unless the motion is chaotic."""
+"""A displacement [cells] without effect unless the motion is chaotic."""
 
 STRONG = Ref("sine-basis", params=(("scale", 1.0),))
-"""Controllers that use most of the muscles' range, so that their scores differ."""
+"""Random controllers that use most of the muscles' range, so that their scores differ."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be measured.
+class StudyPlan:
+    """Settings of the study.
 
     Attributes:
         levels: names out of `LADDER`, from coarse to fine.
-        around: the level whose knobs are turned and whose noise is measured; "" to leave that out.
-        draws: controllers that are scored at every level, in the order of `levels`.
-        knob_draws: controllers scored in sweeps and shifts.
-        close: controllers whose path, shape and gradient are recorded, over `close_frames`.
+        around: the level at which knobs are turned and noise is measured; "" for none.
+        draws: number of controllers scored at every level, in the order of `levels`.
+        knob_draws: number of controllers scored with a knob turned or a shift.
+        close: number of controllers whose trajectory, shape and gradient are recorded, over `close_frames`.
         frames, close_frames: lengths of an episode in control frames.
     """
 
@@ -69,39 +70,36 @@ class Plan:
     def __post_init__(self) -> None:
         unknown = [name for name in (*self.levels, *filter(None, (self.around,))) if name not in LADDER]
         if unknown or not self.levels:
-            raise UsageError(f"The levels {', '.join(unknown) or 'are none'}. Choose from {', '.join(LADDER)}.")
+            raise UsageError(f"Unknown levels: {', '.join(unknown) or 'none given'}. Choose from {', '.join(LADDER)}.")
         if len(self.draws) != len(self.levels):
             raise UsageError(f"{len(self.draws)} numbers of draws do not fit {len(self.levels)} levels. Give one each.")
         if min(*self.draws, self.knob_draws, self.frames, self.close_frames) < 1 or self.close < 0:
-            raise UsageError("Draws and frames are counted from 1. Give larger numbers.")
+            raise UsageError("Numbers of draws and frames must be at least 1.")
 
 
-QUICK = Plan(levels=("draft", "standard"), around="", draws=(3, 3), close=1, frames=10, close_frames=5)
-"""Two levels and seconds an environment: everything moves, the numbers are as short as the episodes."""
+QUICK = StudyPlan(levels=("draft", "standard"), around="", draws=(3, 3), close=1, frames=10, close_frames=5)
+"""Two levels and short episodes: a check that everything works, in seconds per environment."""
 
 
-def specs(envs: Sequence[Ref], tasks: Sequence[Ref], plan: Plan) -> list[RunSpec]:
+def specs(envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan) -> list[RunSpec]:
     """All runs of the study, the cheap ones first.
 
-    The first task is the one whose gradient is taken; the others score the same motions.
+    Gradients are those of the first task; the others score the same motions.
 
     Raises:
         UnknownNameError, UsageError: a name or parameter that cannot be used.
     """
     if not envs or not tasks:
         raise UsageError("The study needs an environment and a task. Name at least one of each.")
-    found: dict[str, RunSpec] = {}
-    for draws, fidelity in zip(plan.draws, plan.levels, strict=True):
-        for env in envs:
-            _add(found, _pair(env, tasks, Ref(fidelity), draws, plan))
+    levels = product(zip(plan.draws, plan.levels, strict=True), envs)
+    pairs = [_pair(env, tasks, Ref(fidelity), draws, plan) for (draws, fidelity), env in levels]
     if plan.around:
-        for env in envs:
-            _add(found, _around(env, tasks, plan))
-    return list(found.values())
+        pairs += [_around(env, tasks, plan) for env in envs]
+    return list({spec.key(): spec for spec in chain.from_iterable(pairs)}.values())
 
 
-def _around(env: Ref, tasks: Sequence[Ref], plan: Plan) -> Iterable[RunSpec]:
-    """The sweeps and shifts of one environment."""
+def _around(env: Ref, tasks: Sequence[Ref], plan: StudyPlan) -> Iterable[RunSpec]:
+    """The runs of one environment with a knob turned or a shift."""
     for knob in plan.knobs:
         yield from _pair(env, tasks, Ref.parse(f"{plan.around}[{knob}]"), plan.knob_draws, plan)
     for factor in BULK_FACTORS if env.name in WATER else ():
@@ -113,8 +111,8 @@ def _around(env: Ref, tasks: Sequence[Ref], plan: Plan) -> Iterable[RunSpec]:
         yield from _pair(env, tasks, Ref(plan.around, params=(("shift", shift),)), plan.knob_draws, plan)
 
 
-def _pair(env: Ref, tasks: Sequence[Ref], fidelity: Ref, draws: int, plan: Plan) -> Iterable[RunSpec]:
-    """The run that scores many controllers, and the shorter one that looks at a few closely."""
+def _pair(env: Ref, tasks: Sequence[Ref], fidelity: Ref, draws: int, plan: StudyPlan) -> Iterable[RunSpec]:
+    """The run that scores many controllers, and the shorter one that records trajectories and gradients of a few."""
     yield _spec(env, tasks, fidelity, draws, 0, plan.frames)
     if plan.close:
         yield _spec(env, tasks[:1], fidelity, plan.close, plan.close, plan.close_frames)
@@ -134,8 +132,3 @@ def _spec(env: Ref, tasks: Sequence[Ref], fidelity: Ref, draws: int, gradients: 
         fidelity=registry.resolve(Kind.FIDELITY, fidelity),
         frames=frames,
     )
-
-
-def _add(found: dict[str, RunSpec], more: Iterable[RunSpec]) -> None:
-    for spec in more:
-        found.setdefault(spec.key(), spec)

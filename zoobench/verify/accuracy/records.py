@@ -1,11 +1,11 @@
-"""What the accuracy study has measured, as plain values: read from a database's runs, or from an exported file."""
+"""Measurements of the accuracy study as plain values, read from a database's runs or from an exported file."""
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from zoobench.spec import FRAME_SECONDS, Ref
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
-    from zoobench.db.rows import MetricRow, RunRow
+    from zoobench.db.rows import FinalRow, MetricRow, RunRow
 
 
 COST_STUDY = "accuracy-cost"
@@ -28,19 +28,19 @@ FORMAT = 2
 
 @dataclass(frozen=True)
 class Sample:
-    """One environment at one fidelity, as a probe saw it.
+    """Scores and trajectories of one environment at one fidelity, from a run of the method `probe`.
 
     Attributes:
         env, fidelity: references with version and every parameter.
-        task: whose gradient `slopes` are; the first of `scores`.
+        task: of which `slopes` are the gradients; the first of `scores`.
         frames: of an episode.
-        scores: by task, those of the draws in order [the task's unit]; NaN for one that diverged.
-        slopes: `[close, parameters]` gradients of the loss; `close` is 0 where nothing was looked at closely.
+        scores: by task, of the draws in order [the task's unit]; NaN where the simulation diverged.
+        slopes: `[close, parameters]` gradients of the loss; `close` is 0 where no trajectories were recorded.
         paths: `[close, points, 3]` centres of mass [m].
         spreads: `[close, points, 6]` gyration tensors [m^2].
-        seconds_between: two points of a path [s].
+        seconds_between: time between two points of a path [s].
         substeps: per simulated second of a forward episode, mean over the draws; NaN for a run with gradients.
-        peak_memory: of the run's process [bytes], 0 if it is not known.
+        peak_memory: of the run's process [bytes], 0 if unknown.
     """
 
     env: Ref
@@ -57,13 +57,13 @@ class Sample:
 
     @property
     def is_close(self) -> bool:
-        """Whether paths and gradients were recorded, not many scores."""
+        """Whether trajectories and gradients were recorded, rather than many scores."""
         return bool(len(self.paths))
 
 
 @dataclass(frozen=True)
-class Cost:
-    """What one environment at one fidelity costs on one machine.
+class FidelityCost:
+    """Time per particle and substep of one environment at one fidelity on one machine.
 
     Attributes:
         env, fidelity: references with version and every parameter.
@@ -71,7 +71,7 @@ class Cost:
         forward, forward_least, forward_most: wall time per particle and substep, median, smallest and largest of the
             interleaved repeats [ns].
         gradient, gradient_least, gradient_most: likewise of an episode with its gradient, per forward substep [ns].
-        compile_seconds: of the first call beyond the second.
+        compile_seconds: duration of the first call beyond the second [s].
     """
 
     env: Ref
@@ -88,14 +88,14 @@ class Cost:
 
 @dataclass(frozen=True)
 class Balance:
-    """Where the energy of one short episode went.
+    """The energy balance of one short episode.
 
     Attributes:
         env, fidelity: references with version and every parameter.
         put_in: work of the muscles, of each in each control frame where it is positive [J].
         muscles: all their work [J].
         stored: growth of kinetic, elastic and potential energy of all matter [J].
-        viscous, plastic, contact: what viscosity, yield, and ground and walls have taken [J].
+        viscous, plastic, contact: energy lost to viscosity, to yield, and to ground and walls [J].
     """
 
     env: Ref
@@ -109,27 +109,22 @@ class Balance:
 
     @property
     def unexplained(self) -> float:
-        """Energy that is gone without a physical cause, or, if negative, came without one, by what was put in."""
+        """Energy lost (gained, if negative) without a physical cause, as a share of what was put in."""
         gone = self.muscles - self.stored - self.viscous - self.plastic - self.contact
         return gone / self.put_in if self.put_in else math.nan
 
 
 @dataclass(frozen=True)
 class Measurements:
-    """All that the analysis needs; `origin` says where it comes from: commits, machines, dates."""
+    """The input of the analysis; `origin` names the commits and machines that it was measured with."""
 
     samples: tuple[Sample, ...]
-    costs: tuple[Cost, ...]
+    costs: tuple[FidelityCost, ...]
     origin: tuple[str, ...] = ()
     balances: tuple[Balance, ...] = ()
 
-    def merged(self, newer: "Measurements") -> "Measurements":
-        """Both together; where both measured the same, the newer counts."""
-        samples = {_sample_key(sample): sample for sample in (*self.samples, *newer.samples)}
-        costs = {(cost.env, cost.fidelity): cost for cost in (*self.costs, *newer.costs)}
-        balances = {(balance.env, balance.fidelity): balance for balance in (*self.balances, *newer.balances)}
-        origin = (*self.origin, *newer.origin)
-        return Measurements(tuple(samples.values()), tuple(costs.values()), origin, tuple(balances.values()))
+
+M = TypeVar("M", FidelityCost, Balance)
 
 
 def label(kind: Kind, ref: Ref) -> str:
@@ -139,37 +134,37 @@ def label(kind: Kind, ref: Ref) -> str:
 
 
 def variant_of(sample: Sample) -> str:
-    """What tells the samples of one environment apart: the fidelity's label, and the environment's if it is changed."""
+    """The variant of an environment: the fidelity's label, and the environment's if its parameters differ."""
     env, fidelity = label(Kind.ENV, sample.env), label(Kind.FIDELITY, sample.fidelity)
     return fidelity if env == sample.env.name else f"{fidelity} {env}"
 
 
 def grid_spacing(fidelity: Ref) -> float:
-    """h [m] of a resolved fidelity."""
+    """The grid spacing of a resolved fidelity [m]."""
     spacing: float = registry.create(Kind.FIDELITY, fidelity).grid_spacing
     return spacing
 
 
 def from_reader(reader: "Reader") -> Measurements:
-    """What the probes and the studies of cost and energy in a database have measured."""
+    """The probes' runs and the stored costs and energy balances of a database."""
     samples, origin = [], set()
     for run in reader.runs(states=[RunState.DONE]):
         if run.spec.method.name == "probe":
             attempts = reader.attempts(run.id)
             memory = max((attempt.peak_memory or 0 for attempt in attempts), default=0)
-            samples.append(_sample(run, reader.metrics(run.id), _finals(reader, run), memory))
+            samples.append(_sample(run, reader.metrics(run.id), reader.finals(run.id), memory))
             origin |= {_origin(attempt.provenance) for attempt in attempts if attempt.outcome is RunState.DONE}
-    # where something was measured again, the newer counts
-    costs = {(cost.env, cost.fidelity): cost for cost in map(_cost, _documents(reader, COST_STUDY))}
-    balances = {(one.env, one.fidelity): one for one in map(_balance, _documents(reader, ENERGY_STUDY))}
-    return Measurements(tuple(samples), tuple(costs.values()), tuple(sorted(origin)), tuple(balances.values()))
+    costs, balances = _newest(FidelityCost, reader, COST_STUDY), _newest(Balance, reader, ENERGY_STUDY)
+    return Measurements(tuple(samples), costs, tuple(sorted(origin)), balances)
 
 
-def _documents(reader: "Reader", study: str) -> list[Mapping[str, Any]]:
-    return [row.document for found in reader.studies(study) for row in found.rows]
+def _newest(kind: type[M], reader: "Reader", study: str) -> tuple[M, ...]:
+    """Stored costs or balances; of repeated ones the newest."""
+    rows = (_from_document(kind, row.document) for found in reader.studies(study) for row in found.rows)
+    return tuple({(row.env, row.fidelity): row for row in rows}.values())
 
 
-def stored(item: Cost | Balance) -> StudyRow:
+def stored(item: FidelityCost | Balance) -> StudyRow:
     """A cost or a balance as the database keeps it."""
     return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", asdict(item) | _refs(item))
 
@@ -198,14 +193,15 @@ def read(path: Path) -> Measurements:
     """The inverse of `write`.
 
     Raises:
-        UsageError: the file cannot be read, or is none of ours.
+        UsageError: the file cannot be read, or is not an export.
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["format"] != FORMAT:
             raise ValueError(f"format {document['format']} where {FORMAT} was expected")
         samples = tuple(_sample_from(item) for item in document["samples"])
-        costs, balances = tuple(map(_cost, document["costs"])), tuple(map(_balance, document["balances"]))
+        costs = tuple(_from_document(FidelityCost, item) for item in document["costs"])
+        balances = tuple(_from_document(Balance, item) for item in document["balances"])
         return Measurements(samples, costs, tuple(document["origin"]), balances)
     except OSError as error:
         raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
@@ -213,12 +209,13 @@ def read(path: Path) -> Measurements:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
 
 
-def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: Mapping[str, float], memory: int) -> Sample:
+def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: "Iterable[FinalRow]", memory: int) -> Sample:
     spec = run.spec
     curves: dict[str, dict[int, float]] = {}
     for metric in metrics:
         curves.setdefault(metric.name, {})[metric.step] = metric.value
-    count = int(finals["episodes"])
+    totals = {final.name: final.value for final in finals}
+    count = int(totals["episodes"])
     also = [name for name in str(spec.method.kwargs["also"]).split("+") if name]
     names = {spec.task.name: "score_current"} | {name: f"score_{name}" for name in also}
     scores = {
@@ -226,7 +223,6 @@ def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: Mapping[str, 
     }
     close = [draw for draw in range(int(spec.method.kwargs["gradients"])) if f"path_x_{draw}" in curves]
     pairs = ("xx", "yy", "zz", "yz", "xz", "xy")
-    substeps = finals["forward_substeps"] / (count * spec.frames * FRAME_SECONDS)
     return Sample(
         env=spec.env,
         fidelity=spec.fidelity,
@@ -237,7 +233,7 @@ def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: Mapping[str, 
         paths=np.array([np.stack([_values(curves[f"path_{axis}_{draw}"]) for axis in "xyz"], 1) for draw in close]),
         spreads=np.array([np.stack([_values(curves[f"spread_{pair}_{draw}"]) for pair in pairs], 1) for draw in close]),
         seconds_between=_spacing(curves, close) * FRAME_SECONDS,
-        substeps=substeps,
+        substeps=totals["forward_substeps"] / (count * spec.frames * FRAME_SECONDS),
         peak_memory=memory,
     )
 
@@ -252,22 +248,18 @@ def _spacing(curves: Mapping[str, Mapping[int, float]], close: list[int]) -> int
     return steps[1] - steps[0]
 
 
-def _finals(reader: "Reader", run: "RunRow") -> dict[str, float]:
-    return {final.name: final.value for final in reader.finals(run.id)}
-
-
 def _origin(provenance: Mapping[str, Any]) -> str:
     code, cpu = provenance.get("code", {}), provenance.get("cpu", {})
     state = " with changes" if code.get("dirty") else ""
     return f"commit {str(code.get('commit') or 'unknown')[:12]}{state}, {cpu.get('model') or 'unknown processor'}"
 
 
-def _refs(item: Sample | Cost | Balance) -> dict[str, str]:
+def _refs(item: Sample | FidelityCost | Balance) -> dict[str, str]:
     return {"env": str(item.env), "fidelity": str(item.fidelity)}
 
 
 def _plain(value: Any) -> Any:
-    """Data that JSON can hold: arrays as lists of six significant digits, NaN as null."""
+    """Data that JSON can hold: arrays as lists, numbers with seven digits, NaN as null."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, Mapping):
@@ -286,16 +278,10 @@ def _sample_from(item: Mapping[str, Any]) -> Sample:
     return Sample(**{**item, **arrays, **refs, "scores": scores})
 
 
-def _cost(item: Mapping[str, Any]) -> Cost:
-    known = {name: math.nan if value is None else value for name, value in item.items()}
-    numbers = {name: float(value) for name, value in known.items() if name not in ("env", "fidelity", "particles")}
-    return Cost(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), int(item["particles"]), **numbers)
-
-
-def _balance(item: Mapping[str, Any]) -> Balance:
-    numbers = {name: float(value) for name, value in item.items() if name not in ("env", "fidelity")}
-    return Balance(Ref.parse(item["env"]), Ref.parse(item["fidelity"]), **numbers)
-
-
-def _sample_key(sample: Sample) -> tuple[Any, ...]:
-    return sample.env, sample.fidelity, sample.task, sample.frames, sample.is_close
+def _from_document(kind: type[M], item: Mapping[str, Any]) -> M:
+    """The inverse of `stored` and of `_plain`."""
+    readers: dict[str, Callable[[Any], Any]] = {"env": Ref.parse, "fidelity": Ref.parse, "particles": int}
+    values: dict[str, Any] = {
+        name: math.nan if value is None else readers.get(name, float)(value) for name, value in item.items()
+    }
+    return kind(**values)

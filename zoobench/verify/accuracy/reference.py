@@ -1,4 +1,4 @@
-"""What a quantity would be on an ever finer grid, and how far that is known."""
+"""Limit of a quantity on ever finer grids, and its uncertainty."""
 
 import math
 from collections.abc import Sequence
@@ -9,18 +9,18 @@ import numpy as np
 from zoobench.arrays import Array
 
 LEAST_ORDER, FORMAL_ORDER = 0.5, 2.0
-"""Below the first, three levels say nothing about the limit; above the second, no scheme of ours converges."""
+"""Range of orders: below the least no limit is extrapolated, above the formal one no scheme here converges."""
 
 SAFETY = 1.25
-"""Roache's factor for three grids."""
+"""Safety factor of the grid convergence index for three grids (Roache 1994)."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The best estimate of a limit.
+    """The estimate of a limit.
 
     Attributes:
-        value: by Richardson's extrapolation if the three finest levels converge, else that of the finest.
+        value: by Richardson extrapolation if the three finest levels converge, else that of the finest.
         uncertainty: the grid convergence index in the value's own unit; the spread of the three where they do not
             converge; infinite with fewer than three.
         order: observed, None where they do not converge.
@@ -37,11 +37,11 @@ class Reference:
 
 
 def extrapolate(spacings: Sequence[float], values: Sequence[float]) -> Reference:
-    """The limit of values at grid spacings that fall, from the three finest.
+    """The limit of values at decreasing grid spacings, from the three finest.
 
-    With f = f0 + C h^p, the ratio of the two differences gives p (Celik et al. 2008, for ratios of spacings that
-    differ). The differences must have one sign, and p reach `LEAST_ORDER`; it counts as `FORMAL_ORDER` at most, so that
-    the extrapolation is never bolder than the scheme (Roache 1994).
+    With f = f0 + C h^p, the ratio of the two differences gives p (Celik et al. 2008, for unequal ratios of spacings).
+    The differences must have one sign, and p must reach `LEAST_ORDER`; it is cut at `FORMAL_ORDER`, so that the
+    extrapolation never exceeds the accuracy of the scheme (Roache 1994).
     """
     h, f = np.array(spacings[-3:], float), np.array(values[-3:], float)
     if len(f) < 3:

@@ -1,4 +1,4 @@
-"""The cheapest fidelity that is accurate enough, by what the accuracy study measured in that environment."""
+"""The cheapest fidelity within a tolerance, by the published results of the accuracy study."""
 
 import json
 import math
@@ -17,26 +17,26 @@ from zoobench.verify.accuracy.analyse import LevelRow, analyse
 from zoobench.verify.accuracy.records import Measurements, label
 
 PUBLISHED = "published.json"
-"""What `zoobench accuracy --publish` wrote when the fidelities were last measured; beside this file."""
+"""Written by `zoobench accuracy show --publish` when the fidelities were last measured; beside this file."""
 
 CONFIDENCE = 0.95
-"""With which an error is within the tolerance, for controllers like those that it was measured with."""
+"""Confidence level of an error's upper limit, for controllers like those of the study."""
 
 
 @dataclass(frozen=True)
-class Choice:
-    """A fidelity, and why it is the one."""
+class FidelityChoice:
+    """A fidelity, and the reason for its choice."""
 
     fidelity: Ref
     reason: str
 
 
-def choose(env: Ref, task: str, tolerance: float) -> Choice:
+def choose(env: Ref, task: str, tolerance: float) -> FidelityChoice:
     """The cheapest level whose score error in this environment and task, at `CONFIDENCE` and with the reference's own
     uncertainty, is within `tolerance` (a share of the scores' root mean square).
 
     Raises:
-        UsageError: no level is, or this environment and task were not measured as they are now; with the figures.
+        UsageError: no level is, or this environment and task were not measured in their present version.
     """
     if not 0.0 < tolerance < math.inf:
         raise UsageError(f"A tolerance of {tolerance:g} cannot be met. Give a share of the score, as in 0.2.")
@@ -50,17 +50,17 @@ def choose(env: Ref, task: str, tolerance: float) -> Choice:
         )
     cheapest = max(good, key=lambda row: row.spacing)
     others = ", ".join(_describe(row) for row in rows if row is not cheapest)
-    return Choice(Ref(cheapest.fidelity), f"{env.name} x {task}: {_describe(cheapest)}; {others}")
+    return FidelityChoice(Ref(cheapest.fidelity), f"{env.name} x {task}: {_describe(cheapest)}; {others}")
 
 
 @dataclass(frozen=True)
 class Published:
-    """What `choose` judges by.
+    """The published results, by which `choose` judges.
 
     Attributes:
-        origin: commits and machines that it was measured with.
-        components: environments as they were measured, with version and every parameter.
-        levels: with errors and costs.
+        origin: commits and machines of the measurements.
+        components: the measured environments, with version and every parameter.
+        levels: their errors and costs.
     """
 
     origin: tuple[str, ...]
@@ -69,9 +69,9 @@ class Published:
 
 
 def publish(measurements: Measurements, path: Path) -> None:
-    """Write what `choose` needs of the measurements: the levels' errors and costs, a row each.
+    """Write the levels' errors and costs, a row each.
 
-    Environments that were not measured keep what the file says of them.
+    Rows of environments that were not measured stay in the file.
 
     Raises:
         UsageError: the file cannot be read or written.
@@ -102,7 +102,7 @@ def _order(row: dict[str, Any]) -> tuple[str, str, float]:
 
 @cache
 def published() -> Published:
-    """What comes with the package."""
+    """The results that come with the package."""
     text = files("zoobench.verify.accuracy").joinpath(PUBLISHED).read_text(encoding="utf-8")
     document = json.loads(text)
     levels = tuple(LevelRow(**row) for row in document["levels"])
@@ -114,12 +114,12 @@ def _rounded(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _rows(env: Ref, task: str) -> list[LevelRow]:
-    """The levels with an error, from coarse to fine; only what was measured with today's components counts."""
+    """The levels with a known error, from coarse to fine, measured with the present components."""
     now = registry.resolve(Kind.ENV, env)
     if str(now) not in published().components:
         raise UsageError(
             f"The accuracy of {label(Kind.ENV, now)} in its present version was not measured. "
-            f"Run `zoobench accuracy --env {env.name}` to see it, and choose with --fidelity."
+            f"Measure it with `zoobench accuracy run --env {env.name}`, and choose with --fidelity."
         )
     rows = [row for row in published().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
     known = [row for row in rows if row.error is not None]
@@ -129,16 +129,16 @@ def _rows(env: Ref, task: str) -> list[LevelRow]:
 
 
 def _bound(row: LevelRow) -> float:
-    """How wrong a score may be: its distance to the reference, at `CONFIDENCE`, and the reference's own."""
+    """Limit of a score's error: that of its distance to the reference, and the reference's own uncertainty."""
     surely = _surely(row)
     return math.inf if surely is None or row.unknown is None else math.hypot(surely, row.unknown)
 
 
 def _surely(row: LevelRow) -> float | None:
-    """What the error is below at `CONFIDENCE`: it was measured on a few controllers, and others may fare worse.
+    """Upper limit of the error at `CONFIDENCE`, since it was measured on a few controllers only.
 
-    The upper limit of a root mean square e of n independent normal errors: e sqrt(n / chi^2) with the lower quantile of
-    chi^2 with n degrees of freedom; 1.5 e for twelve.
+    That of a root mean square e of n independent normal errors is e sqrt(n / chi^2) with the lower quantile of chi^2
+    with n degrees of freedom; 1.5 e for twelve.
     """
     from scipy.stats import chi2
 

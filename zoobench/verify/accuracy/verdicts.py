@@ -1,4 +1,4 @@
-"""What to make of what was measured: what one more level buys, which knobs buy nothing, where energy goes."""
+"""Verdicts on the measurements: the gain of one more level, the effect of each knob, the energy balance."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from zoobench.verify.accuracy.records import Measurements, grid_spacing, label
 
 
 @dataclass(frozen=True)
-class StepRow:
-    """What going from one level to the next one buys.
+class RefinementRow:
+    """Gain and cost of the next finer level.
 
     Attributes:
-        error, next_error: of the score; None where it is not known.
+        error, next_error: of the score; None where unknown.
         gain: their ratio.
-        cost: wall time per simulated second, next by this.
+        cost: wall time per simulated second of the next level by that of this one.
         tau, next_tau: rank correlations.
     """
 
@@ -35,15 +35,15 @@ class StepRow:
 
 @dataclass(frozen=True)
 class KnobRow:
-    """What turning one knob does at its level.
+    """Effect and cost of turning one knob at its level.
 
     Attributes:
-        error, home_error: of the score, with the knob turned and at the level as it is.
-        change: how far the scores are from those at the level as it is.
-        cost: wall time per simulated second by that of the level as it is.
+        error, home_error: of the score, with the knob turned and at the unchanged level.
+        change: difference of the scores to those of the unchanged level.
+        cost: wall time per simulated second by that of the unchanged level.
         effect: `no difference` if the scores change by less than the noise floor, `better` or `worse` if the error
             does by more, else `other`.
-        verdict: the effect, and what it costs.
+        verdict: the effect and its cost.
     """
 
     env: str
@@ -62,13 +62,13 @@ class KnobRow:
 
 @dataclass(frozen=True)
 class EnergyRow:
-    """Where the energy of a short episode went, as shares of what the muscles put in, `put_in` [J].
+    """The energy balance of a short episode, as shares of the work put in by the muscles, `put_in` [J].
 
     Attributes:
-        back: work that the muscles took back, being stretched.
+        back: work taken back by stretched muscles.
         stored: growth of kinetic, elastic and potential energy.
         viscous, plastic, contact: lost to viscosity, to yield, to ground and walls.
-        unexplained: gone without a physical cause; negative if it came without one.
+        unexplained: lost without a physical cause; negative for a gain.
     """
 
     env: str
@@ -83,47 +83,32 @@ class EnergyRow:
 
 
 def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[EnergyRow]:
-    """Every balance, by environment and from coarse to fine, each level before its knobs; `envs` narrows the choice."""
+    """Balances of `envs` (all if empty) by environment, from coarse to fine, each level before its knobs."""
     chosen = [
         (one.env.name, -grid_spacing(one.fidelity), label(Kind.FIDELITY, one.fidelity), label(Kind.ENV, one.env), one)
         for one in measurements.balances
         if one.put_in and (not envs or one.env.name in envs)
     ]
     for *_, fidelity, env, one in sorted(chosen, key=itemgetter(0, 1, 2, 3)):
-        yield EnergyRow(
-            env=env,
-            fidelity=fidelity,
-            put_in=one.put_in,
-            back=1.0 - one.muscles / one.put_in,
-            stored=one.stored / one.put_in,
-            viscous=one.viscous / one.put_in,
-            plastic=one.plastic / one.put_in,
-            contact=one.contact / one.put_in,
-            unexplained=one.unexplained,
-        )
+        parts = (one.stored, one.viscous, one.plastic, one.contact)
+        stored, viscous, plastic, contact = (energy / one.put_in for energy in parts)
+        back = 1.0 - one.muscles / one.put_in
+        yield EnergyRow(env, fidelity, one.put_in, back, stored, viscous, plastic, contact, one.unexplained)
 
 
-def steps(analysis: Analysis) -> Iterator[StepRow]:
+def steps(analysis: Analysis) -> Iterator[RefinementRow]:
     """Every pair of neighbouring levels."""
     for one, two in pairwise(analysis.levels):
         if (one.env, one.task) != (two.env, two.task):
             continue
-        yield StepRow(
-            env=one.env,
-            task=one.task,
-            level=one.fidelity,
-            next_level=two.fidelity,
-            error=one.error,
-            next_error=two.error,
-            gain=_ratio(one.error, two.error),
-            cost=_ratio(two.seconds, one.seconds),
-            tau=one.tau,
-            next_tau=two.tau,
+        gain, cost = _ratio(one.error, two.error), _ratio(two.seconds, one.seconds)
+        yield RefinementRow(
+            one.env, one.task, one.fidelity, two.fidelity, one.error, two.error, gain, cost, one.tau, two.tau
         )
 
 
 def knobs(analysis: Analysis) -> Iterator[KnobRow]:
-    """Every sweep, compared with the level around which it was made."""
+    """Every turned knob, compared with its unchanged level."""
     homes = {(row.env, row.task, row.fidelity): row for row in analysis.levels}
     for row in analysis.knobs:
         env, fidelity = row.env.partition("[")[0], row.fidelity.partition("[")[0]
@@ -150,7 +135,7 @@ def knobs(analysis: Analysis) -> Iterator[KnobRow]:
 
 
 def pareto(rows: Iterable[LevelRow]) -> list[LevelRow]:
-    """Those that nothing else beats in both error and time, by growing time."""
+    """The Pareto front of error and time, by increasing time."""
     measured = [row for row in rows if row.error is not None and row.seconds is not None]
     front: list[LevelRow] = []
     for row in sorted(measured, key=lambda row: (row.seconds or 0.0, row.error or 0.0)):
@@ -160,7 +145,7 @@ def pareto(rows: Iterable[LevelRow]) -> list[LevelRow]:
 
 
 _NOTICEABLE = 0.1
-"""A change of the cost by less is none."""
+"""Smallest relative change of the cost that counts."""
 
 
 def _effect(row: LevelRow, home: LevelRow) -> str:

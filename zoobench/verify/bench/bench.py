@@ -1,7 +1,7 @@
-"""`zoobench bench`: how fast the simulator is on this machine, and what compiling and memory cost.
+"""`zoobench bench`: speed, compile time and memory of the simulator on this machine.
 
-Every case is measured in processes of its own: one with an empty kernel cache for the cold compile time, one with
-that cache for everything else, so that its peak memory is that of the case alone.
+Every case is measured in two processes of its own, with an empty kernel cache for the cold compile time and with the
+filled one for everything else, so that the peak memory is that of the case alone.
 """
 
 import json
@@ -22,7 +22,7 @@ LARGEST_PARTICLE_COUNT = 2_000_000
 
 @dataclass(frozen=True)
 class BenchCase:
-    """What to measure: the caterpillar in an environment, at the grid spacing that gives about this many particles."""
+    """The caterpillar in an environment, at the grid spacing that gives about this many particles."""
 
     scene: str
     particle_count: int
@@ -40,14 +40,14 @@ class BenchRow:
 
     Attributes:
         particle_count: particles of one world, robot and medium.
-        robot_particle_count: those of the robot.
+        robot_particle_count: particles of the robot.
         substeps: of one measured episode.
         forward_mps, forward_mps_min, forward_mps_max: rate of the forward simulation.
         both_mps: rate of forward and backward together, or None without gradients.
-        backward_over_forward: time of the backward pass, its recomputation included, over the forward pass's.
+        backward_over_forward: time of the backward pass, with its recomputation, by that of the forward pass.
         compile_cold_s: time to compile forward (and gradient) kernels with an empty cache [s].
-        compile_warm_s: the same from the cache [s].
-        peak_memory_mib: largest resident memory of the process [MiB]; None where the system does not tell.
+        compile_warm_s: time to load them from the cache [s].
+        peak_memory_mib: largest resident memory of the process [MiB]; None where the system does not report it.
     """
 
     scene: str
@@ -65,16 +65,11 @@ class BenchRow:
     peak_memory_mib: float | None
 
 
-def scene_names() -> list[str]:
-    """Scenes that can be measured: the registered environments."""
-    return registry.names(Kind.ENV)
-
-
 def check_particle_count(count: int) -> None:
-    """Refuse a number of particles that no grid is to be chosen for.
+    """Refuse a number of particles out of range.
 
     Raises:
-        UsageError: it is out of range.
+        UsageError: it is.
     """
     if not 50 <= count <= LARGEST_PARTICLE_COUNT:
         raise UsageError(f"{count} particles cannot be measured. Give 50 to {LARGEST_PARTICLE_COUNT:,}.")
@@ -94,7 +89,7 @@ def bench(
     """Measure every scene at every particle count, one after the other.
 
     Args:
-        scenes: names out of `scene_names`.
+        scenes: names of environments; all if empty.
         particles: particle counts to come close to.
         gradients: measure the backward pass too.
         repeats: measured episodes, of which the median is given.
@@ -108,6 +103,7 @@ def bench(
         UsageError: a particle count or a number of repeats out of range.
         ZoobenchError: the measuring process failed.
     """
+    scenes = scenes or registry.names(Kind.ENV)
     for scene in scenes:
         registry.get(Kind.ENV, scene)
     if repeats < 1:
@@ -135,7 +131,7 @@ def _measure(case: BenchCase) -> BenchRow:
 def _run_case(case: BenchCase, cache: str, *, only_compile: bool) -> dict[str, Any]:
     job = json.dumps(asdict(case) | {"only_compile": only_compile})
     done = subprocess.run(
-        [sys.executable, "-m", "zoobench.verify.bench.case"],
+        [sys.executable, "-m", "zoobench.verify.bench.bench_case"],
         input=job,
         env=os.environ | {"ZOOBENCH_CACHE": cache, "OMP_NUM_THREADS": "1"},
         capture_output=True,

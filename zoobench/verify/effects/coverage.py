@@ -1,8 +1,4 @@
-"""`zoobench effects`: which effects each environment simulates, and what they cost.
-
-Which ones is derived from the scenes, never typed in: it is table 6 of SoftZoo's appendix. What they cost is measured
-against the same scene without the effect.
-"""
+"""Effects that each environment simulates, derived from its scene: table 6 of SoftZoo's appendix."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +13,7 @@ from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import Effect, MediumBed, Scene
 from zoobench.spec import Ref
 from zoobench.verify.bench.bench import check_particle_count
-from zoobench.verify.bench.case import build_scene
+from zoobench.verify.bench.bench_case import build_scene
 
 HIGH_FRICTION = 0.3
 """Coulomb coefficient from which friction counts as high [-]."""
@@ -25,16 +21,15 @@ HIGH_FRICTION = 0.3
 
 @dataclass(frozen=True)
 class Coverage:
-    """What an environment covers, a row of table 6.
+    """Effects of an environment, a row of table 6.
 
     Attributes:
         medium: the matter on the ground, or `none`.
         thickness: of the medium [m], or None.
         friction: `high`, `low` or empty; `friction_coefficient` [-] is the ground's, 0 without.
-        elasticity: what is elastic: `robot`, or `robot, medium`.
-        plasticity: the medium yields.
-        fluid: `shallow` or `deep` as the robot stands out of it or is immersed, `mixed` if the medium yields too, or
-            empty.
+        elasticity: `robot`, or `robot, medium`.
+        plasticity: whether the medium yields.
+        fluid: `deep` if the robot is immersed, else `shallow`; `mixed` if the medium yields too; empty without.
     """
 
     env: str
@@ -48,7 +43,7 @@ class Coverage:
 
 
 def coverage(name: str, scene: Scene) -> Coverage:
-    """The row of an environment's scene, read off its effects, materials and particles."""
+    """The row of a scene, from its effects, materials and particles."""
     medium, effects = scene.medium, scene.effects
     coefficient = scene.ground.friction if scene.ground and Effect.FRICTION in effects else 0.0
     fluid = ""
@@ -68,13 +63,13 @@ def coverage(name: str, scene: Scene) -> Coverage:
 
 
 def thickness(scene: Scene, bed: MediumBed) -> float:
-    """Height of a level bed [m]: its highest particles lie as far below its surface as its lowest above the ground."""
+    """Height of a level bed [m]; its highest particles are as far below the surface as its lowest above ground."""
     above = heights(scene, bed.positions)
     return float(above.max() + above.min())
 
 
 def heights(scene: Scene, positions: Array) -> Array:
-    """How high above the ground particles `[n, 3]` lie [m]."""
+    """Heights of particles `[n, 3]` above the ground `[n]` [m]."""
     above: Array = positions[:, 1]
     if scene.ground is not None and scene.ground.terrain is not None:
         above = above - scene.ground.terrain.heights_below(positions)
@@ -83,7 +78,7 @@ def heights(scene: Scene, positions: Array) -> Array:
 
 @dataclass(frozen=True)
 class Place:
-    """An environment with the caterpillar in it, as it is measured; `env` names its parameters too."""
+    """An environment with the caterpillar in it; `env` includes its parameters."""
 
     env: str
     scene: Scene
@@ -91,7 +86,7 @@ class Place:
 
 
 def places(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[Place]:
-    """The environments at a fidelity, or on the grids that give them about `particles` particles each.
+    """The environments at a fidelity, or, if `particles` is not 0, on grids that give about that many particles.
 
     Raises:
         UnknownNameError, UsageError: a name or a number that cannot be used.

@@ -1,8 +1,7 @@
-"""`zoobench gradcheck`: is the gradient the slope? Adjoints against central differences, in double precision.
+"""`zoobench gradcheck`: adjoint gradients against central differences, in double precision.
 
-Users of differentiable simulators complain of gradients that are silently wrong; this checks any cell, group of
-parameters and horizon. Beyond some horizon contact and chaos make the path so crooked that a difference quotient means
-nothing: the error grows there though the gradient is exact. `gradcheck_summary` says where.
+Beyond some horizon contact and chaos make the objective so rough that a difference quotient is no derivative: the error
+grows there though the gradient is exact. `summary` says where.
 """
 
 import itertools
@@ -13,19 +12,17 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.verify.gradcheck.cell import GROUPS, Arrays, Cell, Counts
+from zoobench.verify.gradcheck.gradient_case import GROUPS, Arrays, Counts, GradientCase
 
 HORIZONS = (10, 50, 200, 800)
 TOLERANCE = 1e-4
 JUDGED_HORIZON = 100
-"""Substeps up to which the error must stay within the tolerance; what lies beyond is shown, not judged."""
+"""Substeps up to which the error must stay within the tolerance; longer horizons are shown, not judged."""
 
-_WIDTHS = (1e-5, 1e-4, 1e-6, 1e-3, 1e-7)  # the likeliest first
-_ENOUGH = 1e-2  # of the tolerance: no other width is tried
-_FLOOR = 1e-3  # of |gradient| |direction|: a direction almost along the level set has no relative error worth the name
-_KINK = (
-    0.5  # of the gap between one-sided quotients that stays when the width shrinks tenfold; smooth ones keep a tenth
-)
+_WIDTHS = (1e-5, 1e-4, 1e-6, 1e-3, 1e-7)  # the most likely to be best first
+_ENOUGH = 1e-2  # share of the tolerance: with a smaller error no other width is tried
+_FLOOR = 1e-3  # share of |gradient| |direction| below which a derivative is too small for a relative error
+_KINK = 0.5  # share of the gap between one-sided quotients left at a tenth of the width: 0.1 if smooth, 1 at a kink
 
 
 @dataclass(frozen=True)
@@ -38,9 +35,9 @@ class GradRow:
         gradient_norm: of the objective by the whole group.
         derivative, difference: along the direction, by the adjoint and by the best central difference.
         relative_error: between them.
-        kinks: share of the directions whose error is above the tolerance and whose quotients to the two sides differ
-            at every width: the path has kinks (contact, yield) within the smallest.
-        fault: where the first adjoint that is not finite was met, or empty.
+        kinks: share of the directions whose error is above the tolerance and whose one-sided quotients differ at
+            every width: the objective has kinks (contact, yield) within the smallest.
+        fault: where the first adjoint that is not finite occurred, or empty.
     """
 
     env: str
@@ -57,50 +54,48 @@ class GradRow:
 
     @property
     def is_right(self) -> bool:
-        """Within the tolerance, or beyond the horizon that is judged."""
+        """Whether the error is within the tolerance, or the horizon is beyond the one that is judged."""
         return not self.fault and (self.relative_error <= TOLERANCE or self.substeps > JUDGED_HORIZON)
 
 
 def gradcheck(
-    cell: Cell, horizons: Iterable[int] = HORIZONS, *, directions: int = 1, seed: int = 0
+    case: GradientCase, horizons: Iterable[int] = HORIZONS, *, directions: int = 1, seed: int = 0
 ) -> Iterator[GradRow]:
-    """Check a cell: one row per parameter group and horizon [substeps], as they are done.
-
-    A horizon is reached in whole control frames. `directions` are drawn in every group.
+    """Check a case: one row per parameter group and horizon [substeps], rounded up to whole control frames.
 
     Raises:
-        UsageError: a number that cannot be used.
-        DivergenceError: the simulation blew up.
+        UsageError: a horizon or number of directions below 1.
+        DivergenceError: the simulation diverged.
     """
     horizons = sorted(set(horizons))
     if not horizons or horizons[0] < 1:
         raise UsageError(f"Horizons of {horizons} substeps cannot be checked. Give positive numbers.")
     if directions < 1:
         raise UsageError(f"{directions} directions check nothing. Give at least 1.")
-    for frames in cell.frames(horizons):
-        yield from _rows(cell, frames, np.random.default_rng(seed), directions)
+    for frames in case.frames(horizons):
+        yield from _rows(case, frames, np.random.default_rng(seed), directions)
 
 
-def _rows(cell: Cell, frames: int, rng: np.random.Generator, directions: int) -> Iterator[GradRow]:
+def _rows(case: GradientCase, frames: int, rng: np.random.Generator, directions: int) -> Iterator[GradRow]:
     """All groups at one horizon."""
-    base = cell.base(frames)
-    run = cell.run(base)
-    slopes, fault = cell.gradient(run, base)
-    middle = cell.objective(run)
-    for group in (name for name in GROUPS if name in slopes and slopes[name].size):
-        slope = slopes[group]
+    base = case.base(frames)
+    run = case.run(base)
+    gradients, fault = case.gradient(run, base)
+    middle = case.objective(run)
+    for group in (name for name in GROUPS if name in gradients and gradients[name].size):
+        gradient = gradients[group]
         found = [
-            _along(cell, base, run.counts, group, slope, _direction(rng, slope.shape), middle)
+            _along(case, base, run.counts, group, gradient, _direction(rng, gradient.shape), middle)
             for _ in range(directions)
         ]
         exact, difference, error, _ = max(found, key=lambda one: one[2])
         yield GradRow(
-            env=cell.env,
-            task=cell.task,
+            env=case.env,
+            task=case.task,
             group=group,
             frames=frames,
             substeps=run.substeps,
-            gradient_norm=float(np.linalg.norm(slope)),
+            gradient_norm=float(np.linalg.norm(gradient)),
             derivative=exact,
             difference=difference,
             relative_error=error,
@@ -110,22 +105,22 @@ def _rows(cell: Cell, frames: int, rng: np.random.Generator, directions: int) ->
 
 
 def _direction(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-    """Normal numbers, the largest of size 1, so that a width is how far any parameter moves."""
+    """Normal random numbers, scaled so that the largest is 1: a width is the largest shift of any parameter."""
     direction: Array = rng.normal(size=shape)
     direction /= np.abs(direction).max()
     return direction
 
 
 def _along(
-    cell: Cell, base: Arrays, counts: Counts, group: str, slope: Array, direction: Array, middle: float
+    case: GradientCase, base: Arrays, counts: Counts, group: str, gradient: Array, direction: Array, middle: float
 ) -> tuple[float, float, float, bool]:
-    """(derivative, best central difference, relative error, whether kinks are to blame) along a direction."""
-    exact = float((slope * direction).sum())
-    floor = _FLOOR * float(np.linalg.norm(slope) * np.linalg.norm(direction))
+    """(derivative, best central difference, relative error, whether a kink causes it) along a direction."""
+    exact = float((gradient * direction).sum())
+    floor = _FLOOR * float(np.linalg.norm(gradient) * np.linalg.norm(direction))
     best, error = np.nan, np.inf
     gaps: dict[float, float] = {}
     for width in _WIDTHS:
-        above, below = (cell.objective_near(base, counts, group, sign * width * direction) for sign in (1.0, -1.0))
+        above, below = (case.objective_near(base, counts, group, sign * width * direction) for sign in (1.0, -1.0))
         quotient = (above - below) / (2 * width)
         gaps[width] = abs(above - 2 * middle + below) / width
         off = abs(quotient - exact) / max(abs(quotient), floor, np.finfo(float).tiny)
@@ -133,7 +128,7 @@ def _along(
             best, error = quotient, off
         if error <= _ENOUGH * TOLERANCE:
             break
-    # the narrowest is left out: there rounding makes a gap
+    # without the narrowest, where rounding errors make a gap
     wide_to_narrow = [gaps[width] for width in sorted(gaps, reverse=True)][:-1]
     kinked = error > TOLERANCE and all(b > _KINK * a for a, b in itertools.pairwise(wide_to_narrow))
     return exact, best, error, kinked

@@ -22,7 +22,7 @@ from zoobench.spec import Ref
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
 
-_CLOSE_ENOUGH = 0.02  # of the particle count asked for
+_CLOSE_ENOUGH = 0.02  # relative to the wanted particle count
 
 
 @dataclass
@@ -55,7 +55,7 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
 
 
 def measure(job: dict[str, Any]) -> dict[str, Any]:
-    """Compile, then (unless only that was asked for) time the episodes of a case; see `bench.BenchRow`."""
+    """Compile, then time the episodes of a case unless `only_compile` is set; the fields are of `bench.BenchRow`."""
     from zoobench.sim.solver import Solver
 
     scene, fidelity = build_scene(job["scene"], job["particle_count"], job["precision"])
@@ -72,7 +72,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def _first_call(solver: "Solver") -> float:
-    """Seconds that the first frame takes beyond the second: compiling, or loading from the cache."""
+    """Time of the first frame beyond that of the second [s]: compiling, or loading from the cache."""
     first = _time_episodes(solver, 1, 1, solver.gradients)
     second = _time_episodes(solver, 1, 1, solver.gradients)
     return sum(first.forward + first.backward) - sum(second.forward + second.backward)
@@ -89,9 +89,9 @@ def _time_episodes(solver: "Solver", frames: int, repeats: int, gradients: bool)
             raise RuntimeError(str(rollout.divergences[0]))
         timing.substeps = rollout.substeps
         if gradients:
-            pull = np.ones_like(rollout.positions)
+            adjoint = np.ones_like(rollout.positions)
             begin = time.perf_counter()
-            solver.backward(rollout, pull, pull)
+            solver.backward(rollout, adjoint, adjoint)
             timing.backward.append(time.perf_counter() - begin)
     return timing
 

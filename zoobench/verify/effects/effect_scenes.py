@@ -14,7 +14,7 @@ class Pair:
     """A scene with an effect and the same without it.
 
     Attributes:
-        effect: its name in the launcher's record.
+        effect: as the launcher counts it.
         without_it: how it was switched off.
     """
 
@@ -25,7 +25,7 @@ class Pair:
 
 
 def pairs(scene: Scene) -> Iterator[Pair]:
-    """One for every effect of the scene that can be switched off; elasticity cannot, the robot is made of it."""
+    """A pair for every effect of the scene that can be switched off, which excludes the robot's elasticity."""
     if Effect.MUSCLE in scene.effects:
         yield Pair(Effect.MUSCLE, "muscle strength 0", scene, passive(scene))
     if Effect.DAMPING in scene.effects:
@@ -34,7 +34,7 @@ def pairs(scene: Scene) -> Iterator[Pair]:
         yield Pair(Effect.FRICTION, "friction 0", scene, replace(scene, ground=replace(scene.ground, friction=0.0)))
     if scene.medium is None:
         return
-    # muscle and damping would act on the elastic bed too: they are off on both sides
+    # off in both scenes, since muscles and damping would act on the elastic bed too
     rest = undamped(passive(scene))
     elastic = all_elastic(rest)
     if isinstance(scene.medium.material, MudMaterial):
@@ -48,17 +48,17 @@ def pairs(scene: Scene) -> Iterator[Pair]:
 
 
 def passive(scene: Scene) -> Scene:
-    """The scene with muscles of no strength."""
+    """The scene with a muscle strength of 0."""
     return replace(scene, robot=replace(scene.robot, material=replace(scene.robot.material, muscle_strength=0.0)))
 
 
 def undamped(scene: Scene) -> Scene:
-    """The scene with a robot without viscosity."""
+    """The scene with a viscosity of 0 in the robot."""
     return replace(scene, robot=replace(scene.robot, material=replace(scene.robot.material, viscosity=0.0)))
 
 
 def all_elastic(scene: Scene) -> Scene:
-    """The scene with its bed made of the robot's neo-Hookean matter, of the medium's density, at rest."""
+    """The scene with a bed of the robot's neo-Hookean material and the medium's density, at rest."""
     robot, bed = scene.robot, scene.medium
     if bed is None:
         return scene
@@ -81,7 +81,7 @@ def all_elastic(scene: Scene) -> Scene:
 
 
 def as_clay(bed: MediumBed) -> MediumBed:
-    """A bed of mud as one of clay with its moduli and yield stress: mud that is no fluid; free of strain."""
+    """A bed of mud as one of clay with its moduli and yield stress, free of strain: mud that is no fluid."""
     mud = bed.material
     if not isinstance(mud, MudMaterial):
         raise TypeError(f"A bed of {mud.law.name.lower()} was given; mud was expected.")

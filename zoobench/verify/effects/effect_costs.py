@@ -1,7 +1,6 @@
-"""What effects cost: processor time and bytes per particle, with the effect and without it in turn.
+"""Costs of effects: processor time and bytes per particle, with the effect and without it in turn.
 
-Times are those of the process, not of the clock, so that other work on the machine disturbs them less; of a number of
-repeats in turn the median is taken.
+Processor time is disturbed less by other work on the machine than wall time; the median of the repeats is taken.
 """
 
 import statistics
@@ -15,7 +14,7 @@ import numpy as np
 from zoobench.cell.driving import travelling_wave
 from zoobench.errors import DivergenceError
 from zoobench.verify.effects.coverage import Place
-from zoobench.verify.effects.scenes import pairs
+from zoobench.verify.effects.effect_scenes import pairs
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -25,24 +24,24 @@ if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
 
 WARM_FRAMES = 5
-"""Control frames under full actuation before the clock starts: a law's time depends on the strain that it meets."""
+"""Control frames under full actuation before the measurement: a law's time depends on the strain."""
 
-_LAUNCH_SECONDS = 0.05  # that a measured launch should take: far above what starting it costs
+_LAUNCH_SECONDS = 0.05  # duration of a measured launch, far above the overhead of starting one
 
 
 @dataclass(frozen=True)
-class Cost:
-    """One effect in one environment.
+class EffectCost:
+    """The cost of one effect in one environment.
 
     Attributes:
         without_it: how it was switched off.
         particles: of the scene.
-        launches: kernel launches of the measured repeats, all of which contain the effect.
-        launch_ms: processor time of one of them [ms].
-        substeps: in which the effect took part, by the launcher's own record.
+        launches: kernel launches of the measured repeats, each of which contains the effect.
+        launch_ms: processor time of one launch [ms].
+        substeps: that contained the effect, as the launcher counts them.
         ns, ns_without: processor time per particle and substep, with the effect and without [ns].
-        ratio: of the two.
-        bytes, bytes_without: of state per particle, in the tensors that exist.
+        ratio: of the former to the latter [-].
+        bytes, bytes_without: of state per particle in the allocated tensors.
     """
 
     env: str
@@ -61,10 +60,10 @@ class Cost:
 
 @dataclass(frozen=True)
 class Share:
-    """What a part of a substep takes of it.
+    """The share of a substep's time that one of its parts takes.
 
     Attributes:
-        part: as in `ablation.SubstepPart`; `substep` is the whole as it is launched, `sum` that of the parts.
+        part: as in `ablation.SubstepPart`; `substep` is the whole launch, `sum` the sum of the parts.
         ns: processor time per particle and substep [ns].
         share: of the whole substep.
     """
@@ -76,11 +75,11 @@ class Share:
     share: float
 
 
-def costs(place: Place, repeats: int = 7) -> Iterator[Cost]:
-    """Every effect that the place's scene calls for and that can be switched off, and gradients.
+def costs(place: Place, repeats: int = 7) -> Iterator[EffectCost]:
+    """Costs of every effect of the place's scene that can be switched off, and of gradients.
 
     Raises:
-        DivergenceError: the simulation blew up before it could be measured.
+        DivergenceError: the simulation diverged before it could be measured.
     """
     from zoobench.sim.solver import Solver
 
@@ -93,7 +92,7 @@ def costs(place: Place, repeats: int = 7) -> Iterator[Cost]:
         before = record["forward launches"], record[f"forward {pair.effect}"]
         with_it, without = in_turn([trial.seconds for trial in trials], repeats)
         launches = record["forward launches"] - before[0]
-        yield Cost(
+        yield EffectCost(
             env=place.env,
             effect=str(pair.effect),
             without_it=pair.without_it,
@@ -110,13 +109,13 @@ def costs(place: Place, repeats: int = 7) -> Iterator[Cost]:
     yield from _gradient_costs(place, repeats)
 
 
-def _gradient_costs(place: Place, repeats: int) -> Iterator[Cost]:
-    """Checkpoints alone, then the whole gradient, against a forward run of the same frames."""
+def _gradient_costs(place: Place, repeats: int) -> Iterator[EffectCost]:
+    """Costs of checkpoints alone, then of the whole gradient, against a forward run of the same frames."""
     from zoobench.sim.solver import Solver
 
     keeper, plain = (Solver(place.scene, place.fidelity, gradients=gradients) for gradients in (True, False))
     rollout = run(keeper, WARM_FRAMES)
-    pull = np.ones_like(rollout.positions)
+    adjoint = np.ones_like(rollout.positions)
     record = keeper.launcher.launches
     stored = state_bytes(keeper) + sum(tensor_bytes(matter.tensors()) for matter in rollout.checkpoints)
     work = rollout.substeps * keeper.particle_count * 1e-9
@@ -125,7 +124,7 @@ def _gradient_costs(place: Place, repeats: int) -> Iterator[Cost]:
         return cpu_seconds(lambda: run(keeper, WARM_FRAMES))
 
     def differentiate() -> float:
-        return cpu_seconds(lambda: keeper.backward(run(keeper, WARM_FRAMES), pull, pull))
+        return cpu_seconds(lambda: keeper.backward(run(keeper, WARM_FRAMES), adjoint, adjoint))
 
     def forward() -> float:
         return cpu_seconds(lambda: run(plain, WARM_FRAMES))
@@ -140,7 +139,7 @@ def _gradient_costs(place: Place, repeats: int) -> Iterator[Cost]:
         with_it, without = in_turn([measured, forward], repeats)
         done = {name: count - before[name] for name, count in record.items()}
         launches = done["forward launches"] + done.get("reverse launches", 0)
-        yield Cost(
+        yield EffectCost(
             env=place.env,
             effect=effect,
             without_it=without_it,
@@ -157,10 +156,10 @@ def _gradient_costs(place: Place, repeats: int) -> Iterator[Cost]:
 
 
 def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
-    """The parts of a substep of the place's scene, the whole substep first.
+    """Shares of the parts of a substep of the place's scene, the whole substep first.
 
     Raises:
-        DivergenceError: the simulation blew up before it could be measured.
+        DivergenceError: the simulation diverged before it could be measured.
     """
     from zoobench.sim.ablation import Ablation, SubstepPart
     from zoobench.sim.solver import Solver
@@ -184,10 +183,10 @@ def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
 
 
 class Trial:
-    """A warmed-up state from which the same substeps are launched again and again.
+    """A warmed-up state from which the same substeps are launched repeatedly.
 
     Args:
-        like: begin in the state of this trial if it has the same tensors, so that nothing but the effect differs.
+        like: start from the state of this trial if it has the same tensors, so that only the effect differs.
     """
 
     def __init__(self, solver: "Solver", dt: float, like: "Trial | None" = None) -> None:
@@ -207,7 +206,7 @@ class Trial:
         return cpu_seconds(lambda: self._solver.substeps(self.count, self._dt))
 
     def per_particle(self, seconds: float) -> float:
-        """Of one particle and substep [ns]."""
+        """Processor time per particle and substep [ns]."""
         return 1e9 * seconds / (self.count * self._solver.particle_count)
 
 
@@ -219,7 +218,7 @@ def run(solver: "Solver", frames: int) -> "Rollout":
     """An episode under full actuation in a travelling wave.
 
     Raises:
-        DivergenceError: it blew up.
+        DivergenceError: the simulation diverged.
     """
     rollout = solver.run(travelling_wave(frames, solver.muscle_count))
     if rollout.divergences:
@@ -228,13 +227,13 @@ def run(solver: "Solver", frames: int) -> "Rollout":
 
 
 def in_turn(timers: Sequence[Callable[[], float]], repeats: int) -> list[float]:
-    """Medians of the readings [s] of several timers, each asked once per round."""
+    """Medians of the readings [s] of several timers, each read once per round."""
     readings = [[timer() for timer in timers] for _ in range(repeats)]
     return [statistics.median(column) for column in zip(*readings, strict=True)]
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:
-    """Processor time that something takes [s]."""
+    """Processor time of a call [s]."""
     begin = time.process_time()
     work()
     return time.process_time() - begin
@@ -246,7 +245,7 @@ def state_bytes(solver: "Solver") -> int:
 
 
 def adjoint_bytes(solver: "Solver", rollout: "Rollout") -> int:
-    """Bytes that one world's backward pass holds besides the checkpoints: a segment of states, and the adjoints."""
+    """Bytes of one world's backward pass without the checkpoints: the states of a segment, and the adjoints."""
     from zoobench.sim.adjoint import Adjoint
     from zoobench.sim.model.state import Matter, Parameters
 

@@ -1,6 +1,6 @@
-"""One environment and task as a function of all its parameters, in double precision, for `gradcheck`."""
+"""One environment and task as a differentiable function of all its parameters, in double precision."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -27,36 +27,29 @@ Arrays = dict[str, Array]
 Counts = NDArray[np.int64]
 
 GROUPS = ("actuation", "controller", *BODY_ARRAYS, "design")
-"""Groups of parameters: `controller` stands for those of a closed loop, which the actuation follows from, and `design`
-for those of a design space, which the arrays follow from."""
+"""Groups of parameters; `controller` are those of a closed loop, which gives the actuation, and `design` those of a
+design space, which gives the body's arrays."""
 
 NUDGE = 1e-6
-"""Displacement of the initial state whose growth is followed, as a share of the grid spacing."""
+"""Displacement of the initial state whose growth is followed [grid spacings]."""
 
 
-def cells(
-    envs: Sequence[Ref],
-    tasks: Sequence[Ref],
-    *,
-    design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
-    controller: Ref = Ref("sine-basis"),  # noqa: B008
-    fidelity: Ref = Ref("smoke"),  # noqa: B008
-    seed: int = 0,
-) -> Iterator["Cell"]:
-    """Every environment with every task.
+class GradientCase:
+    """One environment and task with the design's arrays as free parameters.
 
     Raises:
         UnknownNameError, UsageError: a name or a parameter that cannot be used.
     """
-    for env in envs:
-        for task in tasks:
-            yield Cell(env, task, design, controller, fidelity, seed)
 
-
-class Cell:
-    """One environment and task with the design's arrays as free parameters."""
-
-    def __init__(self, env: Ref, task: Ref, design: Ref, controller: Ref, fidelity: Ref, seed: int) -> None:
+    def __init__(
+        self,
+        env: Ref,
+        task: Ref,
+        design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
+        controller: Ref = Ref("sine-basis"),  # noqa: B008
+        fidelity: Ref = Ref("smoke"),  # noqa: B008
+        seed: int = 0,
+    ) -> None:
         from zoobench.sim.equilibrium import equilibrated
         from zoobench.sim.solver import Solver
 
@@ -67,7 +60,7 @@ class Cell:
         self._robot = Robot.of(design, controller, grid)
         scene = environment.scene(self._robot.body, grid)
         start = equilibrated(scene, grid, environment.equilibration_frames, frame_seconds=FRAME_SECONDS)
-        # bounds a little beyond the design's own values, so that there is a slope on both sides
+        # bounds a little beyond the design's own values, so that both one-sided derivatives exist
         self._solver = Solver(
             scene,
             grid,
@@ -88,7 +81,7 @@ class Cell:
         }
 
     def frames(self, horizons: Sequence[int]) -> list[int]:
-        """The numbers of control frames that just reach the horizons [substeps], each once."""
+        """The smallest numbers of control frames that reach the horizons [substeps], without repetition."""
         longest = max(horizons)
         frames = -(-longest // self._solver.substeps_per_frame)
         taken = np.cumsum(self.run(self.base(frames)).counts[:, 0])
@@ -98,10 +91,10 @@ class Cell:
         return sorted({int(np.searchsorted(taken, horizon)) + 1 for horizon in horizons})
 
     def base(self, frames: int) -> Arrays:
-        """The parameters about which derivatives are taken, of what moves the body and of the body.
+        """The parameters about which derivatives are taken, by group.
 
-        The former are the actuation, or the parameters of a controller in a closed loop (the actuation is then an empty
-        frame for what it does); the latter are the design's arrays, or the parameters of a design space.
+        Of the controller: the actuation, or the parameters of a closed loop (the actuation is then zero). Of the body:
+        the design's arrays, or the parameters of a design space.
         """
         control, design = np.split(self._parameters, [self._robot.control_count])
         groups = self._arrays if self._robot.space is None else {"design": design}
@@ -110,10 +103,10 @@ class Cell:
         return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
 
     def run(self, arrays: Arrays, schedule: Counts | None = None) -> "Rollout":
-        """An episode with these parameters, in steps of its own choice or as another took them.
+        """An episode with these parameters; `schedule` prescribes the substeps of every frame.
 
         Raises:
-            DivergenceError: it blew up.
+            DivergenceError: the simulation diverged.
         """
         from zoobench.errors import DivergenceError
         from zoobench.sim.solver import BodyState
@@ -129,11 +122,11 @@ class Cell:
         return rollout
 
     def objective(self, rollout: "Rollout") -> float:
-        """The task's objective."""
+        """The task's objective for a rollout."""
         return float(self._task.objective(self._motion(rollout, leaf=False)).sum())
 
     def objective_near(self, base: Arrays, counts: Counts, group: str, shift: Array) -> float:
-        """The objective with one group of parameters shifted, in the steps of the base; NaN if that blew up."""
+        """The objective with one group of parameters shifted, in the base's substeps; NaN if it diverges."""
         from zoobench.errors import DivergenceError
 
         try:
@@ -142,7 +135,7 @@ class Cell:
             return np.nan
 
     def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
-        """Of the objective by every group of parameters that the rollout was made with, and where it has a fault."""
+        """The gradient of the objective by every group of parameters in `arrays`, and where it is not finite."""
         built, count = self._build(arrays), self._robot.control_count
         loops = FeedbackLoops.of(self._robot, [built])
         motion = self._motion(rollout, leaf=True)
@@ -150,16 +143,16 @@ class Cell:
         feedback = loops.adjoint(rollout) if loops else None
         found = self._solver.backward(rollout, direct.positions, direct.velocities, feedback)
         by_body = direct.by_arrays(found, rollout, self._robot.body, self._density)
-        pulls = {"actuation": found.actuation, **by_body}
-        parameters = built.gradient({name: pulls[name][0] for name in built.matter})
+        gradients = {"actuation": found.actuation, **by_body}
+        parameters = built.gradient({name: gradients[name][0] for name in built.matter})
         if loops:
             parameters += loops.gradients[0]
-            del pulls["actuation"]
-        pulls["controller"], pulls["design"] = np.split(parameters, [count])
-        return {name: pull for name, pull in pulls.items() if name in arrays}, found.fault
+            del gradients["actuation"]
+        gradients["controller"], gradients["design"] = np.split(parameters, [count])
+        return {name: gradient for name, gradient in gradients.items() if name in arrays}, found.fault
 
     def separation(self, frames: int, rng: np.random.Generator, nudge: float = NUDGE) -> tuple[Counts, Array]:
-        """How two episodes part whose initial states differ by `nudge` grid spacings, in the steps of the one.
+        """Separation of two episodes whose initial states differ by `nudge` grid spacings, in the same substeps.
 
         Returns:
             substeps done `[frames + 1]`, and the root mean square distance of the robot's particles `[frames + 1]` [m].
@@ -191,10 +184,10 @@ class Cell:
         return isinstance(self._robot.controller, ClosedLoop)
 
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
-        """The robot for groups of parameters; those of controller and design space are drawn where not given.
+        """The robot for groups of parameters; those of controller and design space are random where not given.
 
         Raises:
-            SceneError: it cannot be built.
+            SceneError: the robot cannot be built.
         """
         import torch
 

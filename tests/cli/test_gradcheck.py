@@ -1,0 +1,38 @@
+"""`zoobench gradcheck`."""
+
+import json
+
+from tests.cli.conftest import Command
+
+
+def test_gradcheck_finds_right_gradients_right(zoobench: Command) -> None:
+    """A row for every parameter group and horizon, each within the tolerance, and a summary; exit code 0."""
+    reply = zoobench("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "10,40", "--format", "json")
+    found = json.loads(reply.out)
+    assert reply.code == 0, reply.err
+    assert len(found["rows"]) == 12
+    assert {row["group"] for row in found["rows"]} >= {"actuation", "stiffness", "occupancy", "fibres"}
+    assert all(row["relative_error"] <= 1e-4 and row["gradient_norm"] > 0 for row in found["rows"])
+    (summary,) = found["summary"]
+    assert summary["error"] == max(row["relative_error"] for row in found["rows"])
+    assert (summary["right_until"], summary["chaos_from"]) == (max(row["substeps"] for row in found["rows"]), None)
+
+
+def test_gradcheck_prints_the_summary_alone(zoobench: Command) -> None:
+    """One table can be had as CSV; two cannot."""
+    cell = ("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "5", "--format", "csv")
+    reply = zoobench(*cell, "--table", "summary")
+    assert reply.out.splitlines()[0].startswith("env,task,error,right_until,chaos_from")
+    assert len(reply.out.splitlines()) == 2
+    refused = zoobench(*cell)
+    assert (refused.code, "--table" in refused.err) == (2, True)
+
+
+def test_gradcheck_refuses_what_it_cannot_check(zoobench: Command) -> None:
+    """Unknown environments and horizons that are no numbers are usage errors."""
+    reply = zoobench("gradcheck", "--env", "dessert")
+    assert (reply.code, "desert" in reply.err) == (2, True)
+    reply = zoobench("gradcheck", "--horizons", "ten")
+    assert (reply.code, "Cannot read 'ten' as horizons" in reply.err) == (2, True)
+    assert zoobench("gradcheck", "--horizons", "0").code == 2
+    assert zoobench("gradcheck", "--table", "all-of-them").code == 2
