@@ -8,8 +8,8 @@ import pytest
 from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.render.files import check_tools
 from zoobench.render.film import Film, film
+from zoobench.render.film_files import check_tools
 from zoobench.render.formats import FilmFormat
 from zoobench.spec import RunSpec
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from zoobench.errors import UsageError
+from zoobench.render.colours import covered, outward, palette
 from zoobench.render.picture import SHEET, Snapshot, pictures, snapshots
-from zoobench.render.shading import covered, outward, palette
 from zoobench.spec import Ref
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")

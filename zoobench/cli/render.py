@@ -36,8 +36,8 @@ def render(
     an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
     """
     from zoobench.db.store import Store
-    from zoobench.render.files import check_tools, moments_of, write
     from zoobench.render.film import film
+    from zoobench.render.film_files import check_tools, moments_of, write
     from zoobench.render.formats import destination
 
     target = destination(out, form)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.render.shading import AMBIENT, LIGHT, Colour, brightness, covered, ground_colour, medium_colour
+from zoobench.render.colours import AMBIENT, LIGHT, Colour, brightness, covered, ground_colour, medium_colour
 from zoobench.render.skin import normals, skin
-from zoobench.render.stage import GRID, Stage
+from zoobench.render.viewpoint import GRID, Stage
 
 Update = Callable[[int], None]
 """Shows a moment, counted in those of the film."""

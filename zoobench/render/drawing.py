@@ -8,7 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.render import figures
-from zoobench.render.shading import (
+from zoobench.render.colours import (
     AMBIENT,
     LIGHT,
     Colour,

@@ -8,7 +8,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.render import figures
 from zoobench.render.bodies import DENSITY, Sampled
-from zoobench.render.shading import PASSIVE, brightness, camera_axes, palette, tints
+from zoobench.render.colours import PASSIVE, brightness, camera_axes, palette, tints
 
 if TYPE_CHECKING:
     from zoobench.designs.base import Body

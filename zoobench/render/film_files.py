@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from zoobench.errors import UsageError
+from zoobench.render.canvas import FilmPainter, Image, imageio_or_advice, pyvista_or_advice
 from zoobench.render.film import evenly
 from zoobench.render.formats import Destination, FilmFormat
-from zoobench.render.renderer import FilmPainter, Image, imageio_or_advice, pyvista_or_advice
 
 if TYPE_CHECKING:
     from zoobench.render.film import Film

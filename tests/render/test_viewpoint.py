@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render.filmed import short_film
-from zoobench.render.stage import camera_for, stage_of
+from zoobench.render.viewpoint import camera_for, stage_of
 
 
 @pytest.mark.parametrize("aspect", [16 / 9, 1.0])

@@ -10,7 +10,7 @@ import pytest
 
 from tests.render.filmed import SPEC, needs_drawing, short_film
 from zoobench.errors import UsageError
-from zoobench.render.files import check_tools, moments_of, write
+from zoobench.render.film_files import check_tools, moments_of, write
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.spec import RunSpec
 
@@ -102,8 +102,8 @@ def test_a_missing_extra_says_what_to_install(monkeypatch: pytest.MonkeyPatch, m
 def test_a_system_without_opengl_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """VTK would end the process."""
     pytest.importorskip("pyvista")
-    monkeypatch.setattr("zoobench.render.renderer._window_class", lambda: "vtkOSOpenGLRenderWindow")
-    monkeypatch.setattr("zoobench.render.renderer._MESA", ("no-such-library.so",))
+    monkeypatch.setattr("zoobench.render.canvas._window_class", lambda: "vtkOSOpenGLRenderWindow")
+    monkeypatch.setattr("zoobench.render.canvas._MESA", ("no-such-library.so",))
     with pytest.raises(UsageError, match="no OpenGL"):
         check_tools(FilmFormat.PNG)
     check_tools(FilmFormat.VTK)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from zoobench.errors import UsageError
 from zoobench.render.actors import INK, TARGET, WAY, put_ground, put_medium, put_robot, put_ways
-from zoobench.render.shading import LIGHT
-from zoobench.render.stage import Camera, camera_for, stage_of
+from zoobench.render.colours import LIGHT
+from zoobench.render.viewpoint import Camera, camera_for, stage_of
 
 if TYPE_CHECKING:
     from zoobench.render.film import Film

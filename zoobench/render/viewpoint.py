@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.render.shading import camera_axes
+from zoobench.render.colours import camera_axes
 
 if TYPE_CHECKING:
     from zoobench.render.film import Film
