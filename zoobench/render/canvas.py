@@ -1,145 +1,177 @@
-"""Films as pictures, drawn off screen and without a graphics card."""
+"""Pictures drawn off screen with PyVista, which needs no graphics card."""
 
 import ctypes
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.render.actors import INK, TARGET, WAY, put_ground, put_medium, put_robot, put_ways
-from zoobench.render.colours import LIGHT
-from zoobench.render.viewpoint import Camera, camera_for, stage_of
-
-if TYPE_CHECKING:
-    from zoobench.render.film import Film
+from zoobench.render.colours import Colour
+from zoobench.render.viewpoint import Camera
 
 Image = NDArray[np.uint8]
+"""Red, green and blue, `[height, width, 3]`."""
+
+INK = "#222222"
 
 _BACKDROP = "#eceef1"
-_LEAST_LETTERS = 9  # [points]
+_LIGHT = (0.35, 0.85, 0.4)  # direction to the light: above, in front and to the right of the robot
+_SMALLEST_FONT = 9  # [points]
+_DISTANCE = 10.0  # [m] from the middle of the picture to the camera, whose projection is parallel
 _MESA = ("libOSMesa.so.8", "libOSMesa.so")
-_FAR = 10.0  # [m] from the middle of the picture to the camera, which sees in parallel
+_DRAWING = ("pyvista", "imageio.v2", "imageio_ffmpeg", "skimage.measure")
 
 
-class FilmPainter:
-    """Draws the moments of a film; used as a context.
+class Canvas:
+    """An off-screen picture; used as a context.
 
     Args:
-        film: what is drawn.
-        title: at the top of every picture.
-        width, height: of a picture [pixels].
+        width, height: of the picture [pixels].
         smooth: whether edges are smoothed, which takes twice the time.
+        views: PyVista's options for several views in one picture.
+
+    Attributes:
+        pyvista: the library.
+        plotter: its plotter, to which meshes are added.
+        font_size: of text [points].
 
     Raises:
         UsageError: the extra `render` is not installed, or the system has no OpenGL.
     """
 
-    def __init__(self, film: "Film", title: str, *, width: int, height: int, smooth: bool = False) -> None:
-        pyvista = pyvista_or_advice()
-        stage = stage_of(film)
-        camera = camera_for(stage, width / height)
-        letters = max(_LEAST_LETTERS, height // 48)
-        self._film = film
-        self._plotter = pyvista.Plotter(off_screen=True, window_size=(width, height), lighting="none")
-        plotter = self._plotter
-        plotter.set_background(_BACKDROP)
-        plotter.add_light(pyvista.Light(position=tuple(LIGHT), focal_point=(0.0, 0.0, 0.0), intensity=0.9))
+    def __init__(self, width: int, height: int, *, smooth: bool = False, **views: Any) -> None:
+        check_drawing()
+        self.pyvista: Any = import_module("pyvista")
+        self.font_size = max(_SMALLEST_FONT, height // 48)
+        self.plotter: Any = self.pyvista.Plotter(
+            off_screen=True, window_size=(width, height), lighting="none", border=False, **views
+        )
+        self.plotter.set_background(_BACKDROP)
         if smooth:
-            plotter.enable_anti_aliasing("msaa", multi_samples=4)
+            self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
         else:
-            plotter.disable_anti_aliasing()
-        put_ground(pyvista, plotter, stage, letters)
-        self._updates = [
-            put_medium(pyvista, plotter, stage, height / 2 / camera.half_height),
-            put_robot(pyvista, plotter, stage, film.lattice, letters),
-            put_ways(pyvista, plotter, stage, camera.towards),
-        ]
-        self._write(title, letters)
-        self._aim(camera)
+            self.plotter.disable_anti_aliasing()
+        for renderer in self.plotter.renderers:
+            renderer.add_light(self.pyvista.Light(position=_LIGHT, focal_point=(0.0, 0.0, 0.0), intensity=0.9))
 
-    def picture(self, moment: int) -> Image:
-        """The picture of one moment, counted in those of the film, `[height, width, 3]`."""
-        for update in self._updates:
-            update(moment)
-        self._clock.input = f"{self._film.times[moment]:.3f} s of {self._film.times[-1]:.3f} s"
-        self._plotter.render()
-        image: Image = self._plotter.screenshot(return_img=True)
-        return image[..., :3]
-
-    def pictures(self) -> Iterator[Image]:
-        """Of all moments."""
-        return map(self.picture, range(len(self._film.times)))
-
-    def __enter__(self) -> "FilmPainter":
+    def __enter__(self) -> "Canvas":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._plotter.close()
+        self.plotter.close()
 
-    def _write(self, title: str, letters: int) -> None:
-        plotter = self._plotter
+    @property
+    def view_size(self) -> tuple[float, float]:
+        """Width and height of the current view [pixels]."""
+        left, bottom, right, top = self.plotter.renderer.GetViewport()
+        width, height = self.plotter.window_size
+        return width * (right - left), height * (top - bottom)
 
-        def text(words: str, x: float, y: float, colour: str = INK, size: float = 1.0) -> Any:
-            actor = plotter.add_text(words, position=(x, y), viewport=True, color=colour)
-            actor.prop.font_size = round(size * letters)
-            return actor
-
-        for words, y in (("activation", 0.82), ("contracts", 0.77), ("extends", 0.2)):
-            text(words, 0.89, y)
-        text(title, 0.02, 0.94, size=1.15)
-        self._clock = text("", 0.02, 0.885, size=1.15)
-        text("centre of mass and its way", 0.02, 0.06, WAY)
-        if self._film.target is not None:
-            text("target and its path", 0.02, 0.02, TARGET)
-
-    def _aim(self, camera: Camera) -> None:
-        view = self._plotter.camera
+    def aim(self, camera: Camera) -> None:
+        """Look at the world through a camera."""
+        view = self.plotter.camera
         view.parallel_projection = True
         view.focal_point = tuple(camera.focus)
-        view.position = tuple(camera.focus + _FAR * camera.towards)
+        view.position = tuple(camera.focus + _DISTANCE * camera.towards)
         view.up = tuple(camera.up)
         view.parallel_scale = camera.half_height
-        view.clipping_range = (_FAR - 5.0, _FAR + 5.0)
+        view.clipping_range = (_DISTANCE - 5.0, _DISTANCE + 5.0)
+
+    def line(self, points: Array, colour: str, **look: Any) -> Any:
+        """A line through points `[n, 3]` [m]; the mesh."""
+        line = self.pyvista.lines_from_points(points)
+        self.plotter.add_mesh(line, color=colour, lighting=False, **look)
+        return line
+
+    def text(self, words: str, x: float, y: float, *, colour: str | Colour = INK, size: float = 1.0) -> Any:
+        """Words whose lower left corner is at a share of the view; the actor."""
+        actor = self.plotter.add_text(words, position=(x, y), viewport=True, color=colour)
+        actor.prop.font_size = round(size * self.font_size)
+        return actor
+
+    def legend(self, entries: Sequence[tuple[str, str | Colour]], x: float, y: float) -> None:
+        """Names, one below the other from a share of the view on, each beside a dot of its colour."""
+        width, height = self.view_size
+        for number, (name, colour) in enumerate(entries):
+            level = y - 1.9 * number * self.font_size / height
+            self.text("•", x, level - 0.6 * self.font_size / height, colour=colour, size=2.0)
+            self.text(name, x + 1.5 * self.font_size / width, level)
+
+    def image(self) -> Image:
+        """The picture as it is now."""
+        self.plotter.render()
+        image: Image = self.plotter.screenshot(return_img=True)
+        return image[..., :3]
 
 
-_ADVICE = "Films need pyvista and imageio, and not both are installed. Try: pip install 'zoobench[render]'."
+def side_by_side(images: Sequence[Image], columns: int) -> Image:
+    """Images of one size on one sheet, row by row; white where none is left."""
+    rows = -(-len(images) // columns)
+    height, width = images[0].shape[:2]
+    sheet = np.full((rows * height, columns * width, 3), 255, np.uint8)
+    for number, image in enumerate(images):
+        top, left = number // columns * height, number % columns * width
+        sheet[top : top + height, left : left + width] = image
+    return sheet
 
 
-def pyvista_or_advice(*, opengl: bool = True) -> Any:
-    """The drawing library, quiet, where it can draw if `opengl` is asked for.
+def save(image: Image, path: Path, *, colours: int | None = None) -> None:
+    """Write a PNG, with so many colours at most; folders on the way are made.
 
     Raises:
-        UsageError: it is not installed, or there is no OpenGL.
+        UsageError: the file cannot be written, or it does not end in .png.
     """
+    from PIL import Image as Pillow
+
+    if path.suffix.lower() != ".png":
+        raise UsageError(f"{str(path)!r} does not end in .png, the format of pictures. Give for example picture.png.")
+    picture = Pillow.fromarray(image)
     try:
-        import pyvista
-        from vtkmodules.vtkCommonCore import vtkLogger
-    except ImportError:
-        raise UsageError(_ADVICE) from None
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (picture if colours is None else picture.quantize(colours)).save(path, optimize=True)
+    except OSError as error:
+        raise UsageError(
+            f"{str(path)!r} cannot be written: {error.strerror or error}. "
+            "Give a file in a folder that you may write to."
+        ) from None
+
+
+def check_drawing() -> None:
+    """Check that this machine can draw pictures and films.
+
+    Raises:
+        UsageError: the extra `render` is not installed, or the system has no OpenGL.
+    """
+    for module in _DRAWING:
+        check_module(module)
+    from vtkmodules.vtkCommonCore import vtkLogger
+
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # it complains of a missing screen, which is not needed
-    if opengl:
-        _check_opengl()
-    return pyvista
+    _check_opengl()
 
 
-def imageio_or_advice() -> Any:
-    """What writes pictures, with what compresses moving ones.
+def check_module(module: str) -> None:
+    """Check that a module of the extra `render` can be imported.
 
     Raises:
-        UsageError: it is not installed.
+        UsageError: it cannot.
     """
     try:
-        import imageio.v2 as imageio
-        import imageio_ffmpeg  # noqa: F401  (imageio finds it by itself)
+        import_module(module)
     except ImportError:
-        raise UsageError(_ADVICE) from None
-    return imageio
+        raise UsageError(
+            f"Pictures and films need {module.partition('.')[0]}, which is not installed. "
+            "Run: pip install 'zoobench[render]'."
+        ) from None
 
 
 def _check_opengl() -> None:
-    """VTK ends the process where it finds no OpenGL; so look first."""
+    """Look for OpenGL first, since VTK ends the process where it finds none."""
     if not _window_class().startswith("vtkOS"):
         return
     for name in _MESA:
@@ -150,13 +182,13 @@ def _check_opengl() -> None:
         return
     raise UsageError(
         "This system has no OpenGL to draw with. Install Mesa, on Debian and Ubuntu with `apt install libegl1 "
-        "libgl1-mesa-dri`, or write the frames with --format npz."
+        "libgl1-mesa-dri`; `zoobench render --format npz` writes the frames of a film without it."
     )
 
 
 def _window_class() -> str:
-    """What VTK would draw into; Mesa's library for drawing without any system is its last choice."""
-    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers what there is)
+    """The class of VTK's window; Mesa's library for drawing without a window system is its last choice."""
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (registers the classes)
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
     return str(vtkRenderWindow().GetClassName())
