@@ -1,4 +1,4 @@
-"""The things in a picture: ground, medium, robot and paths. What moves is put on a canvas once and updated later."""
+"""Parts of a picture: ground, medium, robot and paths. Each is put on a canvas once; what moves returns an update."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -114,7 +114,7 @@ def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Upd
     shadow = _put_shadow(canvas, region, mesh)
 
     def update(moment: int) -> None:
-        _dress(mesh, cover, recording.robot[moment], values[moment])
+        _update_skin(mesh, cover, recording.robot[moment], values[moment])
         shadow()
 
     return update
@@ -123,7 +123,7 @@ def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Upd
 def put_skin(canvas: Canvas, cover: Skin, positions: Any, values: Array, **look: Any) -> Any:
     """A skin around particles at `positions` `[particle_count, 3]` [m]; the mesh. The rest as in `put_robot`."""
     mesh = canvas.pyvista.PolyData.from_regular_faces(cover.places @ positions.astype(float), cover.faces)
-    _dress(mesh, cover, positions, values)
+    _update_skin(mesh, cover, positions, values)
     canvas.plotter.add_mesh(
         mesh, scalars="values", interpolation="Phong",
         ambient=0.6, diffuse=0.5, specular=0.08, specular_power=20, **look,
@@ -187,7 +187,8 @@ def covered(points: Any, robot: Any, radius: float) -> NDArray[np.bool_]:
     return shadow
 
 
-def _dress(mesh: Any, cover: Skin, positions: Any, values: Array) -> None:
+def _update_skin(mesh: Any, cover: Skin, positions: Any, values: Array) -> None:
+    """Move a mesh to the skin of particles at `positions` and give its vertices the particles' values."""
     places = cover.places @ positions.astype(float)
     mesh.points = places
     mesh.point_data["Normals"] = normals(places, cover.faces)

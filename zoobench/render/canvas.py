@@ -111,13 +111,9 @@ class Canvas:
 
 def side_by_side(images: Sequence[Image], columns: int) -> Image:
     """Images of one size on one sheet, row by row; white where none is left."""
-    rows = -(-len(images) // columns)
-    height, width = images[0].shape[:2]
-    sheet = np.full((rows * height, columns * width, 3), 255, np.uint8)
-    for number, image in enumerate(images):
-        top, left = number // columns * height, number % columns * width
-        sheet[top : top + height, left : left + width] = image
-    return sheet
+    missing = [np.full_like(images[0], 255)] * (-len(images) % columns)
+    tiles = [*images, *missing]
+    return np.vstack([np.hstack(tiles[first : first + columns]) for first in range(0, len(tiles), columns)])
 
 
 def save(image: Image, path: Path, *, colours: int | None = None) -> None:

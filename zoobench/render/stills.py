@@ -1,4 +1,4 @@
-"""Pictures that stand still: environments with a robot in them, and bodies alone."""
+"""Still pictures: environments with a robot in them, and bodies alone."""
 
 import re
 from collections.abc import Iterator, Sequence
