@@ -1,11 +1,13 @@
 """`list` and `show`."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
 
 from tests.cli.conftest import Command
+from tests.render.filmed import needs_drawing
 from zoobench import registry
 from zoobench.harness import presets, suites
 
@@ -90,13 +92,26 @@ def test_show_a_design_gives_its_card(zoobench: Command) -> None:
 
 def test_show_draws_a_design(zoobench: Command) -> None:
     """A picture in colour of the caterpillar, which only a design has."""
-    from matplotlib.image import imread
-
+    needs_drawing()
+    imageio = pytest.importorskip("imageio.v2")
     assert zoobench("show", "caterpillar", "--picture", "body.png").code == 0
-    image = imread("body.png")[..., :3]
+    image = imageio.imread("body.png").astype(float)
     purple = (image[..., 0] > 1.6 * image[..., 1]) & (image[..., 2] > 2.0 * image[..., 1])
     assert purple.mean() > 0.02
     assert "draws designs" in zoobench("show", "desert", "--picture", "x.png").err
     reply = zoobench("show", "caterpillar", "--picture", "body.png/body.png")
     assert reply.code == 2
     assert "body.png/body.png" in reply.err
+
+
+def test_a_picture_without_its_extra_is_refused_before_any_work(
+    zoobench: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is measured, simulated or printed; the message names the extra."""
+    for name in ("zoobench.render.bodies.card", "zoobench.render.recording.snapshots"):
+        monkeypatch.setattr(name, lambda *_, **__: pytest.fail("work before the check"))
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    for words in (("show", "caterpillar", "--picture", "body.png"), ("picture", "--env", "ground")):
+        reply = zoobench(*words)
+        assert (reply.code, reply.out) == (2, "")
+        assert "pip install 'zoobench[render]'" in reply.err

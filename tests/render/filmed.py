@@ -1,4 +1,4 @@
-"""A short film for the tests: ten frames in the desert, coarsely, of a robot with a target."""
+"""A short film for the tests, ten frames in the desert of a robot with a target, and snapshots; all coarse."""
 
 from functools import cache
 
@@ -8,11 +8,12 @@ import pytest
 from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.render.files import check_tools
+from zoobench.render.canvas import check_drawing
 from zoobench.render.film import Film, film
-from zoobench.render.formats import FilmFormat
-from zoobench.spec import RunSpec
+from zoobench.render.recording import Snapshot, snapshots
+from zoobench.spec import Ref, RunSpec
 
+ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10)
 
 
@@ -28,11 +29,15 @@ def short_film() -> Film:
     return film(SPEC, params(), moments=[0, 5, 10])
 
 
+@cache
+def smoke_snapshots() -> list[Snapshot]:
+    """All environments at rest, coarsely."""
+    return list(snapshots([Ref(name) for name in ENVS], fidelity=Ref("smoke")))
+
+
 def needs_drawing() -> None:
     """Skip the test where the extra `render` is not installed, or a system without OpenGL cannot draw."""
-    for module in ("pyvista", "imageio", "imageio_ffmpeg", "skimage"):
-        pytest.importorskip(module)
     try:
-        check_tools(FilmFormat.PNG)
+        check_drawing()
     except UsageError as error:
         pytest.skip(str(error))

@@ -1,4 +1,4 @@
-"""`zoobench list` and `zoobench show`: what there is to choose from, and one thing in full."""
+"""`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
 from enum import StrEnum
 from inspect import getdoc
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class KindName(StrEnum):
-    """The kinds of components, as one types them."""
+    """The kinds of components on the command line."""
 
     ENVS = "envs"
     TASKS = "tasks"
@@ -32,13 +32,13 @@ class KindName(StrEnum):
 
 
 def list_components(
-    kind: Annotated[KindName | None, Argument(help="One kind only.")] = None,
+    kind: Annotated[KindName | None, Argument(help="List this kind only.")] = None,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """List what there is to choose from.
+    """List the components of the benchmark.
 
-    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version; suites, which are
-    whole benchmarks, for `zoobench run --suite`; `presets` shows the settings that `run --preset` takes.
+    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version, and the suites of
+    `zoobench run --suite`, which are whole benchmarks. `presets` lists the settings of `zoobench run --preset`.
     """
     from zoobench import registry
     from zoobench.harness import suites
@@ -59,20 +59,23 @@ def list_components(
 
 def show(
     name: Annotated[str, Argument(help="A component (desert, diffphysics-v1), or a run by number or key.")],
-    picture: Annotated[Path | None, Option("--picture", help="Draw a design, or a run's body, into this PNG.")] = None,
+    picture: Annotated[Path | None, Option("--picture", help="Draw the body of a design or a run to this PNG.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Show a component or a run in full.
 
-    A component with its parameters and their defaults, a design with its size, mass, muscles and particles too; a run
-    with its state, attempts, final values, origin, and the command that repeats it.
+    A component with its parameters and their defaults, a design also with its size, mass, muscles and particles; a run
+    with its state, attempts, final values, provenance, and the command that repeats it. A picture needs the extra
+    `render`.
     """
     from zoobench.report.listing import to_json
 
     if form not in (Format.TABLE, Format.JSON):
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
     found = _components(name)
+    if picture is not None:
+        _check_picture(name, found)
     card: list[dict[str, Any]] | dict[str, Any]
     card = [_component_card(component, name) for component in found] if found else _run_card(name, db)
     if picture is not None:
@@ -86,7 +89,7 @@ def show(
 
 
 def _presets() -> "Listing":
-    """What each preset stands for, every setting as it can be typed."""
+    """The settings of each preset, as they are written on the command line."""
     from zoobench.harness import presets
     from zoobench.report.listing import Listing
 
@@ -103,7 +106,7 @@ def _presets() -> "Listing":
 
 
 def _components(text: str) -> list["Component"]:
-    """The components of that name, of whatever kind (some names are used by two)."""
+    """The components of that name; two kinds may share one."""
     from zoobench import registry
     from zoobench.spec import Ref
 
@@ -114,21 +117,31 @@ def _components(text: str) -> list["Component"]:
     return [registry.get(kind, ref.name, ref.version) for kind in kinds]
 
 
-def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
-    """A design at a resolution for the eye, or the body that a run has found."""
-    from zoobench.cli.solutions import body_of_run
+def _check_picture(name: str, found: "list[Component]") -> None:
+    """Check before any work that there is a body to draw, and that this machine can draw.
+
+    Raises:
+        UsageError: there is none, or it cannot.
+    """
     from zoobench.registry import Kind
+    from zoobench.render.canvas import check_drawing
+
+    if found and not any(component.kind is Kind.DESIGN for component in found):
+        raise UsageError(
+            f"--picture draws designs and the bodies of runs, and {name!r} is neither. See `zoobench list`."
+        )
+    check_drawing()
+
+
+def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
+    """Draw the body of a design, at the fidelity `fine`, or of a run's solution."""
+    from zoobench.cli.solutions import body_of_run
     from zoobench.render.bodies import body_at
-    from zoobench.render.portrait import portrait
+    from zoobench.render.stills import draw_portrait
     from zoobench.spec import Ref
 
-    if not found:
-        sampled, title = body_of_run(name, db)
-    elif any(component.kind is Kind.DESIGN for component in found):
-        sampled, title = body_at(Ref.parse(name), Ref("fine")), name
-    else:
-        raise UsageError(f"--picture draws designs and what runs found, and {name!r} is neither. See `zoobench list`.")
-    portrait(sampled, title, path)
+    sampled, title = (body_at(Ref.parse(name), Ref("fine")), name) if found else body_of_run(name, db)
+    draw_portrait(sampled, title, path)
     say(f"Drawn: {path}")
 
 
@@ -166,7 +179,7 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
 
 
 def _body_card(component: "Component", text: str) -> dict[str, Any]:
-    """What is known of a design's body; nothing of one that needs a parameter which was not given."""
+    """Properties of a design's body; none if a required parameter is missing."""
     from zoobench.registry import Kind
     from zoobench.spec import Ref
 
@@ -272,7 +285,7 @@ def _attempt_facts(card: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _flat(data: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """Nested plain data as dotted names."""
+    """Nested plain data by dotted names."""
     facts: list[tuple[str, Any]] = []
     for name, value in data.items():
         if isinstance(value, dict):

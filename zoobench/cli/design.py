@@ -1,4 +1,4 @@
-"""`zoobench design`: what is done with bodies alone."""
+"""`zoobench design`: files of bodies."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,12 +11,12 @@ from zoobench.cli.solutions import archive_of, body_of_run, names_run
 from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
-design = Typer(no_args_is_help=True, help="What is done with bodies alone.")
+design = Typer(no_args_is_help=True, help="Write bodies to files.")
 
 
 @design.callback()
 def _group() -> None:
-    """What is done with bodies alone."""
+    """Write bodies to files."""
 
 
 @design.command("export")
@@ -24,17 +24,17 @@ def export(
     name: Annotated[str, Argument(help="A design, as in panda or 'mesh[path=body.stl]', or a run that is done.")],
     out: Annotated[Path, Option("--out", "-o", help="The file: .stl is a surface, .ply, .pcd and .npz are particles.")],
     fidelity: Annotated[
-        str | None, Option("--fidelity", help="How finely.", show_default="fine, or a run's own")
+        str | None, Option("--fidelity", help="Resolution of the body.", show_default="fine, or a run's own")
     ] = None,
     elite: Annotated[
-        int | None, Option("--elite", min=1, help="Of a run with an archive: the body of this number, not the best.")
+        int | None, Option("--elite", min=1, help="Number of a body in the run's archive; 1 is the best.")
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Write a body to a file for other tools: a design's, or that which a run has found.
+    """Write the body of a design or of a run's solution to a file for other tools.
 
     In metres, x ahead and y up. A surface (.stl) encloses the body's volume and needs the extra `meshes`; particles
-    (.ply, .pcd, .npz) come with their muscles, fibres, stiffness and density. Of a design space without a run it is the
+    (.ply, .pcd, .npz) come with their muscles, fibres, stiffness and density. The body of a design space is its
     workspace.
     """
     from zoobench.harness.grid import parse_one
@@ -45,7 +45,7 @@ def export(
     if names_run(name, db):
         sampled, _ = body_of_run(name, db, grid_ref, elite=elite)
     elif elite is not None:
-        raise UsageError(f"--elite takes one of a run's bodies, and {name!r} is a design. Give a run's number.")
+        raise UsageError(f"--elite needs a run, and {name!r} is a design. Give a run's number.")
     else:
         sampled = body_at(parse_one(name, Kind.DESIGN), grid_ref or Ref("fine"))
     export_body(sampled, out)
@@ -59,11 +59,11 @@ def archive(
     out: Annotated[Path, Option("--out", "-o", help="The file: .csv, .png or .npz.")],
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Write all the good bodies that a run has collected, by size and shape.
+    """Write the archive of a run of quality-diversity: the best bodies of every size and shape.
 
     A table of their numbers, scores, volumes (as a share of the workspace) and elongations (.csv), a map of them (.png,
-    which needs the extra `plots`), or all with their parameters (.npz). The best is number 1; `export --elite` takes
-    one out.
+    which needs the extra `plots`), or all with their parameters (.npz). The best is number 1; `export --elite` writes
+    one body.
     """
     from zoobench.db.store import Store
     from zoobench.render.elites import write

@@ -1,4 +1,4 @@
-"""`zoobench picture`: what the environments look like."""
+"""`zoobench picture`: pictures of environments."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,18 +15,21 @@ def picture(
     design: OneDesignOption = "caterpillar",
     controller: OneControllerOption = "sine-basis",
     fidelity: OneFidelityOption = "draft",
-    frames: Annotated[int, Option("--frames", min=0, help="Control frames before the picture; 0 for the start.")] = 0,
-    seed: Annotated[int, Option("--seed", min=0, help="Of the controller's random parameters.")] = 0,
+    frames: Annotated[int, Option("--frames", min=0, help="Control frames before the picture; 0 is the start.")] = 0,
+    seed: Annotated[int, Option("--seed", min=0, help="Seed of the controller's random parameters.")] = 0,
 ) -> None:
     """Draw environments with a robot in them.
 
-    One PNG for each environment at rest, or after some frames of the controller with random parameters; several
-    environments come on one sheet too. Prints the paths of the files. Needs the extra `plots`.
+    One PNG for each environment, at rest or after some frames of the controller with random parameters, and a sheet of
+    all if there are several. Prints the paths of the files. Needs the extra `render`.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.render.picture import pictures, snapshots
+    from zoobench.render.canvas import check_drawing
+    from zoobench.render.recording import snapshots
+    from zoobench.render.stills import draw_snapshots
 
+    check_drawing()
     shots = []
     for shot in snapshots(
         parse_selector(env, Kind.ENV),
@@ -38,5 +41,5 @@ def picture(
     ):
         say(f"{shot.env}: simulated")
         shots.append(shot)
-    for path in pictures(shots, out):
+    for path in draw_snapshots(shots, out):
         print(path)

@@ -1,4 +1,4 @@
-"""`zoobench render`: a film of what a run has found."""
+"""`zoobench render`: a film of a run's best episode."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,32 +12,33 @@ from zoobench.cli.output import console, say
 from zoobench.cli.solutions import solution_of
 from zoobench.render.formats import FilmFormat
 
-Step = Callable[[str, int, int], None]
-"""Shows what is going on: the name of the work, how much of it is done, and how much there is."""
+ShowProgress = Callable[[str, int, int], None]
+"""Shows progress: the name of the work, the steps that are done, and all steps."""
 
 
 def render(
     run: Annotated[str, Argument(help="A run that is done, by its number or the start of its key.")],
     out: Annotated[Path, Option("--out", "-o", help="The file: .mp4, .gif, .png (a sheet), .npz or .pvd.")],
     form: Annotated[
-        FilmFormat | None, Option("--format", help="What to write, where the file's ending does not say it.")
+        FilmFormat | None, Option("--format", help="File format, if the file's name has no ending.")
     ] = None,
-    every: Annotated[int, Option("--every", min=1, help="Keep each so many control frames.")] = 1,
+    every: Annotated[int, Option("--every", min=1, help="Keep every n-th control frame.")] = 1,
     rate: Annotated[float, Option("--fps", min=1.0, max=120.0, help="Kept frames shown per second.")] = 25.0,
     width: Annotated[
-        int | None, Option("--width", min=320, max=7680, help="Of the picture, in pixels.", show_default="by format")
+        int | None,
+        Option("--width", min=320, max=7680, help="Width of the picture in pixels.", show_default="by format"),
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Film a run that is done: its best episode, simulated again.
+    """Make a film of a run that is done: its best episode, simulated again.
 
-    Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and where the target
-    goes. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk) is
-    an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
+    Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and the path of the
+    target. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk)
+    is an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
     """
     from zoobench.db.store import Store
-    from zoobench.render.files import check_tools, moments_of, write
     from zoobench.render.film import film
+    from zoobench.render.film_files import check_tools, moments_of, write
     from zoobench.render.formats import destination
 
     target = destination(out, form)
@@ -53,8 +54,8 @@ def render(
         episode = film(spec, params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
         if episode.evaluation.score != score.value:
             say(
-                f"Simulated again it scores {episode.evaluation.score:.6g}, and {score.value:.6g} is stored: "
-                "code or processor are not those of the run."
+                f"The score of this simulation is {episode.evaluation.score:.6g}, and {score.value:.6g} is stored: "
+                "the run was done with other code or on another processor."
             )
         title = f"run {found.id}: {spec}, {spec.fidelity.name}, score {score.value:.4g} {score.unit}"
         write(
@@ -69,8 +70,8 @@ def render(
 
 
 @contextmanager
-def _progress() -> Iterator[Step]:
-    """A bar for each piece of work on a terminal, a line elsewhere; on standard error."""
+def _progress() -> Iterator[ShowProgress]:
+    """Progress on standard error: a bar for each work on a terminal, a line elsewhere."""
     if not console(stderr=True).is_terminal:
         yield _Lines()
         return
@@ -88,7 +89,7 @@ def _progress() -> Iterator[Step]:
 
 
 class _Lines:
-    """Says what begins, once."""
+    """Prints the name of each work once."""
 
     def __init__(self) -> None:
         self._told: set[str] = set()

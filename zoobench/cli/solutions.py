@@ -1,4 +1,4 @@
-"""Runs as arguments: which words name one, and what it has found."""
+"""Runs as arguments of commands, and their solutions."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 
 
 def may_be_run(text: str) -> bool:
-    """Whether this can only be a run: names of components do not begin with a digit."""
+    """Whether a text can only name a run: names of components do not begin with a digit."""
     return text[:1].isdigit()
 
 
 def names_run(text: str, db: str) -> bool:
-    """Whether this names a run rather than a component: a number, or letters of a key where there is a database."""
+    """Whether a text names a run and no component: a number, or the start of a key if the database exists."""
     is_key = len(text) >= 4 and set(text.lower()) <= set("0123456789abcdef")
     return may_be_run(text) or (is_key and ("://" in db or Path(db).exists()))
 
 
 def solution_of(store: "Store", run: "RunRow") -> tuple[float, ...]:
-    """The parameters that a run has found.
+    """The parameters of a run's solution.
 
     Raises:
-        UsageError: it has none.
+        UsageError: the run has none.
     """
     from zoobench.db.rows import OPEN_STATES, RunState
     from zoobench.report.views import repeat_command
@@ -42,26 +42,26 @@ def solution_of(store: "Store", run: "RunRow") -> tuple[float, ...]:
     params = store.solution(run.id)
     if params is None:
         raise UsageError(
-            f"Run {run.id} was done by an earlier zoobench, which kept no solutions. Do it again with: "
+            f"Run {run.id} was done by an earlier version, which kept no solutions. Do it again with: "
             f"{repeat_command(run.spec)} --rerun '*'"
         )
     return params
 
 
 def archive_of(store: "Store", run: "RunRow") -> "Archive":
-    """What a run has found beside its solution.
+    """The archive of a run.
 
     Raises:
-        UsageError: it has no solution, or its method keeps no archive.
+        UsageError: the run has no solution, or its method keeps no archive.
     """
     from zoobench.methods.archive import Archive
 
-    solution_of(store, run)  # says why there is none
+    solution_of(store, run)  # raises if the run is not done
     stored = store.archive(run.id)
     if stored is None:
         raise UsageError(
             f"Run {run.id} kept no archive: its method is {run.spec.method.name}. "
-            "Runs of quality-diversity keep one; if an earlier zoobench did it, do it again with --rerun."
+            "Runs of quality-diversity keep one; repeat a run of an earlier version with --rerun."
         )
     return Archive.from_bytes(stored)
 
@@ -69,12 +69,12 @@ def archive_of(store: "Store", run: "RunRow") -> "Archive":
 def body_of_run(
     text: str, db: str, fidelity: "Ref | None" = None, *, elite: int | None = None
 ) -> "tuple[Sampled, str]":
-    """The body that a run has found, at its own fidelity if none is given, and what to call it.
+    """The body of a run's solution, at the run's own fidelity if none is given, and its title.
 
-    `elite` is the number of one in its archive instead, from 1.
+    `elite` asks for the body of this number in the run's archive instead; 1 is the best.
 
     Raises:
-        UsageError: there is no such run or elite, it has no solution, or that describes no body at this fidelity.
+        UsageError: the run or elite does not exist, or its solution, or the solution does not fit the fidelity.
     """
     from zoobench.db.store import Store
     from zoobench.render.bodies import formed

@@ -1,4 +1,4 @@
-"""A design's card: how large and heavy its body is, what moves it, and how many particles it takes."""
+"""Bodies of designs and runs: their sizes, masses, muscles and particle counts, and their files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from zoobench.sim.model.fidelity import Fidelity
 
 DENSITY = 1000.0
-"""Of the robots of every environment [kg/m^3]; the card states it."""
+"""Density of the robots in every environment [kg/m^3]."""
 
 MEASURED = "paper"
-"""The fidelity at which size, mass and muscles are taken: fine enough for the eye, fast enough to wait for."""
+"""The fidelity at which size, mass and muscles are measured."""
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """A body as it is at a fidelity."""
+    """A body, sampled at a fidelity."""
 
     body: "Body"
     grid: "Fidelity"
@@ -36,7 +36,8 @@ def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B00
     """The body of a design, the workspace of a design space, at a fidelity.
 
     Raises:
-        UsageError: the design cannot be made; SceneError: not as coarsely as this.
+        UsageError: the design cannot be made.
+        SceneError: the fidelity is too coarse for it.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     made: Design = registry.create(Kind.DESIGN, design)
@@ -44,11 +45,11 @@ def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B00
 
 
 def card(design: Ref) -> dict[str, Any]:
-    """What a body is, as plain data.
+    """Properties of a design's body, as plain data.
 
-    `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass that each moves
-    [-], `passive` that which none moves, `stiffness` and `density` the least and largest multiple [-], `particles` the
-    count at every named fidelity, None where that is too coarse for it.
+    `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass in each muscle
+    [-], `passive` the share in none, `stiffness` and `density` the smallest and largest multiplier [-], `particles`
+    the count at every named fidelity, None where that is too coarse.
 
     Raises:
         UsageError: the design cannot be made.
@@ -82,10 +83,11 @@ def _count(design: Ref, fidelity: str) -> int | None:
 
 
 def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = None) -> Sampled:
-    """The body that a run has found, at the run's own fidelity if none is given.
+    """The body of a run's solution, at the run's own fidelity if none is given.
 
     Raises:
-        UsageError: the parameters describe no body at this fidelity; SceneError: it cannot be built there.
+        UsageError: the number of parameters is not that of this fidelity.
+        SceneError: the fidelity is too coarse for the body.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
     robot = Robot.of(spec.design, spec.controller, grid)
@@ -99,7 +101,7 @@ def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = No
 
 
 def export_body(sampled: Sampled, path: Path) -> None:
-    """Write a body into a file, see `designs.export`.
+    """Write a body to a file, see `designs.export`.
 
     Raises:
         UsageError: the file cannot be written, or the particles of a surface are not on a cubic lattice.

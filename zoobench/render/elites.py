@@ -1,4 +1,4 @@
-"""An archive for other tools: a table, a picture, or everything."""
+"""Files of an archive of quality-diversity: a table, a map, or all arrays."""
 
 import csv
 from pathlib import Path
@@ -15,14 +15,14 @@ _SIZE = (6.4, 5.2)  # [inches]
 
 
 def write(archive: Archive, path: Path, *, title: str, unit: str) -> None:
-    """Write an archive in the format that the path's ending names, elites numbered from 1, the best first.
+    """Write an archive in the format that the path's ending names; elites are numbered from 1, the best first.
 
     * `csv`: a row for each elite, its number, score and measures.
     * `npz`: the arrays of `Archive` by name, parameters included.
     * `png`: a map of the cells by score; white ones are empty, and a star marks the best.
 
     Raises:
-        UsageError: another ending, a file that cannot be written, or no matplotlib for `png`.
+        UsageError: unknown ending, the file cannot be written, or matplotlib is not installed (`png`).
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
@@ -47,7 +47,7 @@ def _csv(archive: Archive, path: Path, unit: str) -> None:
 
 
 def cells_of(archive: Archive) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """In which cell of the grid each elite lies `[elite_count, measure_count]`; 1 lies in the last."""
+    """Indices of the grid cell of each elite `[elite_count, measure_count]`; a measure of 1 belongs to the last."""
     return np.minimum((archive.measures * archive.cells).astype(np.int64), archive.cells - 1)
 
 

@@ -1,4 +1,4 @@
-"""Figures without a screen: an empty one to draw on, and its way into a file. matplotlib is an extra."""
+"""Figures of matplotlib, drawn without a screen: an empty figure, and its file."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def blank(size: tuple[float, float], *, dpi: int = 110, constrained: bool = True, colour: str = "white") -> "Figure":
-    """An empty figure of this size [inches]; `constrained` leaves the arrangement of its axes to matplotlib.
+def blank(size: tuple[float, float], *, dpi: int = 110) -> "Figure":
+    """An empty figure of this size [inches], whose axes matplotlib arranges.
 
     Raises:
         UsageError: matplotlib is not installed.
@@ -20,9 +20,9 @@ def blank(size: tuple[float, float], *, dpi: int = 110, constrained: bool = True
         from matplotlib.figure import Figure
     except ImportError:
         raise UsageError(
-            "Pictures need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'"
+            "Figures need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'"
         ) from None
-    figure = Figure(figsize=size, dpi=dpi, layout="constrained" if constrained else None, facecolor=colour)
+    figure = Figure(figsize=size, dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -31,15 +31,15 @@ def save(figure: "Figure", path: Path) -> None:
     """Write a figure in the format that the path's ending names; folders on the way are made.
 
     Raises:
-        UsageError: the file cannot be written, or it has no ending, or one that stands for no picture.
+        UsageError: the file cannot be written, or its ending names no format of pictures.
     """
-    if not path.suffix:  # matplotlib would add one, and write to another file than the one that was named
-        raise UsageError(f"{str(path)!r} has no ending that says which kind of picture. Give for example picture.png.")
+    if not path.suffix:  # matplotlib would add one and write to another file
+        raise UsageError(f"{str(path)!r} has no ending that names a format. Give for example picture.png.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
-    except (OSError, ValueError) as error:  # ValueError: an ending that stands for no picture
+    except (OSError, ValueError) as error:  # ValueError: an unknown format
         raise UsageError(
-            f"No picture can be written to {str(path)!r}: {error}. Give another place, as {path.stem}.png in a folder "
+            f"No picture can be written to {str(path)!r}: {error}. Give another file, as {path.stem}.png in a folder "
             "that you may write to."
         ) from error

@@ -1,4 +1,4 @@
-"""What a film can be written as, and where to."""
+"""File formats of films."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,41 +18,41 @@ class FilmFormat(StrEnum):
 
     @property
     def suffix(self) -> str:
-        """The ending of its files; a series of VTK files goes by its index."""
+        """Ending of its files; of a series of VTK files, that of the index."""
         return ".pvd" if self is FilmFormat.VTK else f".{self}"
 
     @property
     def is_picture(self) -> bool:
-        """Whether it has to be drawn."""
+        """Whether writing it needs drawing."""
         return self in (FilmFormat.MP4, FilmFormat.GIF, FilmFormat.PNG)
 
 
 @dataclass(frozen=True)
 class Destination:
-    """A file in a format."""
+    """A file and its format."""
 
     path: Path
     form: FilmFormat
 
 
 def destination(path: Path, form: FilmFormat | None) -> Destination:
-    """What to write where: the format by the file's ending, or the ending by the format.
+    """The file to write, with the format by its ending or the ending by the format.
 
     Raises:
-        UsageError: neither says it, they contradict each other, or there is no such folder.
+        UsageError: neither is given, they contradict each other, or the folder does not exist.
     """
     by_suffix = {each.suffix: each for each in FilmFormat}
     endings = ", ".join(by_suffix)
     suffix = path.suffix.lower()
     if not suffix and form is None:
-        raise UsageError(f"{str(path)!r} has no ending that says what to write. Give one of {endings}, or --format.")
+        raise UsageError(f"{str(path)!r} has no ending that names a format. Give one of {endings}, or --format.")
     if not suffix and form is not None:
         path = path.with_name(path.name + form.suffix)
     elif suffix not in by_suffix:
-        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}, which no film does. Give one of {endings}.")
+        raise UsageError(f"{str(path)!r} ends in {path.suffix!r}, which is no format of films. Give one of {endings}.")
     found = by_suffix[path.suffix.lower()]
     if form not in (None, found):
-        raise UsageError(f"{str(path)!r} is no {form}. Let the file end in {form.suffix}, or leave --format out.")
+        raise UsageError(f"{str(path)!r} is no {form} file. Let it end in {form.suffix}, or leave --format out.")
     if not path.parent.is_dir():
         raise UsageError(f"There is no folder {str(path.parent)!r} to write {path.name} into. Make it first.")
     return Destination(path, found)

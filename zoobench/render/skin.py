@@ -22,8 +22,8 @@ class Skin:
 
     Attributes:
         faces: `[face_count, 3]` vertices of each triangle, counter-clockwise from outside.
-        places: sparse `[vertex_count, particle_count]`: times the particles' positions they give the vertices'.
-        shares: the same shape, none below 0: times values of the particles they give those of the vertices.
+        places: sparse weights `[vertex_count, particle_count]`, by which particles' positions give the vertices'.
+        shares: the same for other values of the particles; none is below 0, and they sum to 1.
     """
 
     faces: NDArray[np.int64]
@@ -32,14 +32,14 @@ class Skin:
 
 
 def skin(body: "Body", edge: float) -> Skin:
-    """The surface around the particles that are there.
+    """The surface around the particles that exist.
 
     A vertex moves as an affine map, fitted by least squares to the motion of its neighbours, takes it from its place at
     rest: moving least squares (Levin 1998), which carry translation, rotation and uniform strain exactly.
 
     Args:
         body: the robot at rest.
-        edge: of the lattice that its particles are on [m].
+        edge: of the cubic lattice that holds its particles [m].
 
     Raises:
         UsageError: scikit-image is not installed.
@@ -62,15 +62,16 @@ def skin(body: "Body", edge: float) -> Skin:
     offset -= middle[:, None]
     spread = np.einsum("vk,vki,vkj->vij", weight, offset, offset)
     inverse = np.linalg.pinv(spread, rcond=_THIN, hermitian=True)
-    slope = np.einsum("vij,vj->vi", inverse, vertices - middle)
-    coefficients = weight * (1.0 + np.einsum("vi,vki->vk", slope, offset))
+    linear = np.einsum("vij,vj->vi", inverse, vertices - middle)
+    coefficients = weight * (1.0 + np.einsum("vi,vki->vk", linear, offset))
     rows = np.repeat(np.arange(len(vertices)), nearest.shape[1])
     shape = (len(vertices), body.particle_count)
 
     def sparse(values: Array) -> Any:
         return csr_array((values.ravel(), (rows, own[nearest].ravel())), shape=shape)
 
-    return Skin(faces, sparse(coefficients), sparse(weight))
+    sharper = weight**3
+    return Skin(faces, sparse(coefficients), sparse(sharper / sharper.sum(axis=1, keepdims=True)))
 
 
 def normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

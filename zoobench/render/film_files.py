@@ -1,48 +1,52 @@
-"""Films in files: moving pictures, a sheet of pictures, or the frames as data for other tools."""
+"""Files of films: moving pictures, a sheet of pictures, or the frames as data for other tools."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.errors import UsageError
+from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_paths, put_robot
+from zoobench.render.canvas import INK, Canvas, Image, check_drawing, check_module, side_by_side
 from zoobench.render.film import evenly
 from zoobench.render.formats import Destination, FilmFormat
-from zoobench.render.renderer import FilmPainter, Image, imageio_or_advice, pyvista_or_advice
+from zoobench.render.viewpoint import Region, camera_for, region_of
 
 if TYPE_CHECKING:
     from zoobench.render.film import Film
 
 Progress = Callable[[int], None]
-"""Called with the number of moments written so far."""
+"""Called with the number of moments done so far."""
 
 WIDTH = {FilmFormat.MP4: 1280, FilmFormat.GIF: 640, FilmFormat.PNG: 1600}
-"""Of a picture where none is asked for [pixels]."""
+"""Default width of a picture [pixels]."""
 
 _COLUMNS, _TILES = 2, 6  # of a sheet
 _QUALITY = 7  # of 10, for moving pictures
 
 
 def moments_of(form: FilmFormat, frames: int, every: int) -> list[int]:
-    """What of an episode to keep, in control frames from the start: each `every`-th, or a few for a sheet."""
+    """The moments to keep, in control frames from the start: each `every`-th, or a few for a sheet."""
     if form is FilmFormat.PNG:
         return evenly(frames, _TILES)
     return list(range(0, frames + 1, every)) if every <= frames else [0, frames]
 
 
 def check_tools(form: FilmFormat) -> None:
-    """Find out before the simulation whether this format can be written here.
+    """Check before the simulation that this machine can write a format.
 
     Raises:
         UsageError: the extra `render` is not installed, or the system has no OpenGL.
     """
     if form.is_picture:
-        imageio_or_advice()
-    if form is not FilmFormat.NPZ:
-        pyvista_or_advice(opengl=form.is_picture)
+        check_drawing()
+    elif form is FilmFormat.VTK:
+        check_module("pyvista")
 
 
 def write(
@@ -54,19 +58,19 @@ def write(
     rate: float = 25.0,
     progress: Progress = lambda _: None,
 ) -> None:
-    """Write a film as its format asks; a file that cannot be finished is not there.
+    """Write a film in a format; a file that cannot be finished is removed.
 
     * `mp4`, `gif`: moving pictures, one for every moment.
     * `png`: all moments on one sheet, row by row.
     * `npz`: the arrays of `Film` by name, its spec as JSON, names and labels of the body.
-    * `vtk`: an index (.pvd, which ParaView opens) of a file for every moment, in a folder beside it that is named as it
-      is: all particles with `activation` and `is_robot`.
+    * `vtk`: an index (.pvd, which ParaView opens) of a file for every moment, in a folder of the same name beside it:
+      all particles with `activation` and `is_robot`.
 
     Args:
-        title: over every picture.
-        width: of the picture [pixels]; the format's own if None. The height follows.
+        title: at the top of every picture.
+        width: of the picture [pixels]; that of `WIDTH` if None. The height follows.
         rate: moments shown per second [1/s].
-        progress: is told how far it is.
+        progress: called with the number of moments written so far.
 
     Raises:
         UsageError: as `check_tools`, or the file cannot be written.
@@ -86,34 +90,69 @@ def write(
 
 
 def _write_pictures(film: "Film", target: Destination, title: str, width: int, rate: float, progress: Progress) -> None:
-    imageio = imageio_or_advice()
-    columns = _COLUMNS if target.form is FilmFormat.PNG else 1
-    across, down = _even(width / columns), _even(width / columns * 9 / 16)
-    smooth = target.form is FilmFormat.PNG
-    painter = FilmPainter(film, title, width=across, height=down, smooth=smooth)
-    with painter, _unfinished(target.path) as path:
-        pictures = _counted(painter.pictures(), progress)
-        if target.form is FilmFormat.PNG:
-            imageio.imwrite(path, _sheet(list(pictures), columns))
+    imageio: Any = import_module("imageio.v2")  # its types lack the writer's
+
+    is_sheet = target.form is FilmFormat.PNG
+    across = width / _COLUMNS if is_sheet else width
+    size = _even(across), _even(across * 9 / 16)
+    images = film_images(film, title, size, smooth=is_sheet, progress=progress)
+    with _unfinished(target.path) as path:
+        if is_sheet:
+            imageio.imwrite(path, side_by_side(list(images), _COLUMNS))
             return
         options: dict[str, Any] = {"duration": 1000.0 / rate, "loop": 0}
         if target.form is FilmFormat.MP4:
             options = {"fps": rate, "quality": _QUALITY, "macro_block_size": 2, "ffmpeg_log_level": "error"}
             options["output_params"] = ["-preset", "veryfast"]  # a little larger, and drawing need not wait for it
         with imageio.get_writer(path, mode="I", **options) as writer:
-            for picture in pictures:
-                writer.append_data(picture)
+            for image in images:
+                writer.append_data(image)
 
 
-def _sheet(pictures: list[Image], columns: int) -> Image:
-    """Pictures of one size side by side, row by row; white where none is left."""
-    rows = -(-len(pictures) // columns)
-    height, width = pictures[0].shape[:2]
-    sheet = np.full((rows * height, columns * width, 3), 255, np.uint8)
-    for number, picture in enumerate(pictures):
-        top, left = number // columns * height, number % columns * width
-        sheet[top : top + height, left : left + width] = picture
-    return sheet
+def film_images(
+    film: "Film", title: str, size: tuple[int, int], *, smooth: bool = False, progress: Progress = lambda _: None
+) -> Iterator[Image]:
+    """The images of all moments; the robot's skin shows the activation of its muscles.
+
+    Args:
+        title: at the top of every image.
+        size: width and height of an image [pixels].
+        smooth: whether edges are smoothed, which takes twice the time.
+        progress: called with the number of moments drawn so far.
+    """
+    region = region_of(film)
+    camera = camera_for(region, size[0] / size[1])
+    with Canvas(*size, smooth=smooth) as canvas:
+        put_ground(canvas, region, camera.towards)
+        updates = [
+            put_medium(canvas, region, size[1] / 2 / camera.half_height),
+            _put_active_robot(canvas, region, film.activation),
+            put_paths(canvas, film, camera.towards),
+        ]
+        canvas.text(title, 0.02, 0.94, size=1.15)
+        clock = canvas.text("", 0.02, 0.885, size=1.15)
+        canvas.text("centre of mass and its path", 0.02, 0.06, colour=PATH)
+        if film.target is not None:
+            canvas.text("target and its path", 0.02, 0.02, colour=TARGET)
+        canvas.aim(camera)
+        for moment, time in enumerate(film.times):
+            for update in updates:
+                update(moment)
+            clock.input = f"{time:.3f} s of {film.times[-1]:.3f} s"
+            progress(moment + 1)
+            yield canvas.image()
+
+
+def _put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Update:
+    """The robot in the colours of its activation `[moments, robot_count]`, and the colour bar."""
+    for words, y in (("activation", 0.82), ("contracts", 0.77), ("extends", 0.2)):
+        canvas.text(words, 0.89, y)
+    bar = {
+        "title": "", "vertical": True, "position_x": 0.93, "position_y": 0.25, "width": 0.03, "height": 0.5,
+        "n_labels": 5, "fmt": "%+.1f", "color": INK,
+        "title_font_size": canvas.font_size, "label_font_size": canvas.font_size,
+    }  # fmt: skip
+    return put_robot(canvas, region, activation, cmap="coolwarm", clim=(-1.0, 1.0), scalar_bar_args=bar)
 
 
 def _write_arrays(film: "Film", path: Path) -> None:
@@ -136,7 +175,8 @@ def _write_arrays(film: "Film", path: Path) -> None:
 
 
 def _write_series(film: "Film", path: Path, progress: Progress) -> None:
-    pyvista = pyvista_or_advice(opengl=False)
+    import pyvista
+
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
     exists = film.solid
@@ -157,7 +197,7 @@ def _write_series(film: "Film", path: Path, progress: Progress) -> None:
 
 @contextmanager
 def _unfinished(path: Path) -> Iterator[Path]:
-    """A name to write under; the file gets its own when it is whole, and goes when it never will be."""
+    """A temporary name beside `path`: the file is renamed when it is complete, and removed after an error."""
     unfinished = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         yield unfinished
@@ -166,12 +206,6 @@ def _unfinished(path: Path) -> Iterator[Path]:
         unfinished.unlink(missing_ok=True)
 
 
-def _counted(pictures: Iterable[Image], progress: Progress) -> Iterator[Image]:
-    for number, picture in enumerate(pictures, start=1):
-        progress(number)
-        yield picture
-
-
 def _even(length: float) -> int:
-    """Moving pictures want even numbers of pixels."""
+    """A whole even number: moving pictures need even numbers of pixels."""
     return max(2, 2 * round(length / 2))

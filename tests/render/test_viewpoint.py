@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tests.render.filmed import short_film
-from zoobench.render.stage import camera_for, stage_of
+from zoobench.render.viewpoint import camera_for, region_of
 
 
 @pytest.mark.parametrize("aspect", [16 / 9, 1.0])
-def test_the_camera_holds_the_stage(aspect: float) -> None:
+def test_the_camera_holds_the_region(aspect: float) -> None:
     """Robot, medium and target are in the picture at all moments, below the words at its top."""
     film = short_film()
-    camera = camera_for(stage_of(film), aspect)
+    camera = camera_for(region_of(film), aspect)
     assert film.target is not None
     offset = np.vstack([film.robot.reshape(-1, 3), film.medium.reshape(-1, 3), film.target]) - camera.focus
     across = offset @ camera.right / (camera.half_height * aspect)
@@ -25,12 +25,12 @@ def test_the_camera_holds_the_stage(aspect: float) -> None:
     assert camera.right[0] > 0.5  # ahead is to the right
 
 
-def test_on_bare_ground_the_stage_grows_with_the_way() -> None:
+def test_on_bare_ground_the_region_grows_with_the_paths() -> None:
     """A target that runs far off is on it; one of a robot that stands still makes it no smaller than a patch."""
     film = replace(short_film(), medium=short_film().medium[:, :0])
-    near = stage_of(film)
+    near = region_of(film)
     assert film.target is not None
-    far = stage_of(replace(film, target=film.target + np.array([0.0, 0.0, 0.05])))
+    far = region_of(replace(film, target=film.target + np.array([0.0, 0.0, 0.05])))
     assert far.high[2] >= film.target[:, 2].max() + 0.05
     assert far.high[2] > near.high[2]
     assert near.high[0] - near.low[0] > 0.19
@@ -40,6 +40,6 @@ def test_on_bare_ground_the_stage_grows_with_the_way() -> None:
 def test_a_robot_under_the_surface_is_immersed() -> None:
     """One on a bed is not."""
     film = short_film()
-    assert not stage_of(film).immersed
-    assert stage_of(film).level == pytest.approx(0.02, abs=0.01)
-    assert stage_of(replace(film, robot=film.robot - np.float32([0.0, 0.2, 0.0]))).immersed
+    assert not region_of(film).immersed
+    assert region_of(film).level == pytest.approx(0.02, abs=0.01)
+    assert region_of(replace(film, robot=film.robot - np.float32([0.0, 0.2, 0.0]))).immersed

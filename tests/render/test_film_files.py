@@ -10,7 +10,7 @@ import pytest
 
 from tests.render.filmed import SPEC, needs_drawing, short_film
 from zoobench.errors import UsageError
-from zoobench.render.files import check_tools, moments_of, write
+from zoobench.render.film_files import check_tools, moments_of, write
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.spec import RunSpec
 
@@ -81,6 +81,10 @@ def test_a_sheet_shows_all_moments_and_the_robot_in_colour(tmp_path: Path) -> No
     middle = (slice(30, None), slice(0, 270))  # without the colour bar
     assert _colours(later[middle])["active"] > _colours(start[middle])["active"] + 0.01
     assert (sheet[180:, 320:] == 255).all()
+    bar = start[45:135, 295:308].astype(int)  # red contracts, above; blue extends, below
+    assert (bar[:30, :, 0] - bar[:30, :, 2]).max() > 100
+    assert (bar[-30:, :, 2] - bar[-30:, :, 0]).max() > 100
+    assert (bar[:30, :, 2] - bar[:30, :, 0]).max() < 30
 
 
 def test_what_is_kept_depends_on_the_format() -> None:
@@ -90,7 +94,9 @@ def test_what_is_kept_depends_on_the_format() -> None:
     assert moments_of(FilmFormat.NPZ, 6, 100) == [0, 6]
 
 
-@pytest.mark.parametrize(("missing", "form"), [("pyvista", "mp4"), ("imageio", "gif"), ("pyvista", "vtk")])
+@pytest.mark.parametrize(
+    ("missing", "form"), [("pyvista", "mp4"), ("imageio.v2", "gif"), ("skimage.measure", "png"), ("pyvista", "vtk")]
+)
 def test_a_missing_extra_says_what_to_install(monkeypatch: pytest.MonkeyPatch, missing: str, form: str) -> None:
     """Before anything is simulated; the arrays need none."""
     monkeypatch.setitem(sys.modules, missing, None)
@@ -99,11 +105,12 @@ def test_a_missing_extra_says_what_to_install(monkeypatch: pytest.MonkeyPatch, m
     check_tools(FilmFormat.NPZ)
 
 
-def test_a_system_without_opengl_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """VTK would end the process."""
-    pytest.importorskip("pyvista")
-    monkeypatch.setattr("zoobench.render.renderer._window_class", lambda: "vtkOSOpenGLRenderWindow")
-    monkeypatch.setattr("zoobench.render.renderer._MESA", ("no-such-library.so",))
+def test_a_system_without_opengl_writes_data_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are refused, since VTK would end the process."""
+    for module in ("pyvista", "imageio_ffmpeg", "skimage"):
+        pytest.importorskip(module)
+    monkeypatch.setattr("zoobench.render.canvas._window_class", lambda: "vtkOSOpenGLRenderWindow")
+    monkeypatch.setattr("zoobench.render.canvas._MESA", ("no-such-library.so",))
     with pytest.raises(UsageError, match="no OpenGL"):
         check_tools(FilmFormat.PNG)
     check_tools(FilmFormat.VTK)

@@ -1,0 +1,59 @@
+"""Colours of matter: media, ground and muscles."""
+
+import colorsys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.arrays import Array
+
+if TYPE_CHECKING:
+    from zoobench.sim.model.scene import Scene
+
+Colour = tuple[float, float, float]
+"""Red, green and blue in [0, 1]."""
+
+PASSIVE: Colour = (0.66, 0.66, 0.66)
+"""Of matter without muscle."""
+
+_MEDIA: dict[str, Colour] = {
+    "sand": (0.88, 0.74, 0.48),
+    "clay": (0.72, 0.45, 0.34),
+    "mud": (0.46, 0.38, 0.27),
+    "snow": (0.97, 0.98, 1.0),
+    "water": (0.36, 0.62, 0.88),
+}
+_ROUGH: Colour = (0.62, 0.59, 0.54)
+_SLIPPERY: Colour = (0.74, 0.88, 0.96)
+_LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
+
+
+def medium_colour(scene: "Scene") -> Colour:
+    """Of the medium of a scene that has one."""
+    assert scene.medium is not None
+    return _MEDIA[scene.medium.material.law.name.lower()]
+
+
+def ground_colour(scene: "Scene") -> Colour:
+    """Of the ground of a scene that has one."""
+    assert scene.ground is not None
+    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.medium is None else _ROUGH
+
+
+def palette(names: Sequence[str]) -> list[Colour]:
+    """A colour for each muscle: hues around the circle, a pair of left and right lighter and darker."""
+    groups = list(dict.fromkeys(name.removesuffix("-left").removesuffix("-right") for name in names))
+    colours = []
+    for name in names:
+        group = groups.index(name.removesuffix("-left").removesuffix("-right"))
+        value = 0.72 if name.endswith("-right") else 0.95
+        colours.append(colorsys.hsv_to_rgb((0.97 + group / len(groups)) % 1.0, 0.72, value))
+    return colours
+
+
+def tints(membership: Array, muscles: Sequence[str]) -> Array:
+    """Colour of each particle `[n, 3]` by its share of each muscle `[n, muscle_count]`; the rest is passive."""
+    passive = np.maximum(1.0 - membership.sum(axis=1, keepdims=True), 0.0)
+    found: Array = membership @ np.array(palette(muscles)).reshape(-1, 3) + passive * np.array(PASSIVE)
+    return found

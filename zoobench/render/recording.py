@@ -1,0 +1,145 @@
+"""Positions of a world at some moments: the data of pictures and films."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.driving import random_actuation
+from zoobench.designs.feasibility import SOLID
+from zoobench.errors import DivergenceError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Ref
+
+if TYPE_CHECKING:
+    from zoobench.controllers.base import Controller
+    from zoobench.designs.base import Body
+    from zoobench.envs.base import Environment
+    from zoobench.sim.model.fidelity import Fidelity
+    from zoobench.sim.model.scene import Scene
+    from zoobench.sim.solver import Solver
+
+Positions = NDArray[np.float32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """A world at some moments.
+
+    Attributes:
+        scene: its matter and ground; the positions in it are those before it came to rest.
+        body: the robot at rest in its own frame, as it was simulated.
+        particle_edge: edge of the cube that a particle stands for [m].
+        lattice: edge of the cubic lattice whose points, or some of them, are the robot's particles [m].
+        times: `[moments]` since the episode began [s].
+        robot: `[moments, robot_count, 3]` positions of the robot's particles [m].
+        medium: `[moments, medium_count, 3]` positions of the medium's particles [m], without those whose place the
+            robot takes; none on bare ground.
+        centre: `[n, 3]` the robot's centre of mass, from the first moment on [m].
+        target: `[n, 3]` position of the target [m]; None if there is none that moves.
+    """
+
+    scene: "Scene"
+    body: "Body"
+    particle_edge: float
+    lattice: float
+    times: Array
+    robot: Positions
+    medium: Positions
+    centre: Array
+    target: Array | None = None
+
+    @property
+    def solid(self) -> NDArray[np.bool_]:
+        """Whether a robot particle exists `[robot_count]`; the others are empty space of a design."""
+        return self.body.occupancy > SOLID
+
+
+@dataclass(frozen=True, kw_only=True)
+class Snapshot(Recording):
+    """A world at one moment.
+
+    Attributes:
+        env, fidelity: names and parameters of what was simulated.
+    """
+
+    env: str
+    fidelity: str
+
+
+def lattice_edge(fidelity: "Fidelity") -> float:
+    """Edge of the cubic lattice that holds the particles of a fidelity [m]."""
+    edge: float = fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9)
+    return edge
+
+
+def medium_exists(scene: "Scene", occupancy: Array) -> NDArray[np.bool_]:
+    """Whether a medium particle has most of its place `[medium_count]`: in a design space the robot may have it."""
+    from zoobench.sim.model.state import medium_share
+
+    if scene.medium is None:
+        return np.zeros(0, bool)
+    found: NDArray[np.bool_] = medium_share(scene.medium, occupancy[None])[0] > 0.5
+    return found
+
+
+def snapshots(
+    envs: Sequence[Ref],
+    *,
+    design: Ref = Ref("caterpillar"),  # noqa: B008  (frozen)
+    controller: Ref = Ref("sine-basis"),  # noqa: B008
+    fidelity: Ref = Ref("draft"),  # noqa: B008
+    frames: int = 0,
+    seed: int = 0,
+) -> Iterator[Snapshot]:
+    """Every environment after equilibration and `frames` control frames of the controller with random parameters.
+
+    Raises:
+        UnknownNameError, UsageError: a name or a number that cannot be used.
+        DivergenceError: the episode diverged.
+    """
+    from zoobench.sim.equilibrium import equilibrated
+    from zoobench.sim.solver import Solver
+
+    if frames < 0:
+        raise UsageError(f"An episode of {frames} frames cannot be drawn. Give 0 or more.")
+    grid = registry.create(Kind.FIDELITY, fidelity)
+    body: Body = registry.create(Kind.DESIGN, design).body(grid)
+    driver: Controller = registry.create(Kind.CONTROLLER, controller)
+    for name in envs:
+        env: Environment = registry.create(Kind.ENV, name)
+        scene = env.scene(body, grid)
+        solver = Solver(scene, grid, start=equilibrated(scene, grid, env.equilibration_frames))
+        if frames:
+            _move(solver, driver, frames, seed)
+        place = (solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)[None]
+        robot, medium = place[:, : solver.robot_count], place[:, solver.robot_count :]
+        yield Snapshot(
+            env=_label(name),
+            fidelity=_label(fidelity),
+            scene=scene,
+            body=body,
+            particle_edge=grid.particle_edge,
+            lattice=lattice_edge(grid),
+            times=np.array([frames * FRAME_SECONDS]),
+            robot=robot.astype(np.float32),
+            medium=medium[:, medium_exists(scene, body.occupancy)].astype(np.float32),
+            centre=np.average(robot, axis=1, weights=body.masses(1.0)),
+        )
+
+
+def _label(ref: Ref) -> str:
+    """Name and parameters, as they are written on the command line."""
+    values = ",".join(f"{key}={value}" for key, value in ref.params)
+    return f"{ref.name}[{values}]" if values else ref.name
+
+
+def _move(solver: "Solver", controller: "Controller", frames: int, seed: int) -> None:
+    """One episode from the equilibrated state; the solver's matter is at its end afterwards."""
+    rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, seed))
+    if rollout.divergences:
+        raise DivergenceError(rollout.divergences[0])

@@ -1,0 +1,115 @@
+"""Still pictures: environments with a robot in them, and bodies alone."""
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from zoobench.render.actors import put_fibres, put_ground, put_medium, put_robot, put_skin
+from zoobench.render.bodies import DENSITY, Sampled
+from zoobench.render.canvas import INK, Canvas, Image, save, side_by_side
+from zoobench.render.colours import PASSIVE, Colour, palette, tints
+from zoobench.render.recording import Snapshot, lattice_edge
+from zoobench.render.skin import skin
+from zoobench.render.viewpoint import camera_at, camera_for, region_of
+
+if TYPE_CHECKING:
+    from zoobench.designs.base import Body
+
+SHEET = "environments.png"
+"""Name of the sheet of several environments."""
+
+_SIZE, _TILE = (1200, 675), (480, 270)  # of a picture, and of one on a sheet [pixels]
+_SHEET_COLOURS = 224
+_VIEWS = (("", 24.0, 62.0), ("from the right", 0.0, 90.0), ("from above", 90.0, 90.0))
+"""Caption, elevation and azimuth of the views of a body [degrees], see `camera_at`."""
+
+
+def draw_snapshots(shots: Sequence[Snapshot], folder: Path) -> Iterator[Path]:
+    """Draw each snapshot into a PNG of its own and, of several, a sheet; the files as they are written.
+
+    Raises:
+        UsageError: the extra `render` is not installed, or the folder cannot be written.
+    """
+    for shot in shots:
+        path = folder / f"{re.sub(r'[^a-z0-9.]+', '-', shot.env).strip('-')}.png"
+        save(snapshot_image(shot, _SIZE), path)
+        yield path
+    if len(shots) > 1:
+        sheet = side_by_side([snapshot_image(shot, _TILE, small=True) for shot in shots], columns=2)
+        save(sheet, folder / SHEET, colours=_SHEET_COLOURS)
+        yield folder / SHEET
+
+
+def snapshot_image(shot: Snapshot, size: tuple[int, int], *, small: bool = False) -> Image:
+    """The world of a snapshot, the muscles in colour; a small one with fewer words."""
+    region = region_of(shot)
+    camera = camera_for(region, size[0] / size[1])
+    with Canvas(*size, smooth=True) as canvas:
+        put_ground(canvas, region, camera.towards)
+        put_medium(canvas, region, size[1] / 2 / camera.half_height)(0)
+        put_robot(canvas, region, tints(shot.body.muscle_membership, shot.body.muscles)[None], rgb=True)(0)
+        first, second = titles(shot, small=small)
+        canvas.text(first, 0.02, 0.94, size=1.15)
+        canvas.text(second, 0.02, 0.885)
+        if not small:
+            canvas.legend(_muscles(shot.body), 0.86, 0.94)
+            canvas.text("ruler: ahead and to the right of the robot's centre", 0.02, 0.02)
+        canvas.aim(camera)
+        return canvas.image()
+
+
+def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
+    """Environment, fidelity, particles and moment in words, on two lines."""
+    count = f"{shot.robot.shape[1] + shot.medium.shape[1]:,} particles"
+    medium = shot.scene.medium
+    below = "bare ground" if medium is None else medium.material.law.name.lower()
+    if small:
+        return f"{shot.env} ({below})", f"{shot.fidelity}, {count}"
+    moment = f"after {shot.times[0]:.3g} s" if shot.times[0] else "at rest, before the first frame"
+    return f"{shot.env} ({below})", f"fidelity {shot.fidelity}, {count}, {moment}"
+
+
+def draw_portrait(sampled: Sampled, title: str, path: Path) -> None:
+    """Draw a body into a PNG.
+
+    Raises:
+        UsageError: the extra `render` is not installed, or the file cannot be written.
+    """
+    save(portrait_image(sampled, title), path)
+
+
+def portrait_image(sampled: Sampled, title: str) -> Image:
+    """A body from three sides, its muscles in colour and their fibres as strokes."""
+    body, edge = sampled.body, sampled.grid.particle_edge
+    cover = skin(body, lattice_edge(sampled.grid))
+    vertices = cover.places @ body.positions
+    size, mass = np.ptp(body.positions, axis=0) + edge, body.masses(DENSITY).sum()
+    layout: dict[str, Any] = {
+        "shape": (2, 3),
+        "groups": [(slice(None), 0), (slice(None), 2)],
+        "col_weights": [0.56, 0.29, 0.15],
+    }
+    with Canvas(*_SIZE, smooth=True, **layout) as canvas:
+        for (caption, elevation, azimuth), place in zip(_VIEWS, ((0, 0), (0, 1), (1, 1)), strict=True):
+            canvas.plotter.subplot(*place)
+            put_skin(canvas, cover, body.positions, tints(body.muscle_membership, body.muscles), rgb=True)
+            put_fibres(canvas, cover, body, edge)
+            canvas.text(caption, 0.02, 0.88)
+            width, height = canvas.view_size
+            canvas.aim(camera_at(vertices, elevation, azimuth, width / height, room=(0.92, 0.84), shift=(0.0, 0.15)))
+        canvas.plotter.subplot(0, 0)
+        canvas.text(
+            f"{title}: {' x '.join(f'{1e3 * length:.0f}' for length in size)} mm, {1e3 * mass:.0f} g, "
+            f"{body.particle_count:,} particles at 1/{1 / sampled.grid.grid_spacing:.0f} m",
+            0.02, 0.94, size=1.15,
+        )  # fmt: skip
+        canvas.plotter.subplot(0, 2)
+        canvas.legend([*_muscles(body), ("no muscle", PASSIVE), ("strokes: fibres", INK)], 0.05, 0.94)
+        return canvas.image()
+
+
+def _muscles(body: "Body") -> list[tuple[str, str | Colour]]:
+    return list(zip(body.muscles, palette(body.muscles), strict=True))
