@@ -17,7 +17,7 @@ INVERSE_MOMENT = {spline.width: spline.inverse_moment for spline in SPLINES.valu
 @ti.func
 def base_node(position, inverse_spacing, grid: ti.template(), width: ti.template()):
     """First node of the stencil, kept inside the grid: an escaped particle must not write out of bounds."""
-    # the stencil is centred: a quadratic one begins half a cell, a cubic one a cell before the particle's own cell
+    # the stencil is centred on the particle: floor(x/h - 1/2) for the quadratic spline, floor(x/h - 1) for the cubic
     base = ti.cast(position * inverse_spacing - ti.static(0.5 * width - 1.0), ti.i32)
     last = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]]) - width
     return ti.max(0, ti.min(base, last))
