@@ -27,17 +27,17 @@ def effects(
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.verify.effects.coverage import Coverage, coverage, places
+    from zoobench.verify.effects.coverage import Coverage, coverage, studied_scenes
     from zoobench.verify.effects.effect_costs import EffectCost, Share, costs, shares
 
     wanted = choose(table, TABLES, form)
     kinds = dict(zip(TABLES, (Coverage, EffectCost, Share), strict=True))
     found: dict[str, list[Any]] = {name: [] for name in wanted}
-    for place in places(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles):
+    for studied in studied_scenes(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles):
         if "coverage" in wanted:
-            found["coverage"].append(coverage(place.env, place.scene))
+            found["coverage"].append(coverage(studied.env, studied.scene))
         for name, measure in (("costs", costs), ("shares", shares)):
             if name in wanted:
-                say(f"measuring the {name} of {place.env}")
-                found[name].extend(measure(place, repeats))
+                say(f"measuring the {name} of {studied.env}")
+                found[name].extend(measure(studied, repeats))
     emit_several({name: listing_of(kinds[name], rows) for name, rows in found.items()}, form)

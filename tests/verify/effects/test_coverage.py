@@ -10,7 +10,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
-from zoobench.verify.effects.coverage import Coverage, Place, coverage, places
+from zoobench.verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
 from zoobench.verify.effects.effect_costs import EffectCost, costs, in_turn, shares, state_bytes, tensor_bytes
 from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
@@ -29,14 +29,14 @@ TABLE_6 = {
 }
 
 
-def _place(name: str) -> Place:
-    return next(places([Ref(name)], SMOKE))
+def _studied(name: str) -> StudiedScene:
+    return next(studied_scenes([Ref(name)], SMOKE))
 
 
 @pytest.mark.parametrize(("name", "expected"), TABLE_6.items())
 def test_coverage_is_that_of_table_6(name: str, expected: tuple[object, ...]) -> None:
     """Read off the scene's effects, materials, particles and ground."""
-    row = coverage(name, _place(name).scene)
+    row = coverage(name, _studied(name).scene)
     medium, thickness, friction, elasticity, plasticity, fluid = expected
     assert (row.medium, row.friction, row.elasticity) == (medium, friction, elasticity)
     assert (row.plasticity, row.fluid) == (plasticity, fluid)
@@ -45,7 +45,7 @@ def test_coverage_is_that_of_table_6(name: str, expected: tuple[object, ...]) ->
 
 def test_coverage_follows_the_scene() -> None:
     """Another friction, a deeper bed or a robot that is drowned change the row; the name has no influence."""
-    scene = _place("shallow-water").scene
+    scene = _studied("shallow-water").scene
     assert coverage("any", replace(scene, ground=Ground(0.1))).friction == "low"
     assert coverage("any", replace(scene, ground=None)) == replace(
         coverage("any", scene), friction="", friction_coefficient=0.0
@@ -60,18 +60,18 @@ def test_coverage_follows_the_scene() -> None:
 def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
     """Thickness counts from the ground below; the row names the parameters, which no number of particles goes with."""
     hilly = Ref.parse("desert[relief=0.02]")
-    (place,) = places([hilly], SMOKE)
-    row = coverage(place.env, place.scene)
+    (studied,) = studied_scenes([hilly], SMOKE)
+    row = coverage(studied.env, studied.scene)
     assert (row.env, row.thickness) == (str(hilly), pytest.approx(0.02, rel=1e-6))
     with pytest.raises(UsageError, match="Leave the parameters out"):
-        next(places([hilly], SMOKE, particles=2000))
+        next(studied_scenes([hilly], SMOKE, particles=2000))
 
 
 @pytest.mark.parametrize("name", list(TABLE_6))
 def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
     """With it and without it have the same particles in the same places with the same masses."""
-    found = list(pairs(_place(name).scene))
-    assert {pair.effect for pair in found} == _place(name).scene.effects - {Effect.ELASTICITY}
+    found = list(pairs(_studied(name).scene))
+    assert {pair.effect for pair in found} == _studied(name).scene.effects - {Effect.ELASTICITY}
     for pair in found:
         assert pair.on.effects - pair.off.effects == {pair.effect}
         assert not pair.off.effects - pair.on.effects
@@ -85,9 +85,9 @@ def test_a_pair_differs_in_its_effect_alone(name: str) -> None:
 
 def test_a_scene_without_a_bed_is_all_elastic() -> None:
     """It stays unchanged, and only mud can be made clay."""
-    scene = _place("ground").scene
+    scene = _studied("ground").scene
     assert all_elastic(scene) is scene
-    sand = _place("desert").scene.medium
+    sand = _studied("desert").scene.medium
     assert sand is not None
     with pytest.raises(TypeError, match="mud was expected"):
         as_clay(sand)
@@ -96,7 +96,7 @@ def test_a_scene_without_a_bed_is_all_elastic() -> None:
 @pytest.fixture(scope="module")
 def sand_costs() -> dict[str, EffectCost]:
     """Costs of the desert, once."""
-    return {cost.effect: cost for cost in costs(_place("desert"), repeats=3)}
+    return {cost.effect: cost for cost in costs(_studied("desert"), repeats=3)}
 
 
 def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, EffectCost]) -> None:
@@ -119,18 +119,18 @@ def test_plasticity_costs_time_and_gradients_cost_time_and_memory(sand_costs: di
 
 def test_bytes_are_those_of_the_tensors() -> None:
     """Sand holds strain, stress and history, 13 numbers, instead of F with stiffness, tension and fibre, 14."""
-    place = _place("desert")
-    pair = next(pair for pair in pairs(place.scene) if pair.effect is Effect.PLASTICITY)
-    on, off = (Solver(scene, place.fidelity) for scene in (pair.on, pair.off))
-    assert place.scene.medium is not None
-    assert state_bytes(off) - state_bytes(on) == 4 * place.scene.medium.particle_count
+    studied = _studied("desert")
+    pair = next(pair for pair in pairs(studied.scene) if pair.effect is Effect.PLASTICITY)
+    on, off = (Solver(scene, studied.fidelity) for scene in (pair.on, pair.off))
+    assert studied.scene.medium is not None
+    assert state_bytes(off) - state_bytes(on) == 4 * studied.scene.medium.particle_count
     assert tensor_bytes([on.matter.x]) == 3 * 4 * on.particle_count
 
 
 @pytest.mark.parametrize("name", ["ground", "desert"])
 def test_the_parts_add_up_to_the_substep(name: str) -> None:
     """Decomposition is measured where a law needs it, and is part of the deformation; the sum is near the whole."""
-    found = {share.part: share for share in shares(_place(name), repeats=3)}
+    found = {share.part: share for share in shares(_studied(name), repeats=3)}
     assert ("decomposition" in found) == (name == "desert")
     inside = {"substep", "sum", "decomposition"}
     assert found["sum"].ns == pytest.approx(sum(share.ns for part, share in found.items() if part not in inside))
@@ -155,7 +155,7 @@ def test_timers_are_asked_in_turn() -> None:
 
 def test_the_grid_can_follow_from_a_number_of_particles() -> None:
     """Environments are compared at about equal numbers; what cannot be measured is refused."""
-    (place,) = places([Ref("ground")], SMOKE, particles=2000)
-    assert place.scene.particle_count == pytest.approx(2000, rel=0.1)
+    (studied,) = studied_scenes([Ref("ground")], SMOKE, particles=2000)
+    assert studied.scene.particle_count == pytest.approx(2000, rel=0.1)
     with pytest.raises(UsageError, match="Give 50"):
-        next(places([Ref("ground")], SMOKE, particles=7))
+        next(studied_scenes([Ref("ground")], SMOKE, particles=7))

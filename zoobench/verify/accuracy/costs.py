@@ -82,10 +82,7 @@ class _Subject:
 
 
 def costs(
-    specs: Iterable[RunSpec],
-    *,
-    repeats: int = 3,
-    on_case: Callable[[str], None] | None = None,
+    specs: Iterable[RunSpec], *, repeats: int = 3, on_case: Callable[[str], None] | None = None
 ) -> Iterator[FidelityCost]:
     """Time every environment and fidelity of the study's runs, those of one precision and environment in turn.
 

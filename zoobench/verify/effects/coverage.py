@@ -77,7 +77,7 @@ def heights(scene: Scene, positions: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Place:
+class StudiedScene:
     """An environment with the caterpillar in it; `env` includes its parameters."""
 
     env: str
@@ -85,7 +85,7 @@ class Place:
     fidelity: Fidelity
 
 
-def places(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[Place]:
+def studied_scenes(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[StudiedScene]:
     """The environments at a fidelity, or, if `particles` is not 0, on grids that give about that many particles.
 
     Raises:
@@ -102,4 +102,4 @@ def places(envs: list[Ref], fidelity: Ref, particles: int = 0) -> Iterator[Place
             grid = registry.create(Kind.FIDELITY, fidelity)
             environment: Environment = registry.create(Kind.ENV, env)
             scene = environment.scene(registry.create(Kind.DESIGN, Ref("caterpillar")).body(grid), grid)
-        yield Place(str(env), scene, grid)
+        yield StudiedScene(str(env), scene, grid)

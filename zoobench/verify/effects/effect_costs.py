@@ -13,7 +13,7 @@ import numpy as np
 
 from zoobench.cell.driving import travelling_wave
 from zoobench.errors import DivergenceError
-from zoobench.verify.effects.coverage import Place
+from zoobench.verify.effects.coverage import StudiedScene
 from zoobench.verify.effects.effect_scenes import pairs
 
 if TYPE_CHECKING:
@@ -75,16 +75,16 @@ class Share:
     share: float
 
 
-def costs(place: Place, repeats: int = 7) -> Iterator[EffectCost]:
-    """Costs of every effect of the place's scene that can be switched off, and of gradients.
+def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
+    """Costs of every effect of the scene that can be switched off, and of gradients.
 
     Raises:
         DivergenceError: the simulation diverged before it could be measured.
     """
     from zoobench.sim.solver import Solver
 
-    for pair in pairs(place.scene):
-        solvers = [Solver(scene, place.fidelity) for scene in (pair.on, pair.off)]
+    for pair in pairs(studied.scene):
+        solvers = [Solver(scene, studied.fidelity) for scene in (pair.on, pair.off)]
         dt = min(solver.dt for solver in solvers)
         first = Trial(solvers[0], dt)
         trials = [first, Trial(solvers[1], dt, like=first)]
@@ -93,7 +93,7 @@ def costs(place: Place, repeats: int = 7) -> Iterator[EffectCost]:
         with_it, without = in_turn([trial.seconds for trial in trials], repeats)
         launches = record["forward launches"] - before[0]
         yield EffectCost(
-            env=place.env,
+            env=studied.env,
             effect=str(pair.effect),
             without_it=pair.without_it,
             particles=solvers[0].particle_count,
@@ -106,14 +106,14 @@ def costs(place: Place, repeats: int = 7) -> Iterator[EffectCost]:
             bytes=state_bytes(solvers[0]) / solvers[0].particle_count,
             bytes_without=state_bytes(solvers[1]) / solvers[1].particle_count,
         )
-    yield from _gradient_costs(place, repeats)
+    yield from _gradient_costs(studied, repeats)
 
 
-def _gradient_costs(place: Place, repeats: int) -> Iterator[EffectCost]:
+def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]:
     """Costs of checkpoints alone, then of the whole gradient, against a forward run of the same frames."""
     from zoobench.sim.solver import Solver
 
-    keeper, plain = (Solver(place.scene, place.fidelity, gradients=gradients) for gradients in (True, False))
+    keeper, plain = (Solver(studied.scene, studied.fidelity, gradients=gradients) for gradients in (True, False))
     rollout = run(keeper, WARM_FRAMES)
     adjoint = np.ones_like(rollout.positions)
     record = keeper.launcher.launches
@@ -140,7 +140,7 @@ def _gradient_costs(place: Place, repeats: int) -> Iterator[EffectCost]:
         done = {name: count - before[name] for name, count in record.items()}
         launches = done["forward launches"] + done.get("reverse launches", 0)
         yield EffectCost(
-            env=place.env,
+            env=studied.env,
             effect=effect,
             without_it=without_it,
             particles=keeper.particle_count,
@@ -155,8 +155,8 @@ def _gradient_costs(place: Place, repeats: int) -> Iterator[EffectCost]:
         )
 
 
-def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
-    """Shares of the parts of a substep of the place's scene, the whole substep first.
+def shares(studied: StudiedScene, repeats: int = 7) -> Iterator[Share]:
+    """Shares of the parts of a substep of the scene, the whole substep first.
 
     Raises:
         DivergenceError: the simulation diverged before it could be measured.
@@ -164,7 +164,7 @@ def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
     from zoobench.sim.ablation import Ablation, SubstepPart
     from zoobench.sim.solver import Solver
 
-    solver = Solver(place.scene, place.fidelity)
+    solver = Solver(studied.scene, studied.fidelity)
     whole = Trial(solver, solver.dt)
     ablation = Ablation(solver.simulation)
 
@@ -179,7 +179,7 @@ def shares(place: Place, repeats: int = 7) -> Iterator[Share]:
     everything = sum(ns for part, ns in zip(ablation.parts, found, strict=True) if part is not contained)
     names = ["substep", "sum", *(part.name.lower() for part in ablation.parts)]
     for name, ns in zip(names, [total, everything, *found], strict=True):
-        yield Share(place.env, solver.particle_count, name, ns, ns / total)
+        yield Share(studied.env, solver.particle_count, name, ns, ns / total)
 
 
 class Trial:

@@ -21,7 +21,6 @@ from zoobench.tasks.base import Motion
 if TYPE_CHECKING:
     from zoobench.envs.base import Environment
     from zoobench.sim.model.rollout import Rollout
-    from zoobench.sim.solver import BodyState
 
 Arrays = dict[str, Array]
 Counts = NDArray[np.int64]
@@ -98,7 +97,7 @@ class GradientCase:
         """
         control, design = np.split(self._parameters, [self._robot.control_count])
         groups = self._arrays if self._robot.space is None else {"design": design}
-        if self._closes_loop:
+        if isinstance(self._robot.controller, ClosedLoop):
             return {"actuation": np.zeros((frames, 1, self._solver.muscle_count)), "controller": control, **groups}
         return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
 
@@ -157,11 +156,13 @@ class GradientCase:
         Returns:
             substeps done `[frames + 1]`, and the root mean square distance of the robot's particles `[frames + 1]` [m].
         """
+        from zoobench.sim.solver import BodyState
+
         solver = self._solver
         rollout = self.run(self.base(frames))
         shift = rng.normal(size=(solver.particle_count, 3))
         shift *= nudge * solver.fidelity.grid_spacing / np.sqrt((shift[: solver.robot_count] ** 2).sum(1).mean())
-        solver.reset(_body_state(rollout))
+        solver.reset(BodyState(**rollout.body))
         solver.matter.x[0, 0] += solver.simulation.tensor(shift)
         solver.simulation.refresh_window()
         apart = [self._distance(rollout, 0)]
@@ -179,10 +180,6 @@ class GradientCase:
     def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
         return motion_of(rollout, self._robot.body, self._density, gradient=leaf)
 
-    @property
-    def _closes_loop(self) -> bool:
-        return isinstance(self._robot.controller, ClosedLoop)
-
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
         """The robot for groups of parameters; those of controller and design space are random where not given.
 
@@ -198,9 +195,3 @@ class GradientCase:
         if built.fault:
             raise SceneError(str(Unbuildable(built.fault)))
         return built
-
-
-def _body_state(rollout: "Rollout") -> "BodyState":
-    from zoobench.sim.solver import BodyState
-
-    return BodyState(**rollout.body)
