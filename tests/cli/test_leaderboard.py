@@ -17,7 +17,7 @@ from tests.report.boards import board
 from zoobench.cli.leaderboard import publish
 from zoobench.db.rows import RunState
 from zoobench.errors import UsageError
-from zoobench.report.leaderboard import Entry
+from zoobench.report.leaderboard import BoardRow
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 
@@ -95,11 +95,11 @@ def test_a_done_run_is_not_lost_to_one_that_failed(boards: Path, tmp_path: Path)
     """What was done once and published stays, whatever became of the same run in another database."""
     before = (boards / "mine.md").read_text(encoding="utf-8")
     newer = board(tmp_path)
-    entries = tuple(
-        Entry(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
-        for entry in newer.entries
+    rows = tuple(
+        BoardRow(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
+        for entry in newer.rows
     )
-    publish(replace(newer, entries=entries), boards)
+    publish(replace(newer, rows=rows), boards)
     assert (boards / "mine.md").read_text(encoding="utf-8") == before
 
 
@@ -109,9 +109,9 @@ def test_published_runs_that_are_not_asked_for_any_more_are_counted(
     """A suite that has become smaller, or another of the same name: nothing leaves a leaderboard in silence."""
     capsys.readouterr()
     whole = board(tmp_path)
-    publish(replace(whole, entries=whole.entries[1:]), boards)
+    publish(replace(whole, rows=whole.rows[1:]), boards)
     assert "1 run of the earlier export" in capsys.readouterr().err
-    publish(replace(whole, entries=whole.entries[1:]), boards)
+    publish(replace(whole, rows=whole.rows[1:]), boards)
     assert "earlier export" not in capsys.readouterr().err
 
 
@@ -129,7 +129,7 @@ def test_a_full_disk_leaves_the_published_files_as_they_were(
     monkeypatch.setattr(Path, "write_bytes", write_half)
     smaller = board(tmp_path)
     with pytest.raises(UsageError, match="No space left"):
-        publish(replace(smaller, entries=smaller.entries[1:]), boards)
+        publish(replace(smaller, rows=smaller.rows[1:]), boards)
     assert {path: path.read_bytes() for path in boards.iterdir()} == before
 
 

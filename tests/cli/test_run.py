@@ -21,14 +21,14 @@ from zoobench.cli.selection import Selection, parse_seeds
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.harness import launch as launching
+from zoobench.harness import worker_pool
 from zoobench.harness.grid import expand
 from zoobench.report.views import repeat_command
 from zoobench.spec import RunSpec
 
 CELL = ("--env", "desert", "--task", "turning", "--method", "random")
 ROOT = Path(__file__).parents[2]
-real_launch = launching.launch
+real_run_all = worker_pool.run_all
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
     def choose(mode: str = "steady", **options: float) -> None:
         child = fake(mode, **options)  # type: ignore[arg-type]
-        monkeypatch.setattr(launching, "launch", partial(real_launch, child=child))
+        monkeypatch.setattr(worker_pool, "run_all", partial(real_run_all, child=child))
         monkeypatch.setenv("PYTHONPATH", str(ROOT))
 
     return choose

@@ -7,11 +7,11 @@ import pytest
 from tests.report.content import make_spec
 from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.report.estimate import estimate_seconds, total_seconds
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.spec import RunSpec
 
 
-def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> Result:
+def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> RunResult:
     """A finished run that took so long for so many substeps."""
     row = RunRow(
         id=1,
@@ -31,7 +31,7 @@ def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> Result:
         score=None,
         seconds=seconds,
     )
-    return Result(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
+    return RunResult(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
 
 
 def test_runs_of_the_same_cell_come_first() -> None:

@@ -140,12 +140,12 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
         raise UnknownNameError("component", text, known)
 
     from zoobench.db.store import Store
-    from zoobench.report.query import Result
+    from zoobench.report.run_results import RunResult
     from zoobench.report.views import run_card
 
     with Store(db, create=False) as store:
         run = store.run(text)
-        result = Result(run, {final.name: final for final in store.finals(run.id)})
+        result = RunResult(run, {final.name: final for final in store.finals(run.id)})
         return run_card(result, store.attempts(run.id), run_and_its_starts(store, run))
 
 

@@ -47,10 +47,10 @@ def curves(
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import draw
-    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.run_results import RunSelection, choose_results
 
     with Store(db, create=False) as store:
-        results = choose_results(store, Choice(env, task, design, "", method, fidelity))
+        results = choose_results(store, RunSelection(env, task, design, "", method, fidelity))
         if output is not None:
             count = draw(results, report.curves(store, results, by.value), output)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")

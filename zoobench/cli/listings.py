@@ -24,7 +24,7 @@ from zoobench.errors import UsageError
 if TYPE_CHECKING:
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
-    from zoobench.report.query import Result
+    from zoobench.report.run_results import RunResult
     from zoobench.report.tables import Table
 
 
@@ -42,11 +42,11 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
-    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.run_results import RunSelection, choose_results
     from zoobench.report.views import results_listing, results_overview, results_records
 
     with Store(db, create=False) as store:
-        found = choose_results(store, Choice(env, task, design, "", method, fidelity))
+        found = choose_results(store, RunSelection(env, task, design, "", method, fidelity))
     listing = results_overview(found) if form is Format.TABLE else results_listing(found)
     emit(listing, form, records=results_records(found))
     if any(result.is_smoke for result in found):
@@ -96,10 +96,10 @@ def table(
     """
     from zoobench.db.store import Store
     from zoobench.report.footer import footer
-    from zoobench.report.query import Choice, choose_results, origins
+    from zoobench.report.run_results import RunSelection, choose_results, origins
     from zoobench.report.tables import score_tables
 
-    choice = Choice(env, task, design, "", method, fidelity)
+    choice = RunSelection(env, task, design, "", method, fidelity)
     flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
     if suite or publish or check or folder:
         narrowed = [*choice.options(), *flags, *(["--transfer"] if transfer else [])]
@@ -167,8 +167,7 @@ def _leaderboard(
     every = tables_of(board)
     tables = without_empty_rows(every)
     command = ["zoobench", "table", "--suite", suite, "--format", str(form)]
-    made = [attempt for entry in board.entries for attempt in entry.attempts]
-    _print_tables(tables, footer(tables, made, command), form, normalised=False)
+    _print_tables(tables, footer(tables, board.attempts, command), form, normalised=False)
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 
@@ -184,7 +183,7 @@ def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
     return [*(["--by", by.value] if by else []), *(["--at", f"{at:.10g}"] if at is not None else [])]
 
 
-def _spending_tables(store: "Store", results: "list[Result]", by: Currency, at: float | None) -> "list[Table]":
+def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, at: float | None) -> "list[Table]":
     from zoobench.report.learning_curves import curves, spending_tables
 
     return spending_tables(results, curves(store, results, by.value), by.value, at)

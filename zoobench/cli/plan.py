@@ -26,7 +26,7 @@ from zoobench.cli.output import Format, emit, say
 from zoobench.cli.selection import Selection
 
 if TYPE_CHECKING:
-    from zoobench.report.query import Result
+    from zoobench.report.run_results import RunResult
 
 
 def plan(
@@ -79,12 +79,12 @@ def plan(
 _TO_DO = ("new", "queued", "running", "skipped")
 
 
-def _past_results(db: str) -> "list[Result]":
+def _past_results(db: str) -> "list[RunResult]":
     """The results to judge by; none if there is no database yet."""
     if "://" not in db and not Path(db).exists():
         return []
     from zoobench.db.store import Store
-    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.run_results import RunSelection, choose_results
 
     with Store(db, create=False) as store:
-        return choose_results(store, Choice())
+        return choose_results(store, RunSelection())

@@ -122,8 +122,8 @@ def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, r
         states = UNSUCCESSFUL_STATES if retry is Retry.ALL else (RunState(retry.value),)
         again += store.retry(report.existing_failed, states=states)
     if rerun:
-        settled = store.runs(ids=[*report.existing_done, *report.existing_failed])
-        named = [row.id for row in settled if _has_name(row, rerun)]
+        ended = store.runs(ids=[*report.existing_done, *report.existing_failed])
+        named = [row.id for row in ended if _has_name(row, rerun)]
         again += store.retry(named, states=(RunState.DONE, *UNSUCCESSFUL_STATES))
         if not named:
             say(f"--rerun {rerun}: none of the finished runs has a component of that name.")

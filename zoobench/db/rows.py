@@ -128,6 +128,11 @@ class RunRow:
     seconds: float
 
     @property
+    def has_ended(self) -> bool:
+        """Whether nothing of the run is still to be done."""
+        return self.state not in OPEN_STATES
+
+    @property
     def seconds_left(self) -> float | None:
         """Time left at the pace so far [s]; None while there is nothing to judge it by."""
         if self.state is not RunState.RUNNING or self.fraction <= 0.0:
@@ -211,7 +216,7 @@ class EnqueueReport:
 
     @property
     def open(self) -> tuple[int, ...]:
-        """The runs that are still to be done, old and new: what to hand to `launch`."""
+        """The runs that are still to be done, old and new: what to hand to `run_all`."""
         return tuple(sorted(self.new + self.existing_open))
 
 
@@ -254,7 +259,7 @@ class Batch:
 class Ending:
     """How an attempt ended.
 
-    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, `params`,
+    LOST and CANCELLED put the run back into the queue, the other outcomes end it. Only DONE has finals, `params`,
     the best parameters that were found, and if the method keeps one an `archive` of what was found beside them.
     """
 

@@ -49,7 +49,7 @@ _LONGEST_NAME = 200  # of the columns that are there to be searched; the documen
 
 
 class ClaimLostError(StorageError):
-    """Another worker holds the run now, or it was settled: the caller must drop its work."""
+    """Another worker holds the run now, or it has ended: the caller must drop its work."""
 
 
 class Store(Reader):
@@ -163,7 +163,7 @@ class Store(Reader):
             self._write_batch(session, claim, batch)
 
     def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
-        """Close the attempt: settle the run, or queue it again if it was lost or interrupted.
+        """Close the attempt: end the run, or queue it again if it was lost or interrupted.
 
         The batch, the finals, solution and archive of a DONE run, and the new state are one transaction.
 

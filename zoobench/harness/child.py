@@ -40,7 +40,7 @@ Final = tuple[str, float, str]
 """Name, value and unit of a final result."""
 
 
-class Outcome(NamedTuple):
+class RunOutcome(NamedTuple):
     """What a run that is done has to show: its final results, the best parameters that it found, and an archive of
     others in base64 if its method keeps one."""
 
@@ -106,7 +106,7 @@ def _is_study(spec: RunSpec) -> bool:
     return FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
 
 
-def solve(spec: RunSpec, context: ChildContext) -> Outcome:
+def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """Do the run that the spec describes: build its problem, run its method on it, and find what to compare it with."""
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
@@ -124,7 +124,7 @@ def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     needs_references = not (context.should_stop() or _is_study(spec))
     references = reference_scores(spec) if needs_references else {}
     archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
-    return Outcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
+    return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
 
 def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
@@ -151,7 +151,7 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
 
 
-def serve(solve: Callable[[RunSpec, ChildContext], Outcome]) -> None:
+def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     """Read the job from standard input, do it with `solve`, and say how it ended."""
     lifeline = Lifeline()
     line = lifeline.line()

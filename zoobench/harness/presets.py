@@ -49,14 +49,14 @@ class Preset:
             tasks=tuple(tasks),
             designs=self.designs if designs is None else tuple(designs),
             controllers=self.controllers if controllers is None else tuple(controllers),
-            methods=self.methods if methods is None else tuple(self.settle(method) for method in methods),
+            methods=self.methods if methods is None else tuple(self.with_settings(method) for method in methods),
             seeds=self.seeds if seeds is None else tuple(seeds),
             budget=budget or self.budget,
             fidelity=fidelity or self.fidelity,
             frames=self.frames if frames is None else frames,
         )
 
-    def settle(self, method: Ref) -> Ref:
+    def with_settings(self, method: Ref) -> Ref:
         """The method with this preset's settings filled in where the reference names none."""
         for own in self.methods:
             if own.name == method.name:

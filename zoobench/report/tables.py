@@ -14,13 +14,13 @@ from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """The seeds of one method in one row.
 
     Attributes:
@@ -125,7 +125,7 @@ class Row:
     task: Ref
     design: Ref
     controller: Ref
-    cells: tuple[Cell | None, ...]
+    cells: tuple[TableCell | None, ...]
     amount: float | None = None
 
     @property
@@ -158,13 +158,13 @@ class Missing:
     spec: RunSpec
 
 
-Member = Result | Missing
+Member = RunResult | Missing
 """What a cell is made of."""
 
-M = TypeVar("M", Result, Member)
+M = TypeVar("M", RunResult, Member)
 
 
-def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> list[Table]:
+def score_tables(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> list[Table]:
     """The tables of these results, sorted by name, so that equal data give equal text.
 
     Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
@@ -181,7 +181,7 @@ def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> 
     ]
 
 
-def comparable(results: Iterable[Result]) -> list[Result]:
+def comparable(results: Iterable[RunResult]) -> list[RunResult]:
     """Those that may stand in a table: no smoke runs, probes, or runs that cannot be."""
     return [
         result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
@@ -235,7 +235,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     return Listing(columns, tuple(rows))
 
 
-def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...]:
+def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
     interval = cell.interval
     states = cell.states
     return (
@@ -268,7 +268,7 @@ def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[
     return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
 
 
-def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
+def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[TableCell | None, ...]:
     """The cells of a row, the winner marked."""
     asked = len({member.spec.seed for member in group})
     by_method = [[member for member in group if member.spec.method == method] for method in methods]
@@ -278,16 +278,16 @@ def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | N
     if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    lots = shares(means, floor_of(member for member in group if isinstance(member, Result)))
+    lots = shares(means, floor_of(member for member in group if isinstance(member, RunResult)))
     return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
 
 
-def _cell(members: Sequence[Member], asked: int) -> Cell:
-    results = [member for member in members if isinstance(member, Result)]
+def _cell(members: Sequence[Member], asked: int) -> TableCell:
+    results = [member for member in members if isinstance(member, RunResult)]
     scores = [(result.score, result.lacks) for result in results if result.run.state is RunState.DONE]
     found = [score for score, _ in scores if score is not None and math.isfinite(score.value)]
     units = sorted({score.unit for score in found})
     states = Counter(result.run.state for result in results)
     lacks = Counter(why for score, why in scores if score is None or not math.isfinite(score.value))
     interval = t_interval([score.value for score in found])
-    return Cell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)
+    return TableCell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)

@@ -6,7 +6,7 @@ from typing import Any
 
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
-from zoobench.report.query import SMOKE
+from zoobench.report.run_results import SMOKE
 from zoobench.report.statistics import t_interval
 from zoobench.spec import Ref
 

@@ -18,7 +18,7 @@ PROBE = "probe"
 
 
 @dataclass(frozen=True)
-class Choice:
+class RunSelection:
     """Which runs are meant: names or globs separated by commas on each axis, empty for all of it."""
 
     env: str = ""
@@ -35,7 +35,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Result:
+class RunResult:
     """A run with its final values by name; there are none unless it is DONE.
 
     `lacks` says why one that is DONE has no score.
@@ -66,7 +66,7 @@ class Result:
         return self.run.spec.method.name == PROBE
 
 
-def choose_runs(reader: "Reader", choice: Choice, *, states: Iterable[RunState] | None = None) -> list[RunRow]:
+def choose_runs(reader: "Reader", choice: RunSelection, *, states: Iterable[RunState] | None = None) -> list[RunRow]:
     """The runs of a choice in the order of their creation.
 
     Raises:
@@ -89,14 +89,14 @@ def choose_runs(reader: "Reader", choice: Choice, *, states: Iterable[RunState] 
     return chosen
 
 
-def choose_results(reader: "Reader", choice: Choice) -> list[Result]:
+def choose_results(reader: "Reader", choice: RunSelection) -> list[RunResult]:
     """The runs of a choice with their finals; raises as `choose_runs`."""
     runs = choose_runs(reader, choice)
     finals = reader.all_finals([run.id for run in runs]) if runs else {}
-    return [Result(run, {final.name: final for final in finals.get(run.id, [])}) for run in runs]
+    return [RunResult(run, {final.name: final for final in finals.get(run.id, [])}) for run in runs]
 
 
-def origins(reader: "Reader", results: Iterable[Result]) -> list[AttemptRow]:
+def origins(reader: "Reader", results: Iterable[RunResult]) -> list[AttemptRow]:
     """The attempts that the finished ones of these results came from: all that carried a run forward.
 
     What an attempt gave before the run was done again is nobody's result.
