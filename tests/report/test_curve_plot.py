@@ -10,7 +10,8 @@ from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.report.curve_plot import MOST_PANELS, draw, line
 from zoobench.report.learning_curves import curves
-from zoobench.report.run_results import RunSelection, choose_results
+from zoobench.report.run_results import choose_results
+from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": 0.0, "random_score": 0.05}
 

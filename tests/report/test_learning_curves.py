@@ -9,9 +9,9 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.learning_curves import curves, curves_overview, points_listing, spending_tables
-from zoobench.report.run_results import RunResult, RunSelection, choose_results
+from zoobench.report.run_results import RunResult, choose_results
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
-from zoobench.spec import BudgetKind
+from zoobench.spec import BudgetKind, RunSelection
 
 
 def results_of(path: Path) -> list[RunResult]:

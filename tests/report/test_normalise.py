@@ -7,8 +7,9 @@ import pytest
 from tests.report.content import add_done, make_spec
 from zoobench.db.store import Store
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.run_results import RunSelection, choose_results
+from zoobench.report.run_results import choose_results
 from zoobench.report.tables import long_listing, score_tables, table_listing
+from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": -0.1, "random_score": 0.2}
 

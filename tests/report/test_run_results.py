@@ -9,7 +9,8 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, RunState
 from zoobench.db.store import Store
 from zoobench.errors import UnknownNameError
-from zoobench.report.run_results import RunSelection, choose_results, origins
+from zoobench.report.run_results import choose_results, origins
+from zoobench.spec import RunSelection
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,9 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.footer import footer
-from zoobench.report.run_results import RunSelection, choose_results, origins
+from zoobench.report.run_results import choose_results, origins
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.spec import RunSelection
 
 
 def tables_of(path: Path) -> list[Table]:

@@ -9,17 +9,16 @@ import pytest
 from tests.report.content import add_done, fill, make_spec
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
-from zoobench.report.run_results import RunSelection, choose_results
+from zoobench.report.run_results import choose_results
 from zoobench.report.views import (
     counts_text,
     duration,
-    repeat_command,
     results_listing,
     results_overview,
     results_records,
     running_listing,
 )
-from zoobench.spec import Budget
+from zoobench.spec import Budget, RunSelection, repeat_command
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from typer import Argument, Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, say
 from zoobench.cli.solutions import may_be_run, names_run
-from zoobench.cli.starts import run_and_its_starts
 from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -140,6 +139,7 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
         raise UnknownNameError("component", text, known)
 
     from zoobench.db.store import Store
+    from zoobench.harness.starts import run_and_its_starts
     from zoobench.report.run_results import RunResult
     from zoobench.report.views import run_card
 

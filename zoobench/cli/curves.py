@@ -17,6 +17,7 @@ from zoobench.cli.options import (
     FormatOption,
 )
 from zoobench.cli.output import Format, emit, say
+from zoobench.spec import RunSelection
 
 
 class Currency(StrEnum):
@@ -47,7 +48,7 @@ def curves(
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import draw
-    from zoobench.report.run_results import RunSelection, choose_results
+    from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
         results = choose_results(store, RunSelection(env, task, design, "", method, fidelity))

@@ -9,7 +9,6 @@ from typer import Argument, Option
 from zoobench.cli.keeping import kept
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.solutions import solution_of
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
@@ -36,6 +35,7 @@ def evaluate(
     the database as they come; `zoobench table --transfer` shows them all.
     """
     from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref

@@ -20,6 +20,7 @@ from zoobench.cli.options import (
 )
 from zoobench.cli.output import Format, emit, say
 from zoobench.errors import UsageError
+from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
     from zoobench.db.store import Store
@@ -42,7 +43,7 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
-    from zoobench.report.run_results import RunSelection, choose_results
+    from zoobench.report.run_results import choose_results
     from zoobench.report.views import results_listing, results_overview, results_records
 
     with Store(db, create=False) as store:
@@ -96,7 +97,7 @@ def table(
     """
     from zoobench.db.store import Store
     from zoobench.report.footer import footer
-    from zoobench.report.run_results import RunSelection, choose_results, origins
+    from zoobench.report.run_results import choose_results, origins
     from zoobench.report.tables import score_tables
 
     choice = RunSelection(env, task, design, "", method, fidelity)

@@ -23,7 +23,7 @@ from zoobench.cli.options import (
     WorkersOption,
 )
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.selection import Selection
+from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
     from zoobench.report.run_results import RunResult
@@ -52,13 +52,16 @@ def plan(
     Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
     """
     from zoobench.harness.grid import Skip
+    from zoobench.harness.request import RunRequest
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
+    from zoobench.verify.accuracy.tolerance import choose
 
-    chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
-    )
-    cells = chosen.cells()
+    request = RunRequest(
+        RunSelection(env, task, design, controller, method, fidelity),
+        seeds, suite, preset, smoke, budget, frames, tolerance,
+    )  # fmt: skip
+    cells = request.cells(db, choose, say)
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
@@ -84,7 +87,7 @@ def _past_results(db: str) -> "list[RunResult]":
     if "://" not in db and not Path(db).exists():
         return []
     from zoobench.db.store import Store
-    from zoobench.report.run_results import RunSelection, choose_results
+    from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
         return choose_results(store, RunSelection())

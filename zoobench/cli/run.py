@@ -29,8 +29,8 @@ from zoobench.cli.options import (
     WorkersOption,
 )
 from zoobench.cli.output import say
-from zoobench.cli.selection import Selection
 from zoobench.errors import UsageError
+from zoobench.spec import AXES, RunSelection
 
 if TYPE_CHECKING:
     from zoobench.db.rows import EnqueueReport, RunRow
@@ -79,13 +79,16 @@ def run(
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
+    from zoobench.harness.request import RunRequest
     from zoobench.harness.suites import spec_of
+    from zoobench.verify.accuracy.tolerance import choose
 
-    chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
-    )
+    request = RunRequest(
+        RunSelection(env, task, design, controller, method, fidelity),
+        seeds, suite, preset, smoke, budget, frames, tolerance,
+    )  # fmt: skip
     limit = parse_duration(timeout) if timeout else None
-    cells = chosen.cells()
+    cells = request.cells(db, choose, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(
@@ -123,17 +126,11 @@ def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, r
         again += store.retry(report.existing_failed, states=states)
     if rerun:
         ended = store.runs(ids=[*report.existing_done, *report.existing_failed])
-        named = [row.id for row in ended if _has_name(row, rerun)]
+        named = [row.id for row in ended if any(fnmatchcase(getattr(row.spec, axis).name, rerun) for axis in AXES[:5])]
         again += store.retry(named, states=(RunState.DONE, *UNSUCCESSFUL_STATES))
         if not named:
             say(f"--rerun {rerun}: none of the finished runs has a component of that name.")
     return again
-
-
-def _has_name(row: "RunRow", glob: str) -> bool:
-    spec = row.spec
-    refs = (spec.env, spec.task, spec.design, spec.controller, spec.method)
-    return any(fnmatchcase(ref.name, glob) for ref in refs)
 
 
 def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]") -> None:

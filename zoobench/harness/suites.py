@@ -24,7 +24,7 @@ from typing import Any
 import yaml
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.harness.grid import GridSpec, Skip, expand, parse_one, parse_selector
+from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_one, parse_selector
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
@@ -37,7 +37,6 @@ _AXES = {
     "methods": Kind.METHOD,
 }
 _KEYS = (*_AXES, "seeds", "budget", "fidelity", "frames")
-_MOST_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
@@ -209,9 +208,9 @@ def _refs(value: Any, kind: Kind) -> tuple[Ref, ...]:
 def _seeds(value: Any) -> tuple[int, ...]:
     if isinstance(value, list) and value and all(_is_whole(item) and item >= 0 for item in value):
         return tuple(dict.fromkeys(value))
-    if _is_whole(value) and 1 <= value <= _MOST_SEEDS:
+    if _is_whole(value) and 1 <= value <= MOST_SEEDS:
         return tuple(range(value))
-    raise UsageError(f"{_shown(value)}, expected how many seeds (3, at most {_MOST_SEEDS:,}) or which ([0, 1, 2]).")
+    raise UsageError(f"{_shown(value)}, expected how many seeds (3, at most {MOST_SEEDS:,}) or which ([0, 1, 2]).")
 
 
 def _positive(value: Any) -> int:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.errors import UsageError
-from zoobench.report.run_results import SMOKE, RunResult, RunSelection, choose_results, origins
-from zoobench.spec import AXES, RunSpec, canonical_json
+from zoobench.report.run_results import SMOKE, RunResult, choose_results, origins
+from zoobench.spec import AXES, RunSelection, RunSpec, canonical_json
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader

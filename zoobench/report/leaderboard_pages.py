@@ -11,8 +11,8 @@ from zoobench.report.labels import labels
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
-from zoobench.report.views import duration, repeat_command
-from zoobench.spec import AXES, Budget
+from zoobench.report.views import duration
+from zoobench.spec import AXES, Budget, repeat_command
 
 FOLDER = "leaderboards"
 _DIGITS = 9

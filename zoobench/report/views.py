@@ -1,7 +1,6 @@
 """Listings of runs: what `results`, `status` and `plan` print, and the card of one run."""
 
 import math
-import shlex
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,7 +9,7 @@ from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.run_results import RunResult
-from zoobench.spec import AXES, Ref, RunSpec
+from zoobench.spec import AXES, Ref, RunSpec, repeat_command
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
@@ -112,19 +111,6 @@ def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[
         "attempts": [_attempt_record(attempt) for attempt in attempts],
         "repeat": " && ".join(repeat_command(spec) for spec in specs or (result.run.spec,)),
     }
-
-
-def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
-    """The command that makes this run again in another database, with others that differ in method or seed only."""
-    specs = (spec, *others)
-    words = ["zoobench", "run"]
-    for axis in AXES:
-        words += [f"--{axis}", ",".join(dict.fromkeys(str(getattr(each, axis)) for each in specs))]
-    words += ["--frames", str(spec.frames), "--budget", str(spec.budget)]
-    seeds = sorted({each.seed for each in specs})
-    # A bare number is a count of seeds, so one seed alone is written as a list.
-    words += ["--seeds", ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]},"]
-    return shlex.join(words)
 
 
 def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
