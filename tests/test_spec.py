@@ -36,5 +36,5 @@ def test_a_selector_is_a_name_or_glob_with_version_and_parameters(text: str, cou
 def test_a_pattern_that_fits_no_name_gets_did_you_mean() -> None:
     """Otherwise the names that it fits, in their order."""
     assert matching("w*", ["wave", "ice", "wall"], "case") == ["wave", "wall"]
-    with pytest.raises(UnknownNameError, match="Unknown case 'wal'. Did you mean 'wall'"):
+    with pytest.raises(UnknownNameError, match=r"Unknown case 'wal'\. Did you mean 'wall'"):
         matching("wal", ["wave", "ice", "wall"], "case")
