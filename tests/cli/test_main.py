@@ -29,7 +29,7 @@ COMMANDS = (
     "doctor",
     "bench",
 )
-COMMANDS += ("gradcheck", "effects", "picture", "reach", "accuracy", "stability", "validate", "design")
+COMMANDS += ("gradcheck", "effects", "picture", "reach", "accuracy", "stability", "validate", "design", "leaderboard")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "pyvista", "scipy", "sqlalchemy", "taichi", "torch"}
 
 

@@ -32,7 +32,7 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     assert "snow" not in text
     assert "smoke" not in text
     assert "- commit: 0123456789ab with uncommitted changes" in text
-    assert text.endswith("- made by: zoobench table --suite mine.yaml --publish leaderboards\n")
+    assert text.endswith("- made by: zoobench leaderboard publish mine.yaml leaderboards\n")
 
 
 def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:

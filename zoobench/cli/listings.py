@@ -2,7 +2,6 @@
 
 import math
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
@@ -63,24 +62,8 @@ def table(
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
-    suite: Annotated[
-        str,
-        Option("--suite", help="Only the runs of a suite (`zoobench list suites`, or a .yaml), and what is missing."),
-    ] = "",
-    publish: Annotated[
-        Path | None, Option("--publish", help="Write the suite's leaderboard (.json, .csv, .md) into this folder.")
-    ] = None,
-    check: Annotated[
-        bool, Option("--check", help="Instead, compare published pages with what their exports make of them.")
-    ] = False,
-    folder: Annotated[
-        Path | None, Argument(help="With --check: where the leaderboards are.", show_default="leaderboards")
-    ] = None,
-    transfer: Annotated[
-        bool, Option("--transfer", help="Instead, what `zoobench evaluate` found of solutions in other environments.")
-    ] = False,
     by: Annotated[
-        Currency | None, Option("--by", help="Instead, scores when all runs of a row had spent the same of this.")
+        Currency | None, Option("--by", help="Compare scores when all runs of a row had spent the same of this.")
     ] = None,
     at: Annotated[
         float | None, Option("--at", help="With --by: how much; the most that all have reached if not given.")
@@ -102,19 +85,12 @@ def table(
 
     choice = RunSelection(env, task, design, "", method, fidelity)
     flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
-    if suite or publish or check or folder:
-        narrowed = [*choice.options(), *flags, *(["--transfer"] if transfer else [])]
-        _leaderboard(suite, publish, check, folder, narrowed, db, form)
-        return
-    if transfer:
-        _print_transfer(db, form, [*choice.options(), *flags])
-        return
     with Store(db, create=False) as store:
         counted = [result for result in choose_results(store, choice) if not result.is_smoke]
         tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
         command = ["zoobench", "table", *choice.options(), *flags, "--format", str(form)]
         foot = footer(tables, origins(store, counted), command)
-    _print_tables(tables, foot, form, normalised)
+    print_tables(tables, foot, form, normalised)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -144,35 +120,6 @@ def logs(
         say(f"Run {found.id} is {found.state} and has said nothing.")
 
 
-def _leaderboard(
-    suite: str, folder: Path | None, check: bool, checked: Path | None, others: list[str], db: str, form: Format
-) -> None:
-    """Publish, check, or print a suite's leaderboard."""
-    from zoobench.cli import leaderboard
-    from zoobench.report.footer import footer
-    from zoobench.report.leaderboard_pages import FOLDER, tables_of, without_empty_rows
-
-    if others:
-        raise UsageError(f"A leaderboard is that of a whole suite. Leave {' '.join(others)} out.")
-    if check and (suite or folder):
-        raise UsageError("--check compares what is published. Leave --suite and --publish out.")
-    if check:
-        leaderboard.check(checked or Path(FOLDER))
-        return
-    if checked is not None or not suite:
-        raise UsageError("A folder goes with --check, and --publish with --suite NAME.")
-    board = leaderboard.board_of(suite, db)
-    if folder is not None:
-        leaderboard.publish(board, folder)
-        return
-    every = tables_of(board)
-    tables = without_empty_rows(every)
-    command = ["zoobench", "table", "--suite", suite, "--format", str(form)]
-    _print_tables(tables, footer(tables, board.attempts, command), form, normalised=False)
-    left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
-    say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
-
-
 def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
     """--by and --at as they are typed.
 
@@ -190,30 +137,8 @@ def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, a
     return spending_tables(results, curves(store, results, by.value), by.value, at)
 
 
-def _print_transfer(db: str, form: Format, others: list[str]) -> None:
-    """The transfer matrix of all that was evaluated."""
-    from zoobench.db.store import Store
-    from zoobench.report.transfer_table import transfer_matrix
-    from zoobench.verify.transfer_study import STUDY
-
-    if others:
-        raise UsageError(f"--transfer shows all that was evaluated. Leave {' '.join(others)} out.")
-    with Store(db, create=False) as store:
-        documents = [row.document for study in store.studies(STUDY) for row in study.rows]
-        specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
-    found = transfer_matrix(
-        {**document, "controller": str(spec.controller), "budget": str(spec.budget)}
-        for document in documents
-        for spec in [specs[document["run"]]]
-    )
-    emit(found, form)
-    if not found.rows:
-        say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
-    elif form in (Format.TABLE, Format.MD):
-        say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
-
-
-def _print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool) -> None:
+def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False) -> None:
+    """Print tables of scores and the footer below them; in JSON one object with both."""
     from dataclasses import asdict
 
     from zoobench.report.listing import to_json

@@ -15,6 +15,7 @@ from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
+from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
@@ -76,6 +77,7 @@ app.command("accuracy")(accuracy)
 app.command("stability")(stability)
 app.command("validate")(validate)
 app.add_typer(design, name="design")
+app.add_typer(leaderboard, name="leaderboard")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

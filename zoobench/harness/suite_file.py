@@ -35,7 +35,7 @@ class GridSettings(BaseModel):
         default=None, description=f"how many seeds (3, at most {MOST_SEEDS:,}) or which ([0, 1, 2])"
     )
     budget: Amount | dict[str, Amount] | None = Field(
-        None, description="a budget such as '126000 substeps' or '60 seconds', or one for each environment"
+        default=None, description="a budget such as '126000 substeps' or '60 seconds', or one for each environment"
     )
     fidelity: str | None = Field(default=None, description="text: the name of a fidelity")
     frames: Count | None = Field(default=None, description="a whole number from 1 upwards")

@@ -157,7 +157,7 @@ def from_text(text: str, where: str) -> Leaderboard:
     except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise UsageError(
-            f"{where} is no export of a leaderboard: {what}. `zoobench table --suite NAME --publish DIR` writes one."
+            f"{where} is no export of a leaderboard: {what}. `zoobench leaderboard publish SUITE DIR` writes one."
         ) from None
 
 

@@ -68,7 +68,7 @@ def markdown_page(board: Leaderboard) -> str:
         lines += ["", "## Without a score", "", to_markdown(_reasons_listing(lost))]
     if tables:
         lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
-        command = ["zoobench", "table", "--suite", board.source, "--publish", FOLDER]
+        command = ["zoobench", "leaderboard", "publish", board.source, FOLDER]
         lines += [f"- {line}" for line in footer(tables, board.attempts, command).lines()]
     return "\n".join(lines) + "\n"
 
