@@ -6,16 +6,7 @@ from typing import Annotated
 
 from typer import Option
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    ChosenDesignOption,
-    ChosenEnvOption,
-    ChosenFidelityOption,
-    ChosenMethodOption,
-    ChosenTaskOption,
-    DatabaseOption,
-    FormatOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import RunSelection
 
@@ -28,12 +19,9 @@ class Currency(StrEnum):
     SECONDS = "seconds"
 
 
+@takes(selection)
 def curves(
-    env: ChosenEnvOption = "",
-    task: ChosenTaskOption = "",
-    design: ChosenDesignOption = "",
-    method: ChosenMethodOption = "",
-    fidelity: ChosenFidelityOption = "",
+    chosen: RunSelection,
     by: Annotated[Currency, Option("--by", help="What was spent.")] = Currency.SUBSTEPS,
     output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
@@ -51,7 +39,7 @@ def curves(
     from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
-        results = choose_results(store, RunSelection(env, task, design, "", method, fidelity))
+        results = choose_results(store, chosen)
         if output is not None:
             count = draw(results, report.curves(store, results, by.value), output)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")

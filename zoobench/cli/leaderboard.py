@@ -42,7 +42,8 @@ def publish(
 ) -> None:
     """Write the leaderboard of a suite into a folder.
 
-    Or add to the one that is there. The .json is the export of all results; the pages are made from it alone. Runs that only an earlier export has stay.
+    Or add to the one that is there. The .json is the export of all results; the pages .csv and .md are made from it
+    alone. Runs that only an earlier export has stay.
     """
     from zoobench.report import leaderboard_files
 
@@ -58,7 +59,8 @@ def publish(
 def check(folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER) -> None:
     """Compare pages with their exports.
 
-    Every page is rebuilt from its export and compared byte for byte. Exit code 1 if something differs; the first differing line of every file is printed.
+    Every page is rebuilt from its export and compared byte for byte. Exit code 1 if something differs; the first
+    differing line of every file is printed.
     """
     from zoobench.report.leaderboard_files import differences, exports_of
 

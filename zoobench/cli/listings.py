@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from zoobench.cli.curves import Currency
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    ChosenDesignOption,
-    ChosenEnvOption,
-    ChosenFidelityOption,
-    ChosenMethodOption,
-    ChosenTaskOption,
-    DatabaseOption,
-    FormatOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
 from zoobench.cli.output import Format, emit, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
@@ -28,12 +19,9 @@ if TYPE_CHECKING:
     from zoobench.report.tables import Table
 
 
+@takes(selection)
 def results(
-    env: ChosenEnvOption = "",
-    task: ChosenTaskOption = "",
-    design: ChosenDesignOption = "",
-    method: ChosenMethodOption = "",
-    fidelity: ChosenFidelityOption = "",
+    chosen: RunSelection,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -46,19 +34,16 @@ def results(
     from zoobench.report.views import results_listing, results_overview, results_records
 
     with Store(db, create=False) as store:
-        found = choose_results(store, RunSelection(env, task, design, "", method, fidelity))
+        found = choose_results(store, chosen)
     listing = results_overview(found) if form is Format.TABLE else results_listing(found)
     emit(listing, form, records=results_records(found))
     if any(result.is_smoke for result in found):
         say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
 
 
+@takes(selection)
 def table(
-    env: ChosenEnvOption = "",
-    task: ChosenTaskOption = "",
-    design: ChosenDesignOption = "",
-    method: ChosenMethodOption = "",
-    fidelity: ChosenFidelityOption = "",
+    chosen: RunSelection,
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
@@ -83,12 +68,11 @@ def table(
     from zoobench.report.run_results import choose_results, origins
     from zoobench.report.tables import score_tables
 
-    choice = RunSelection(env, task, design, "", method, fidelity)
     flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
-        counted = [result for result in choose_results(store, choice) if not result.is_smoke]
+        counted = [result for result in choose_results(store, chosen) if not result.is_smoke]
         tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
-        command = ["zoobench", "table", *choice.options(), *flags, "--format", str(form)]
+        command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         foot = footer(tables, origins(store, counted), command)
     print_tables(tables, foot, form, normalised)
     if not tables:

@@ -3,46 +3,18 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    BudgetOption,
-    ControllerOption,
-    DatabaseOption,
-    DesignOption,
-    EnvOption,
-    FidelityOption,
-    FormatOption,
-    FramesOption,
-    MethodOption,
-    PresetOption,
-    SeedsOption,
-    SmokeOption,
-    SuiteOption,
-    TaskOption,
-    ToleranceOption,
-    WorkersOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption, request, takes
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
+    from zoobench.harness.request import RunRequest
     from zoobench.report.run_results import RunResult
 
 
+@takes(request)
 def plan(
-    env: EnvOption = "",
-    task: TaskOption = "",
-    design: DesignOption = "",
-    controller: ControllerOption = "",
-    method: MethodOption = "",
-    seeds: SeedsOption = "",
-    suite: SuiteOption = "",
-    preset: PresetOption = "",
-    smoke: SmokeOption = False,
-    budget: BudgetOption = "",
-    frames: FramesOption = None,
-    fidelity: FidelityOption = "",
-    tolerance: ToleranceOption = None,
+    asked: "RunRequest",
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
@@ -52,16 +24,11 @@ def plan(
     Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
     """
     from zoobench.harness.grid import Skip
-    from zoobench.harness.request import RunRequest
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
     from zoobench.verify.accuracy.tolerance import choose
 
-    request = RunRequest(
-        RunSelection(env, task, design, controller, method, fidelity),
-        seeds, suite, preset, smoke, budget, frames, tolerance,
-    )  # fmt: skip
-    cells = request.cells(db, choose, say)
+    cells = asked.cells(db, choose, say)
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]

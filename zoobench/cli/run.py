@@ -10,32 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    BudgetOption,
-    ControllerOption,
-    DatabaseOption,
-    DesignOption,
-    EnvOption,
-    FidelityOption,
-    FramesOption,
-    MethodOption,
-    PresetOption,
-    SeedsOption,
-    SmokeOption,
-    SuiteOption,
-    TaskOption,
-    ToleranceOption,
-    WorkersOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, WorkersOption, request, takes
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
-from zoobench.spec import AXES, RunSelection
+from zoobench.spec import AXES
 
 if TYPE_CHECKING:
     from zoobench.db.rows import EnqueueReport, RunRow
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
+    from zoobench.harness.request import RunRequest
 
 _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
@@ -49,20 +33,9 @@ class Retry(StrEnum):
     ALL = "all"
 
 
+@takes(request)
 def run(
-    env: EnvOption = "",
-    task: TaskOption = "",
-    design: DesignOption = "",
-    controller: ControllerOption = "",
-    method: MethodOption = "",
-    seeds: SeedsOption = "",
-    suite: SuiteOption = "",
-    preset: PresetOption = "",
-    smoke: SmokeOption = False,
-    budget: BudgetOption = "",
-    frames: FramesOption = None,
-    fidelity: FidelityOption = "",
-    tolerance: ToleranceOption = None,
+    asked: "RunRequest",
     jobs: WorkersOption = 2,
     timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
@@ -79,16 +52,11 @@ def run(
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
-    from zoobench.harness.request import RunRequest
     from zoobench.harness.suites import spec_of
     from zoobench.verify.accuracy.tolerance import choose
 
-    request = RunRequest(
-        RunSelection(env, task, design, controller, method, fidelity),
-        seeds, suite, preset, smoke, budget, frames, tolerance,
-    )  # fmt: skip
     limit = parse_duration(timeout) if timeout else None
-    cells = request.cells(db, choose, say)
+    cells = asked.cells(db, choose, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(

@@ -3,8 +3,9 @@
 import json
 import time
 from collections.abc import Collection
+from dataclasses import fields
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from sqlalchemy import ColumnElement, ScalarSelect, and_, func, or_, select
 from sqlalchemy.orm import Session, aliased
@@ -13,6 +14,7 @@ from zoobench.db.engine import Database, among
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
+    Base,
     FinalRecord,
     LogRecord,
     MetricRecord,
@@ -268,41 +270,21 @@ def _run_row(
     record: RunRecord, document: str, former: int, finished: float | None, running_since: float | None
 ) -> RunRow:
     running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
-    return RunRow(
-        id=record.id,
-        key=record.spec_key,
-        spec=RunSpec.from_dict(json.loads(document)),
-        state=RunState(record.state),
-        attempt=record.attempt,
-        first_attempt=former + 1,
-        owner=record.owner,
-        reason=record.reason,
-        created_at=record.created_at,
-        started_at=record.started_at,
-        finished_at=record.finished_at,
-        progress_at=record.progress_at,
-        lease_until=record.lease_until,
-        fraction=record.fraction,
-        score=record.score,
-        seconds=(finished or 0.0) + running,
-    )
+    computed: dict[str, Any] = {
+        "key": record.spec_key,
+        "spec": RunSpec.from_dict(json.loads(document)),
+        "state": RunState(record.state),
+        "first_attempt": former + 1,
+        "seconds": (finished or 0.0) + running,
+    }
+    return RunRow(**_columns(record, RunRow, computed), **computed)
 
 
 def _attempt_row(record: AttemptRecord, document: str) -> AttemptRow:
-    return AttemptRow(
-        number=record.number,
-        outcome=RunState(record.outcome),
-        owner=record.owner,
-        host=record.host,
-        started_at=record.started_at,
-        ended_at=record.ended_at,
-        wall_seconds=record.wall_seconds,
-        exit_code=record.exit_code,
-        signal=record.signal,
-        reason=record.reason,
-        traceback=record.traceback,
-        resumed=record.resumed,
-        progressed=record.progressed,
-        peak_memory=record.peak_memory,
-        provenance=json.loads(document),
-    )
+    computed: dict[str, Any] = {"outcome": RunState(record.outcome), "provenance": json.loads(document)}
+    return AttemptRow(**_columns(record, AttemptRow, computed), **computed)
+
+
+def _columns(record: Base, row: type[Any], others: Collection[str]) -> dict[str, Any]:
+    """The columns of a record that a row has under the same names, but for others."""
+    return {field.name: getattr(record, field.name) for field in fields(row) if field.name not in others}

@@ -116,16 +116,16 @@ class RunRow:
     state: RunState
     attempt: int
     first_attempt: int
-    owner: str | None
-    reason: str | None
-    created_at: float
-    started_at: float | None
-    finished_at: float | None
-    progress_at: float | None
-    lease_until: float | None
-    fraction: float
-    score: float | None
     seconds: float
+    reason: str | None = None
+    owner: str | None = None
+    created_at: float = 0.0
+    started_at: float | None = None
+    finished_at: float | None = None
+    progress_at: float | None = None
+    lease_until: float | None = None
+    fraction: float = 0.0
+    score: float | None = None
 
     @property
     def has_ended(self) -> bool:

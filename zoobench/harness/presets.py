@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from zoobench.errors import UnknownNameError
 from zoobench.harness.grid import GridSpec
@@ -66,6 +67,8 @@ class Preset:
 
 # A gradient simulates every substep three times (forward, again from a checkpoint, backward). Where the budget counts
 # iterations, an iteration of `random` is therefore three times as many episodes, and both methods spend the same.
+_published = partial(Preset, fidelity=Ref("paper"), frames=200, seeds=(0, 1, 2))
+
 _PRESETS = (
     Preset(
         name="smoke",
@@ -85,54 +88,39 @@ _PRESETS = (
         seeds=(0, 1),
         methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
     ),
-    Preset(
+    _published(
         name="paper",
         summary="hours: the settings of the published benchmark",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 30),
-        seeds=(0, 1, 2),
         methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
     ),
-    Preset(
+    _published(
         name="animals",
         summary="hours for each animal: as paper, for all four (specification F.1, table 1)",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 30),
-        seeds=(0, 1, 2),
         methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
         designs=(Ref("caterpillar"), Ref("baby-seal"), Ref("fish"), Ref("panda")),
     ),
-    Preset(
+    _published(
         name="control",
         summary="many hours: the controller of a given body alone (specification F.1)",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 100),
-        seeds=(0, 1, 2),
         methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
     ),
-    Preset(
+    _published(
         name="design",
         summary="many hours: a body for a given gait alone (specification F.1)",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 100),
-        seeds=(0, 1, 2),
         methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
         designs=(Ref("voxel"),),
         controllers=(Ref("fixed-sine"),),
     ),
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
-    Preset(
+    _published(
         name="codesign",
         summary="days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 250),
-        seeds=(0, 1, 2),
         methods=(
             Ref.parse("diffphysics[lr=0.01,iterations=250,restarts=8]"),
             Ref.parse("evolution[sigma=0.1,population=10,generations=100]"),
@@ -141,13 +129,10 @@ _PRESETS = (
         designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
-    Preset(
+    _published(
         name="ppo",
         summary="hours: reinforcement learning over 100 000 frames (specification F.2)",
-        fidelity=Ref("paper"),
-        frames=200,
         budget=Budget("iterations", 49),
-        seeds=(0, 1, 2),
         methods=(Ref.parse("ppo[timesteps=100000]"), Ref.parse("random[batch=11]")),
         controllers=(Ref("policy-network"),),
     ),
