@@ -1,4 +1,4 @@
-"""`zoobench curves`: how good a method is by what it has spent."""
+"""`zoobench curves`: best scores by the amount spent."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -12,7 +12,7 @@ from zoobench.spec import RunSelection
 
 
 class Currency(StrEnum):
-    """What a method spends."""
+    """The amounts that a method spends."""
 
     SUBSTEPS = "substeps"
     EPISODES = "episodes"
@@ -22,16 +22,16 @@ class Currency(StrEnum):
 @takes(selection)
 def curves(
     chosen: RunSelection,
-    by: Annotated[Currency, Option("--by", help="What was spent.")] = Currency.SUBSTEPS,
+    by: Annotated[Currency, Option("--by", help="The amount against which scores are shown.")] = Currency.SUBSTEPS,
     output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show the best scores by what was spent.
+    """Show learning curves: best scores by the amount spent.
 
     A picture has a panel for each cell and a line for each method: the mean over seeds, in a band from the lowest to
-    the highest. Without one, a table gives the means at shares of what all methods of a cell have spent; csv and json
-    give every point. Finished runs only; smoke runs are left out.
+    the highest. Without one, a table gives the means at shares of the amount that all methods of a cell have spent;
+    csv and json give every point. Finished runs only; smoke runs are left out.
     """
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report

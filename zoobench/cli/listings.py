@@ -1,4 +1,4 @@
-"""`zoobench results`, `table` and `logs`: what the database holds of finished and unfinished runs."""
+"""`zoobench results`, `table` and `logs`: the results of runs in a database."""
 
 import math
 from datetime import datetime
@@ -84,7 +84,7 @@ def logs(
     attempt: Annotated[int | None, Option("--attempt", help="One attempt only.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Print what a run said, and its traceback."""
+    """Print the log of a run and its traceback."""
     from zoobench.db.store import Store
 
     with Store(db, create=False) as store:
@@ -101,7 +101,7 @@ def logs(
         if item.traceback:
             print(item.traceback.rstrip())
     if not lines and not any(item.traceback for item in attempts):
-        say(f"Run {found.id} is {found.state} and has said nothing.")
+        say(f"Run {found.id} is {found.state} and has printed nothing.")
 
 
 def _spending_flags(by: Currency | None, at: float | None) -> list[str]:

@@ -34,7 +34,7 @@ SuiteOption = Annotated[
 ]
 SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
 BudgetOption = Annotated[
-    str, Option("--budget", help="What each run may spend, as in '200000 substeps' or '60 seconds'.")
+    str, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
 FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'draft[precision=64]'.")]
@@ -44,8 +44,8 @@ ToleranceOption = Annotated[
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
-OneDesignOption = Annotated[str, Option("--design", help="The body.")]
-OneControllerOption = Annotated[str, Option("--controller", help="What drives it.")]
+OneDesignOption = Annotated[str, Option("--design", help="The design.")]
+OneControllerOption = Annotated[str, Option("--controller", help="The controller.")]
 OneFidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate.")]
 
 

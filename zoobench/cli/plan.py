@@ -1,4 +1,4 @@
-"""`zoobench plan`: what `run` would do, and for how long. Nothing runs and nothing is written."""
+"""`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,9 +19,9 @@ def plan(
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show what `run` would do, and for how long.
+    """Show the runs that `run` would do, and their time.
 
-    Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
+    Takes the options of `run`. The time is estimated from finished runs in the database. Nothing runs or is written.
     """
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import estimate_seconds, total_seconds
@@ -50,7 +50,7 @@ _TO_DO = ("new", "queued", "running", "skipped")
 
 
 def _past_results(db: str) -> "list[RunResult]":
-    """The results to judge by; none if there is no database yet."""
+    """The results from which times are estimated; none if there is no database yet."""
     if "://" not in db and not Path(db).exists():
         return []
     from zoobench.db.store import Store

@@ -1,4 +1,4 @@
-"""What one sees while runs go on: bars on a terminal, plain lines elsewhere. All of it on standard error."""
+"""Progress of runs on standard error: bars on a terminal, plain lines elsewhere."""
 
 import time
 from collections.abc import Collection
@@ -17,7 +17,7 @@ _PLAIN_SECONDS = 15.0  # between two lines about one run in progress
 
 
 class Display(Protocol):
-    """Something that shows the state of a set of runs; used as a context."""
+    """A display of the state of a set of runs; used as a context."""
 
     def update(self, rows: "list[RunRow]") -> None:
         """Show this state."""
@@ -33,7 +33,7 @@ def display(run_ids: Collection[int]) -> Display:
 
 
 def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | None = None) -> "list[RunRow]":
-    """Do these runs in sight of the user, and return them when they have ended; `timeout` [s] is that of one attempt.
+    """Do these runs with a display of their progress, and return them ended; `timeout` [s] is that of one attempt.
 
     Raises:
         Exit: code 130 if the user interrupts it; everything up to there is kept.
@@ -49,7 +49,7 @@ def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | 
 
 
 class TimeLeft:
-    """Time left for a set of runs, judged by what was done since the start of this command."""
+    """Time left for a set of runs, estimated from the progress since the start of this command."""
 
     def __init__(self) -> None:
         self._start: tuple[float, float] | None = None
@@ -71,7 +71,7 @@ class Lines:
         self._told: dict[int, tuple[str, float]] = {}
 
     def update(self, rows: "list[RunRow]") -> None:
-        """Print what is new since the last call."""
+        """Print the changes since the last call."""
         from zoobench.db.rows import RunState
 
         ended = sum(row.has_ended for row in rows)
@@ -156,7 +156,7 @@ def _name(row: "RunRow") -> str:
 
 
 def _standing(row: "RunRow") -> str:
-    """How far a run in progress is, as the tail of a line."""
+    """Progress, score and time left of a run in progress, as the tail of a line."""
     from zoobench.report.views import duration
 
     if row.fraction <= 0:

@@ -1,4 +1,4 @@
-"""`zoobench run`: do what was asked for and is not done yet."""
+"""`zoobench run`: do the runs that are asked for and not done yet."""
 
 import os
 import re
@@ -85,7 +85,7 @@ def parse_duration(text: str) -> float:
 
 
 def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, rerun: str) -> list[int]:
-    """Put back into the queue what --retry and --rerun name among the runs of this command; their ids."""
+    """Queue the runs of this command again that --retry and --rerun name; their ids."""
     from zoobench.db.rows import UNSUCCESSFUL_STATES, RunState
 
     again: list[int] = []
@@ -117,7 +117,7 @@ def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]
 
 
 def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smoke: bool) -> None:
-    """Say what failed and what to type next; the exit code is 1 if some run did not succeed."""
+    """Print failed runs and the next command; the exit code is 1 if some run did not succeed."""
     from zoobench.db.rows import RunState
     from zoobench.report.views import counts_text
 

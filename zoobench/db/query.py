@@ -1,4 +1,4 @@
-"""Reading: everything that status, results and tables ask of a database. Nothing here writes."""
+"""Reading a database: runs, their results, curves and logs, and studies. Nothing here writes."""
 
 import json
 import time
@@ -94,7 +94,7 @@ class Reader:
         return found[0]
 
     def counts(self, *, ids: Collection[int] | None = None) -> dict[RunState, int]:
-        """How many runs are in each state; states without a run are absent."""
+        """Number of runs in each state; states without a run are absent."""
         statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)
         if ids is not None:
             statement = statement.where(among(RunRecord.id, ids))
@@ -108,7 +108,7 @@ class Reader:
     def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
         """The final results of many runs at once, by run id; of all runs for None. Only those that are DONE have any.
 
-        A run that is being done again keeps its former ones in the database, but they are nobody's result.
+        A run that is being done again keeps its former ones in the database, but they are no result of any run.
         """
         statement = (
             select(FinalRecord)
@@ -137,12 +137,12 @@ class Reader:
             return None if stored is None else decode_params(stored)
 
     def start(self, spec: RunSpec) -> Start | None:
-        """What the run that a spec starts from has found; None if it names none, or that is not here and done."""
+        """Settings and solution of the run that a spec starts from; None without one that is here and done."""
         with self._database.read() as session:
             return load_start(session, spec)
 
     def archive(self, run_id: int) -> bytes | None:
-        """What a run has found beside its solution; None unless it is DONE and its method kept an archive."""
+        """The archive of a run; None unless it is DONE and its method kept one."""
         statement = (
             select(ArchiveRecord.data)
             .join(RunRecord, RunRecord.id == ArchiveRecord.run_id)
@@ -198,7 +198,7 @@ class Reader:
             return [_attempt_row(record, document) for record, document in session.execute(statement)]
 
     def logs(self, run_id: int, *, attempt: int | None = None) -> list[LogRow]:
-        """What the children of a run printed, oldest first; of all attempts for None."""
+        """The lines that the children of a run printed, oldest first; of all attempts for None."""
         statement = select(LogRecord).where(LogRecord.run_id == run_id).order_by(LogRecord.id)
         if attempt is not None:
             statement = statement.where(LogRecord.attempt == attempt)
@@ -214,7 +214,7 @@ class Reader:
         return next(reversed(self.studies(name)), None)
 
     def check(self) -> list[str]:
-        """What the database's own integrity check complains about; empty if nothing."""
+        """The findings of the database's own integrity check; empty if there are none."""
         return self._database.check()
 
 

@@ -15,10 +15,10 @@ SHARED = (
     ("space", Kind.DESIGN, "needs a design space"),
     ("sites", Kind.DESIGN, "needs a design space with a row of parameters for every site"),
 )
-"""Tags of a method that the component of this kind must have, too, and what the method does or needs."""
+"""Tags of a method that the component of this kind must have too, and the reason in words."""
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
 MOST_SEEDS = 10_000
-FOR_STUDIES = "study"  # tag of a component that a study uses: patterns pass it over
+FOR_STUDIES = "study"  # tag of a component that a study uses: globs leave it out
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
-    A pattern passes over what is for studies only, and over what cannot be without a value that is not given.
+    A glob leaves out components for studies, and those with a required parameter that is not given.
 
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
@@ -84,7 +84,7 @@ def parse_selector(text: str, kind: Kind) -> list[Ref]:
 
 
 def parse_one(text: str, kind: Kind) -> Ref:
-    """Read the one reference that a text stands for.
+    """Read a selector that stands for one component.
 
     Raises:
         UsageError: it stands for several; otherwise as `parse_selector`.

@@ -1,4 +1,4 @@
-"""Ctrl-C that is never lost."""
+"""Ctrl-C, deferred until it can be handled."""
 
 import signal
 import threading
@@ -30,7 +30,7 @@ class Interruption:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def check(self) -> None:
-        """Where it can be acted upon.
+        """Raise the interrupt that was noted.
 
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed.

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from zoobench.errors import UnknownNameError
 from zoobench.harness.grid import GridSpec
@@ -13,10 +12,10 @@ DEFAULT = "quick"
 
 @dataclass(frozen=True)
 class Preset:
-    """What a run gets where the user says nothing.
+    """The settings of runs where the user states none.
 
     Attributes:
-        summary: how long it takes on two cores, and what it is for.
+        summary: its time on two cores, and its purpose.
         frames: length of an episode in control frames.
         methods: the methods with their settings; a method that the user names bare gets its settings from here.
     """
@@ -65,10 +64,14 @@ class Preset:
         return method
 
 
+def _published(name: str, summary: str, iterations: int, *methods: str, **axes: tuple[Ref, ...]) -> Preset:
+    """A preset with the fidelity, episode length and seeds of the published benchmark."""
+    refs = tuple(map(Ref.parse, methods))
+    return Preset(name, summary, Ref("paper"), 200, Budget("iterations", iterations), (0, 1, 2), refs, **axes)
+
+
 # A gradient simulates every substep three times (forward, again from a checkpoint, backward). Where the budget counts
 # iterations, an iteration of `random` is therefore three times as many episodes, and both methods spend the same.
-_published = partial(Preset, fidelity=Ref("paper"), frames=200, seeds=(0, 1, 2))
-
 _PRESETS = (
     Preset(
         name="smoke",
@@ -89,54 +92,36 @@ _PRESETS = (
         methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
     ),
     _published(
-        name="paper",
-        summary="hours: the settings of the published benchmark",
-        budget=Budget("iterations", 30),
-        methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
+        "paper", "hours: the settings of the published benchmark",
+        30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
     ),
     _published(
-        name="animals",
-        summary="hours for each animal: as paper, for all four (specification F.1, table 1)",
-        budget=Budget("iterations", 30),
-        methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
+        "animals", "hours for each animal: as paper, for all four (specification F.1, table 1)",
+        30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
         designs=(Ref("caterpillar"), Ref("baby-seal"), Ref("fish"), Ref("panda")),
     ),
     _published(
-        name="control",
-        summary="many hours: the controller of a given body alone (specification F.1)",
-        budget=Budget("iterations", 100),
-        methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
+        "control", "many hours: the controller of a given body alone (specification F.1)",
+        100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
     ),
     _published(
-        name="design",
-        summary="many hours: a body for a given gait alone (specification F.1)",
-        budget=Budget("iterations", 100),
-        methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
-        designs=(Ref("voxel"),),
-        controllers=(Ref("fixed-sine"),),
+        "design", "many hours: a body for a given gait alone (specification F.1)",
+        100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
+        designs=(Ref("voxel"),), controllers=(Ref("fixed-sine"),),
     ),
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
     _published(
-        name="codesign",
-        summary="days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
-        budget=Budget("iterations", 250),
-        methods=(
-            Ref.parse("diffphysics[lr=0.01,iterations=250,restarts=8]"),
-            Ref.parse("evolution[sigma=0.1,population=10,generations=100]"),
-            Ref.parse("random[batch=24]"),
-        ),
-        designs=(Ref("voxel"),),
+        "codesign", "days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
+        250, "diffphysics[lr=0.01,iterations=250,restarts=8]", "evolution[sigma=0.1,population=10,generations=100]",
+        "random[batch=24]", designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
     _published(
-        name="ppo",
-        summary="hours: reinforcement learning over 100 000 frames (specification F.2)",
-        budget=Budget("iterations", 49),
-        methods=(Ref.parse("ppo[timesteps=100000]"), Ref.parse("random[batch=11]")),
-        controllers=(Ref("policy-network"),),
+        "ppo", "hours: reinforcement learning over 100 000 frames (specification F.2)",
+        49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
-)
+)  # fmt: skip
 
 
 def names() -> list[str]:

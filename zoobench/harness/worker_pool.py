@@ -86,7 +86,7 @@ class _Worker:
             self.process.stdin.close()
 
     def error(self) -> ZoobenchError | None:
-        """Why an ended worker gave up. A killed one did not: another takes its place."""
+        """The reason why an ended worker gave up; None if it was killed: then another takes its place."""
         code = self.process.poll()
         if not code or code < 0:
             return None

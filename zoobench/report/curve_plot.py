@@ -118,7 +118,7 @@ def _looks(methods: Iterable[Ref]) -> Looks:
 
 
 def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
-    """What each panel is about: environment and task, and of the other axes what tells panels apart."""
+    """The title of each panel: environment, task, design, and the other axes in which panels differ."""
     specs = [group[0].run.spec for group in groups]
     names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
@@ -132,7 +132,7 @@ def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
 
 
 def _seeds(group: Sequence[RunResult]) -> str:
-    """How many seeds each line stands for: `3 seeds`, or `2 to 3 seeds`."""
+    """The number of seeds behind each line: `3 seeds`, or `2 to 3 seeds`."""
     counts = sorted(Counter(result.run.spec.method for result in group).values())
     number = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else str(counts[0])
     return f"{number} seed" if number == "1" else f"{number} seeds"

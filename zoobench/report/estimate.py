@@ -1,4 +1,4 @@
-"""How long runs will take, judged by the finished ones of the same kind in the database."""
+"""Estimated times of runs, from finished runs of the same kind in the database."""
 
 from collections.abc import Sequence
 from statistics import median
@@ -11,7 +11,7 @@ _SUBSTEPS = ("forward_substeps", "recomputed_substeps", "backward_substeps")
 
 
 def estimate_seconds(spec: RunSpec, past: Sequence[RunResult]) -> float | None:
-    """The expected wall time of a run [s], None if nothing in the database tells.
+    """The expected wall time of a run [s], None if no run in the database is comparable.
 
     The median time of finished runs that differ by the seed only. Without any, for a budget in substeps: the amount
     times the median time per substep of runs with the same environment, design and fidelity, those of the same

@@ -1,4 +1,4 @@
-"""A leaderboard: all that a suite asks for, with what a database knows of it, and its export, which is all of that.
+"""A leaderboard: the runs of a suite with their results, and its export, which holds all of them.
 
 The export is JSON in one canonical form: a line for each provenance, component and run, keys sorted; seeds of a cell
 that no run exists for share a line. Equal content is equal text, so that what is committed can be compared byte for
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 FORMAT = 1
 MISSING = "missing"
 _OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
-"""What an export tells of an attempt's origin; not the name of the machine."""
+"""The parts of a provenance that an export holds; not the name of the machine."""
 _ENDED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One that a result came from; times in seconds since the epoch."""
+    """An attempt that a result came from; times in seconds since the epoch."""
 
     started_at: float
     ended_at: float | None
@@ -82,13 +82,13 @@ class Leaderboard:
         return [row.spec for row in self.rows if row.state is None]
 
     def completed(self, earlier: "Leaderboard") -> "Leaderboard":
-        """With what an earlier export knows of the runs that have come to no end here, or have no score here only."""
+        """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
         known = earlier.ended()
         rows = (_better(row, known.get(row.spec.key(), row)) for row in self.rows)
         return replace(self, rows=tuple(rows))
 
     def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
-        """What an earlier export knows of runs that this one does not ask for."""
+        """The ended runs of an earlier export that this one does not ask for."""
         asked = {row.spec.key() for row in self.rows}
         return [row for key, row in earlier.ended().items() if key not in asked]
 
@@ -100,7 +100,7 @@ class Leaderboard:
 def gather(
     reader: "Reader", name: str, source: str, summary: str, asked: Sequence[tuple[RunSpec, str | None]]
 ) -> Leaderboard:
-    """What a database knows of the runs that a suite asks for, each with why it cannot be done, if so.
+    """The results that a database has of the runs of a suite, each with the reason why it cannot be done, if any.
 
     Smoke runs are left out: their numbers mean nothing.
 
@@ -162,7 +162,7 @@ def from_text(text: str, where: str) -> Leaderboard:
 
 
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:
-    """What counts of a run that two databases know: that it was done, else what is known now."""
+    """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended."""
     is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
     return before if is_lost or now.state not in _ENDED else now
 

@@ -52,7 +52,7 @@ def csv_page(board: Leaderboard) -> str:
 
 
 def markdown_page(board: Leaderboard) -> str:
-    """The page that one reads: tables, what became of the runs without a score, commands, origin."""
+    """The page for reading: tables, runs without a score, commands, origin."""
     every = tables_of(board)
     tables = without_empty_rows(every)
     lines = [

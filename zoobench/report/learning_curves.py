@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
 CURRENCIES: tuple[BudgetKind, ...] = ("substeps", "episodes", "seconds")
-"""What curves can be drawn against."""
+"""The amounts against which curves can be drawn."""
 
 COLUMNS = ("substeps", "forward_substeps", "episodes", "seconds", SCORE)
-"""What every method puts on its curve at every iteration; the score, from its first on."""
+"""The columns that every method reports at every iteration; the score from the first one on."""
 
 _SHARES = (0.125, 0.25, 0.5, 1.0)  # of what was spent, in a listing for reading
 
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """What a run had found by what it had spent; a point for each iteration.
+    """The score of a run's incumbent by the amount spent; a point for each iteration.
 
     Attributes:
         kind: the currency.
@@ -45,7 +45,7 @@ class LearningCurve:
 
     @property
     def reach(self) -> float:
-        """Up to which amount it says what the run had found.
+        """The amount up to which the curve is known.
 
         That of a run that has spent its budget in this currency goes to its end, though the last bit may not have held
         another iteration. One that its method's own settings have ended goes as far as it went.
@@ -164,7 +164,7 @@ def _in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], li
 def _points(
     reader: "Reader", done: Mapping[int, RunResult], names: Sequence[str]
 ) -> dict[int, dict[int, dict[str, float]]]:
-    """By run id and iteration, what these curves hold."""
+    """The values of these curves by run id and iteration."""
     found: dict[int, dict[int, dict[str, float]]] = {}
     for run_id, rows in reader.all_metrics(done, names).items() if done else ():
         points = found.setdefault(run_id, {})
@@ -176,7 +176,7 @@ def _points(
 def _row(
     group: list[RunResult], methods: tuple[Ref, ...], known: Mapping[int, LearningCurve], amount: float | None
 ) -> tuple[tuple[TableCell | None, ...], float | None]:
-    """The cells of a row, and at what amount."""
+    """The cells of a row, and the amount at which they are compared."""
     if amount is None:
         amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
     return compare([_read(result, known.get(result.run.id), amount) for result in group], methods), amount

@@ -56,7 +56,7 @@ class TableCell:
 
     @property
     def count(self) -> int:
-        """How many seeds stand behind the mean."""
+        """Number of seeds behind the mean."""
         return 0 if self.interval is None else self.interval.count
 
     def text(self, normalised: bool = False) -> str:
@@ -87,11 +87,11 @@ class TableCell:
 
 @dataclass(frozen=True)
 class Spending:
-    """What the scores of a table were taken at that is drawn from learning curves.
+    """The amount spent at which the scores of a table were read from learning curves.
 
     Attributes:
         kind: the currency.
-        amount: what was asked for; None for the largest amount that all runs of a row have reached, in each row.
+        amount: as it was asked for; None for the largest that all runs of a row have reached, in each row.
         budgets: the runs' own.
     """
 
@@ -116,9 +116,9 @@ class Spending:
 
 @dataclass(frozen=True)
 class Row:
-    """What the methods are compared on; `cells` has one entry per method of the table, None if it was not asked.
+    """A row of a table; `cells` has one for each method of the table, None if it was not asked for.
 
-    `amount` is what each run had spent, in a table drawn from learning curves.
+    `amount` is the amount that each run had spent, in a table drawn from learning curves.
     """
 
     env: Ref
@@ -136,7 +136,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one fidelity, episode length [control frames] and budget, or what was spent of whatever budgets."""
+    """All rows of one fidelity, episode length [control frames] and budget, or amount spent of whatever budgets."""
 
     fidelity: Ref
     frames: int
@@ -159,7 +159,7 @@ class Missing:
 
 
 Member = RunResult | Missing
-"""What a cell is made of."""
+"""The runs of a cell."""
 
 M = TypeVar("M", RunResult, Member)
 
@@ -194,7 +194,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     # The controller is a column only where it tells rows apart.
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
     methods = labels(table.methods)
-    # What was spent is a column only where it is not in the title.
+    # The amount spent is a column only where it is not in the title.
     spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
     rows = [
         (
@@ -260,7 +260,7 @@ def methods_of(members: Iterable[Member]) -> tuple[Ref, ...]:
 
 
 def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[M]]]:
-    """What stands in each row of a table, by environment, task, design and controller; sorted by name."""
+    """The members of each row of a table, by environment, task, design and controller; sorted by name."""
     grouped: dict[tuple[Ref, Ref, Ref, Ref], list[M]] = {}
     for member in members:
         spec = member.spec

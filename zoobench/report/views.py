@@ -13,7 +13,7 @@ from zoobench.spec import AXES, Ref, RunSpec, repeat_command
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
-"""What is a column too where it differs."""
+"""Settings that are columns only where they differ."""
 
 
 def duration(seconds: float | None) -> str:
@@ -91,7 +91,7 @@ def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing
 
 
 def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
-    """What a run would do, one row per run: what is known of it, and how long it would take."""
+    """The runs of a plan, one row each, with their states and estimated times."""
     names = _short_names(specs)
     rows = [
         (*names[index], spec.seed, str(spec.budget), state, None if state == "done" else duration(seconds))
