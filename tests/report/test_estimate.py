@@ -20,15 +20,6 @@ def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> RunResult:
         state=RunState.DONE,
         attempt=1,
         first_attempt=1,
-        owner=None,
-        reason=None,
-        created_at=0.0,
-        started_at=0.0,
-        finished_at=seconds,
-        progress_at=None,
-        lease_until=None,
-        fraction=1.0,
-        score=None,
         seconds=seconds,
     )
     return RunResult(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
