@@ -2,8 +2,8 @@
 
 import pytest
 
-from zoobench.errors import UsageError
-from zoobench.spec import Budget
+from zoobench.errors import UnknownNameError, UsageError
+from zoobench.spec import Budget, Ref, Selector, matching
 
 
 def test_what_is_counted_is_counted_whole() -> None:
@@ -20,3 +20,21 @@ def test_a_budget_survives_as_text(text: str) -> None:
     budget = Budget.parse(text)
     assert Budget.parse(str(budget)) == budget
     assert "e+" not in str(budget)
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("desert", 2), ("de*", 3), ("[dx]esert", 2), ("desert-v1", 1), ("de*[depth=2]", 2), ("desert-v2[depth=1],ice", 0)],
+)
+def test_a_selector_is_a_name_or_glob_with_version_and_parameters(text: str, count: int) -> None:
+    """A version or a parameter that is not given may have any value."""
+    refs = [Ref.parse(word) for word in ("desert-v1[depth=1]", "desert-v2[depth=2.0]", "den-v1[depth=2]")]
+    selectors = Selector.parse_all(text)
+    assert sum(any(selector.matches(ref) for selector in selectors) for ref in refs) == count
+
+
+def test_a_pattern_that_fits_no_name_gets_did_you_mean() -> None:
+    """Otherwise the names that it fits, in their order."""
+    assert matching("w*", ["wave", "ice", "wall"], "case") == ["wave", "wall"]
+    with pytest.raises(UnknownNameError, match=r"Unknown case 'wal'\. Did you mean 'wall'"):
+        matching("wal", ["wave", "ice", "wall"], "case")

@@ -7,11 +7,13 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
+import shlex
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, Self
+from fnmatch import fnmatchcase
+from typing import Any, Literal, Self, TypeVar
 
-from zoobench.errors import UsageError
+from zoobench.errors import UnknownNameError, UsageError
 
 Scalar = bool | int | float | str
 BudgetKind = Literal["substeps", "episodes", "iterations", "seconds"]
@@ -85,6 +87,70 @@ class Ref:
         version = f"-v{self.version}" if self.version else ""
         params = ",".join(f"{key}={value}" for key, value in self.params)
         return f"{self.name}{version}" + (f"[{params}]" if params else "")
+
+
+_COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
+
+
+@dataclass(frozen=True)
+class Selector:
+    """A component by name or glob, with the version (0: any) and the parameters that it must have: `des*[depth=2]`.
+
+    Attributes:
+        text: the selector as it was typed.
+    """
+
+    text: str
+    name: str
+    version: int = 0
+    params: tuple[tuple[str, Scalar], ...] = ()
+
+    @classmethod
+    def parse_all(cls, text: str) -> list[Self]:
+        """Read selectors that are separated by commas; commas in brackets belong to the brackets.
+
+        Raises:
+            UsageError: one of them has another shape.
+        """
+        return [cls._parse(item.strip()) for item in _COMMA_OUTSIDE_BRACKETS.split(text)]
+
+    @classmethod
+    def _parse(cls, text: str) -> Self:
+        head, bracket, rest = text.partition("[")
+        if "]" in rest[:-1] and not rest.endswith("]"):  # signs to choose from within a glob, as in `[ds]*`
+            head, bracket, rest = text, "", ""
+        is_glob = any(sign in head for sign in "*?[")
+        ref = Ref.parse(f"any{bracket}{rest}" if is_glob else text)
+        return cls(text, head if is_glob else ref.name, ref.version, ref.params)
+
+    @property
+    def is_glob(self) -> bool:
+        """Whether it may stand for several names."""
+        return any(sign in self.name for sign in "*?[")
+
+    def matches(self, ref: Ref) -> bool:
+        """Whether a component with all parameters stated is one of those that are selected."""
+        return (
+            fnmatchcase(ref.name, self.name)
+            and self.version in (0, ref.version)
+            and all(ref.kwargs.get(key) == value for key, value in self.params)
+        )
+
+
+def matching(pattern: str, names: Iterable[str], noun: str) -> list[str]:
+    """The names that a name or glob fits, in their order.
+
+    Args:
+        noun: what a name stands for, in a message.
+
+    Raises:
+        UnknownNameError: none fits; suggests the nearest.
+    """
+    known = list(names)
+    found = [name for name in known if fnmatchcase(name, pattern)]
+    if not found:
+        raise UnknownNameError(noun, pattern, known)
+    return found
 
 
 @dataclass(frozen=True)
@@ -181,6 +247,70 @@ class RunSpec:
     def __str__(self) -> str:
         names = (self.env, self.task, self.design, self.method)
         return " x ".join(str(Ref(ref.name)) for ref in names) + f" seed {self.seed}"
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class RunSelection:
+    """Runs by their components: selectors with commas for each axis, an empty text for all of it."""
+
+    env: str = ""
+    task: str = ""
+    design: str = ""
+    controller: str = ""
+    method: str = ""
+    fidelity: str = ""
+
+    def options(self) -> list[str]:
+        """The command line options that make this selection."""
+        return [part for axis in AXES if (text := getattr(self, axis)) for part in (f"--{axis}", text)]
+
+    def among(self, items: Iterable[T], spec_of: Callable[[T], RunSpec], place: str, hint: str = "") -> list[T]:
+        """The items whose runs are selected on every axis, in their order.
+
+        Args:
+            place: where the items are, for messages: `in the database`.
+            hint: what a message adds.
+
+        Raises:
+            UnknownNameError: a name or glob that fits no item; suggests the nearest.
+            UsageError: a version or parameters that no item has, or nothing is left.
+        """
+        known = list(items)
+        left = known
+        for axis in AXES if known else ():
+            if text := getattr(self, axis):
+                refs: set[Ref] = {getattr(spec_of(item), axis) for item in known}
+                wanted = {ref for each in Selector.parse_all(text) for ref in _selected(each, refs, axis, place, hint)}
+                left = [item for item in left if getattr(spec_of(item), axis) in wanted]
+        if known and not left:
+            options = ", ".join(option for option in self.options()[::2])
+            raise UsageError(f"No run {place} is all that {options} ask for. Leave one of them out.")
+        return left
+
+
+def _selected(selector: Selector, refs: Iterable[Ref], axis: str, place: str, hint: str) -> list[Ref]:
+    found = [ref for ref in refs if selector.matches(ref)]
+    if not found:
+        names = matching(selector.name, sorted({ref.name for ref in refs}), f"{axis} {place}:")
+        others = ", ".join(sorted(str(ref) for ref in refs if ref.name in names))
+        raise UsageError(f"No {axis} {place} is {selector.text!r}. {hint}There are {others}.")
+    return found
+
+
+def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
+    """The command that makes this run again in another database, with others that differ in method or seed only."""
+    specs = (spec, *others)
+    words = ["zoobench", "run"]
+    for axis in AXES:
+        words += [f"--{axis}", ",".join(dict.fromkeys(str(getattr(each, axis)) for each in specs))]
+    words += ["--frames", str(spec.frames), "--budget", str(spec.budget)]
+    seeds = sorted({each.seed for each in specs})
+    # A bare number is a count of seeds, so one seed alone is written as a list.
+    words += ["--seeds", ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]},"]
+    return shlex.join(words)
 
 
 def _plain(value: Any) -> Any:

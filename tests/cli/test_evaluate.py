@@ -1,4 +1,4 @@
-"""`evaluate`, and `table --transfer`."""
+"""`evaluate`, of runs and without."""
 
 import json
 from pathlib import Path
@@ -34,7 +34,7 @@ def test_a_solution_is_tried_elsewhere_and_kept(zoobench: Command, score: float)
     assert len(rows) == 4
     assert rows[0]["score"] == score
     assert len({row["score"] for row in rows}) == 4
-    matrix = json.loads(zoobench("table", "--transfer", "--format", "json").out)
+    matrix = json.loads(zoobench("evaluate", "--format", "json").out)
     assert [(line["task"], line["found_in"]) for line in matrix] == [
         ("movement-speed", "ground"),
         ("turning", "ground"),
@@ -52,7 +52,7 @@ def test_what_cannot_be_evaluated_is_refused(zoobench: Command, score: float) ->
     """An unknown run, an unknown environment, choices that a matrix does not take."""
     assert "No run matches" in zoobench("evaluate", "7").err
     assert zoobench("evaluate", "1", "--env", "desrt").code == 2
-    refused = zoobench("table", "--transfer", "--env", "ice")
+    refused = zoobench("evaluate", "--env", "ice")
     assert refused.code == 2
     assert "Leave --env ice out" in refused.err
 

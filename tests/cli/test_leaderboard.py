@@ -14,10 +14,10 @@ import pytest
 
 from tests.cli.conftest import Command, Reply
 from tests.report.boards import board
-from zoobench.cli.leaderboard import publish
 from zoobench.db.rows import RunState
 from zoobench.errors import UsageError
-from zoobench.report.leaderboard import Entry
+from zoobench.report.leaderboard import BoardRow
+from zoobench.report.leaderboard_files import publish
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 
@@ -58,9 +58,9 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     """From a file to its leaderboard; the command in a row makes the same number, bit for bit, elsewhere."""
     (tmp_path / "tiny.yaml").write_text(TINY)
     ok(zoobench("run", "--suite", "tiny.yaml", "--method", "random", "-j", "1"))
-    ok(zoobench("table", "--suite", "tiny.yaml", "--publish", "leaderboards"))
+    ok(zoobench("leaderboard", "publish", "tiny.yaml"))
     assert sorted(path.name for path in (tmp_path / "leaderboards").iterdir()) == ["tiny.csv", "tiny.json", "tiny.md"]
-    assert "tiny" in ok(zoobench("table", "--check")).err
+    assert "tiny" in ok(zoobench("leaderboard", "check")).err
 
     page = (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
     assert "- Runs: 1 done, 1 missing, of 2;" in page
@@ -76,13 +76,16 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
 def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path) -> None:
     """A seed from one database, another from a second: the page holds both; a file that is no export is not lost."""
     (tmp_path / "tiny.yaml").write_text(TINY.replace("seeds: 1", "seeds: 2"))
-    publishing = ("table", "--suite", "tiny.yaml", "--publish", "leaderboards")
+    publishing = ("leaderboard", "publish", "tiny.yaml", "leaderboards")
     for seed in (0, 1):
         run = ("run", "--suite", "tiny.yaml", "--method", "random", "--seeds", f"{seed},", "-j", "1")
         ok(zoobench(*run, "--db", f"{seed}.db"))
         ok(zoobench(*publishing, "--db", f"{seed}.db"))
     assert "- Runs: 2 done, 2 missing, of 4;" in (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
-    ok(zoobench("table", "--check"))
+    ok(zoobench("leaderboard", "check"))
+
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    assert "Left out: 1 run of the earlier export" in ok(zoobench(*publishing, "--db", "0.db")).err
 
     (tmp_path / "leaderboards" / "tiny.json").write_text("mine")
     refused = zoobench(*publishing, "--db", "1.db")
@@ -95,24 +98,18 @@ def test_a_done_run_is_not_lost_to_one_that_failed(boards: Path, tmp_path: Path)
     """What was done once and published stays, whatever became of the same run in another database."""
     before = (boards / "mine.md").read_text(encoding="utf-8")
     newer = board(tmp_path)
-    entries = tuple(
-        Entry(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
-        for entry in newer.entries
+    rows = tuple(
+        BoardRow(entry.spec, RunState.TIMEOUT, "too slow") if entry.state is RunState.DONE else entry
+        for entry in newer.rows
     )
-    publish(replace(newer, entries=entries), boards)
+    publish(replace(newer, rows=rows), boards)
     assert (boards / "mine.md").read_text(encoding="utf-8") == before
 
 
-def test_published_runs_that_are_not_asked_for_any_more_are_counted(
-    boards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_published_runs_that_are_not_asked_for_any_more_are_counted(boards: Path, tmp_path: Path) -> None:
     """A suite that has become smaller, or another of the same name: nothing leaves a leaderboard in silence."""
-    capsys.readouterr()
     whole = board(tmp_path)
-    publish(replace(whole, entries=whole.entries[1:]), boards)
-    assert "1 run of the earlier export" in capsys.readouterr().err
-    publish(replace(whole, entries=whole.entries[1:]), boards)
-    assert "earlier export" not in capsys.readouterr().err
+    assert [publish(replace(whole, rows=whole.rows[1:]), boards).left_out for _ in range(2)] == [1, 0]
 
 
 def test_a_full_disk_leaves_the_published_files_as_they_were(
@@ -129,25 +126,25 @@ def test_a_full_disk_leaves_the_published_files_as_they_were(
     monkeypatch.setattr(Path, "write_bytes", write_half)
     smaller = board(tmp_path)
     with pytest.raises(UsageError, match="No space left"):
-        publish(replace(smaller, entries=smaller.entries[1:]), boards)
+        publish(replace(smaller, rows=smaller.rows[1:]), boards)
     assert {path: path.read_bytes() for path in boards.iterdir()} == before
 
 
 def test_check_names_the_first_line_that_differs(zoobench: Command, boards: Path) -> None:
     """In the Markdown, in the CSV, and where the export itself is written in another form."""
-    assert "mine" in ok(zoobench("table", "--check", boards)).err
+    assert "mine" in ok(zoobench("leaderboard", "check", boards)).err
     for name, old, new in (("mine.md", "n=3", "n=4"), ("mine.csv", "0.101", "0.201"), ("mine.json", ":{", ": {")):
         path = boards / name
         text = path.read_text(encoding="utf-8")
         number = text[: text.index(old)].count("\n") + 1
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
-        reply = zoobench("table", "--check", boards)
+        reply = zoobench("leaderboard", "check", boards)
         assert reply.code == 1
         assert f"{path}, line {number} differs: there is" in reply.err
         assert old in reply.err
         assert new in reply.err
         path.write_text(text, encoding="utf-8")
-    ok(zoobench("table", "--check", boards))
+    ok(zoobench("leaderboard", "check", boards))
 
 
 def test_a_score_changed_in_the_export_shows_in_its_pages(zoobench: Command, boards: Path) -> None:
@@ -156,7 +153,7 @@ def test_a_score_changed_in_the_export_shows_in_its_pages(zoobench: Command, boa
     text = path.read_text(encoding="utf-8")
     assert '"value":1.002' in text
     path.write_text(text.replace('"value":1.002', '"value":1.902', 1), encoding="utf-8")
-    reply = zoobench("table", "--check", boards)
+    reply = zoobench("leaderboard", "check", boards)
     assert reply.code == 1
     assert "mine.md, line" in reply.err
     assert "mine.csv, line" in reply.err
@@ -166,7 +163,7 @@ def test_check_misses_pages_and_exports(zoobench: Command, boards: Path) -> None
     """A page that is gone, and one whose export is."""
     (boards / "mine.md").rename(boards / "mine.txt")
     shutil.copy(boards / "mine.csv", boards / "other.csv")
-    reply = zoobench("table", "--check", boards)
+    reply = zoobench("leaderboard", "check", boards)
     assert reply.code == 1
     assert "mine.md is missing" in reply.err
     assert "other.csv has no export other.json" in reply.err
@@ -176,10 +173,10 @@ def test_an_export_that_cannot_be_read_is_exit_code_two(zoobench: Command, board
     """Broken JSON, bytes that are no text, and a folder without any."""
     for content in (b"{", b"\xff", b"[]"):
         (boards / "mine.json").write_bytes(content)
-        reply = zoobench("table", "--check", boards)
+        reply = zoobench("leaderboard", "check", boards)
         assert reply.code == 2
         assert "mine.json" in reply.err
-    reply = zoobench("table", "--check", boards / "empty")
+    reply = zoobench("leaderboard", "check", boards / "empty")
     assert reply.code == 2
     assert "There is no export" in reply.err
 
@@ -187,15 +184,15 @@ def test_an_export_that_cannot_be_read_is_exit_code_two(zoobench: Command, board
 def test_the_committed_leaderboards_are_what_their_exports_make_of_them(zoobench: Command) -> None:
     """Byte for byte, all that were published."""
     assert {"codesign.json", "design.json", "laptop.json"} <= {path.name for path in COMMITTED.iterdir()}
-    ok(zoobench("table", "--check", COMMITTED))
+    ok(zoobench("leaderboard", "check", COMMITTED))
 
 
 def test_a_suite_is_printed_with_what_is_missing(zoobench: Command, database: Path) -> None:
     """Nothing of the laptop suite is in the database: no table, and how much is missing."""
-    reply = ok(zoobench("table", "--suite", "laptop"))
+    reply = ok(zoobench("leaderboard", "show", "laptop"))
     assert reply.out == ""
     assert "1,152 runs of the suite are missing; 128 rows without any run are not shown" in reply.err
-    assert json.loads(zoobench("table", "--suite", "laptop", "--format", "json").out)["cells"] == []
+    assert json.loads(zoobench("leaderboard", "show", "laptop", "--format", "json").out)["cells"] == []
 
 
 def test_suites_are_listed(zoobench: Command) -> None:
@@ -223,12 +220,10 @@ def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
         (["plan", "--suite", "laptop", "--env", "lake"], "Unknown env in the suite 'laptop': 'lake'"),
         (["run", "--suite", "laptop", "--smoke"], "A suite states every setting. Leave --smoke out"),
         (["run", "--suite", "laptop", "--preset", "paper", "--tolerance", "1"], "Leave --preset and --tolerance out"),
-        (["table", "--suite", "smoke"], "no table shows those"),
-        (["table", "--suite", "laptop", "--env", "ice"], "A leaderboard is that of a whole suite. Leave --env ice out"),
-        (["table", "--publish", "boards"], "--publish with --suite NAME"),
-        (["table", "boards"], "A folder goes with --check"),
-        (["table", "--check", "--suite", "laptop"], "--check compares what is published"),
-        (["table", "--suite", "laptop", "--publish", "zoobench.db"], "Cannot write a leaderboard into 'zoobench.db'"),
+        (["leaderboard", "show", "smoke"], "no table shows those"),
+        (["leaderboard", "show", "laptop", "--env", "ice"], "No such option: --env"),
+        (["leaderboard", "publish"], "Missing argument"),
+        (["leaderboard", "publish", "laptop", "zoobench.db"], "Cannot write a leaderboard into 'zoobench.db'"),
     ],
 )
 def test_what_goes_not_together_is_refused(zoobench: Command, database: Path, words: list[str], message: str) -> None:
@@ -240,5 +235,5 @@ def test_what_goes_not_together_is_refused(zoobench: Command, database: Path, wo
 
 def test_there_is_no_leaderboard_without_a_database(zoobench: Command, tmp_path: Path) -> None:
     """Nothing is written, not even a page on which all is missing."""
-    assert zoobench("table", "--suite", "laptop", "--publish", "boards").code == 2
+    assert zoobench("leaderboard", "publish", "laptop", "boards").code == 2
     assert not (tmp_path / "boards").exists()

@@ -109,11 +109,23 @@ def test_logs_of_an_attempt_that_was_not_made(zoobench: Command, database: Path)
     assert "Run 10 has no attempt 9" in reply.err
 
 
-def test_results_are_not_chosen_by_parameters(zoobench: Command, database: Path) -> None:
-    """That is said, instead of finding nothing."""
-    reply = zoobench("results", "--method", "diffphysics[lr=0.1]")
+def test_results_are_chosen_by_parameters_and_versions(zoobench: Command, database: Path) -> None:
+    """Those that no run has are refused with those that there are, instead of finding nothing."""
+    every = json.loads(zoobench("results", "--format", "json", "--method", "diffphysics").out)
+    chosen = zoobench("results", "--format", "json", "--method", "diff*[lr=0.1],diffphysics-v1[lr=0.1]")
+    assert json.loads(chosen.out) == every
+    for method in ("diffphysics[lr=0.2]", "diffphysics-v2"):
+        reply = zoobench("results", "--method", method)
+        assert (reply.code, reply.out) == (2, "")
+        assert f"No method in the database is {method!r}. There are diffphysics-v1[lr=0.1]." in reply.err
+
+
+def test_options_that_leave_nothing_are_refused(zoobench: Command, database: Path) -> None:
+    """A glob without a match, and options that no run fits together: not an empty table."""
+    assert "Did you mean 'desert'" in zoobench("table", "--env", "dessert*").err
+    reply = zoobench("results", "--env", "ice", "--method", "diffphysics", "--fidelity", "smoke")
     assert reply.code == 2
-    assert "not by parameters" in reply.err
+    assert "No run in the database is all that --env, --method, --fidelity ask for" in reply.err
 
 
 def test_logs_of_a_run_that_said_nothing(zoobench: Command, database: Path) -> None:

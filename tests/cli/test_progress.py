@@ -8,7 +8,7 @@ from rich.console import Console
 
 from tests.report.content import make_spec
 from zoobench.cli import progress
-from zoobench.cli.progress import Bars, Lines, Pace
+from zoobench.cli.progress import Bars, Lines, TimeLeft
 from zoobench.db.rows import RunRow, RunState
 
 
@@ -21,13 +21,7 @@ def row(run_id: int, state: RunState, fraction: float = 0.0, score: float | None
         state=state,
         attempt=1,
         first_attempt=1,
-        owner=None,
         reason="det F is -1." if state is RunState.DIVERGED else None,
-        created_at=0.0,
-        started_at=0.0,
-        finished_at=None,
-        progress_at=None,
-        lease_until=None,
         fraction=fraction,
         score=score,
         seconds=10.0,
@@ -85,7 +79,7 @@ def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: p
     """Half a run in 10 s leaves 30 s for the other one and a half; runs done before do not count."""
     clock = iter([0.0, 10.0])
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    pace = Pace()
+    pace = TimeLeft()
     done = row(3, RunState.DONE)
     assert pace.seconds_left([row(1, RunState.RUNNING), row(2, RunState.QUEUED), done]) is None
     assert pace.seconds_left([row(1, RunState.RUNNING, 0.5), row(2, RunState.QUEUED), done]) == 30.0

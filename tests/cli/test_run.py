@@ -17,18 +17,17 @@ from tests.cli.conftest import Command
 from tests.harness.helpers import fake
 from tests.report.content import add_done
 from zoobench.cli.run import parse_duration
-from zoobench.cli.selection import Selection, parse_seeds
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.harness import launch as launching
+from zoobench.harness import worker_pool
 from zoobench.harness.grid import expand
-from zoobench.report.views import repeat_command
-from zoobench.spec import RunSpec
+from zoobench.harness.request import RunRequest, parse_seeds
+from zoobench.spec import RunSelection, RunSpec, repeat_command
 
 CELL = ("--env", "desert", "--task", "turning", "--method", "random")
 ROOT = Path(__file__).parents[2]
-real_launch = launching.launch
+real_run_all = worker_pool.run_all
 
 
 @pytest.fixture
@@ -37,7 +36,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
     def choose(mode: str = "steady", **options: float) -> None:
         child = fake(mode, **options)  # type: ignore[arg-type]
-        monkeypatch.setattr(launching, "launch", partial(real_launch, child=child))
+        monkeypatch.setattr(worker_pool, "run_all", partial(real_run_all, child=child))
         monkeypatch.setenv("PYTHONPATH", str(ROOT))
 
     return choose
@@ -170,7 +169,7 @@ def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Pa
 
 def test_plan_knows_what_is_done_and_judges_by_the_past(zoobench: Command, tmp_path: Path) -> None:
     """A finished seed is done, and gives the other one an estimate."""
-    cells = expand(Selection("desert", "turning", method="random").grid())
+    cells = expand(RunRequest(RunSelection("desert", "turning", method="random")).grid())
     with Store(tmp_path / "zoobench.db") as store:
         assert isinstance(cells[0], RunSpec)
         add_done(store, cells[0], 1.0)
@@ -183,13 +182,15 @@ def test_the_repeat_command_makes_the_same_run() -> None:
     """What `show RUN` prints, typed into `run`, has the same key: every setting survives the way through text."""
     import shlex
 
-    grid = Selection("desert[friction=0.3]", "turning", seeds="7,", budget="1.5 seconds", frames=9).grid()
+    chosen = RunSelection("desert[friction=0.3]", "turning")
+    grid = RunRequest(chosen, seeds="7,", budget="1.5 seconds", frames=9).grid()
     for cell in expand(grid):
         assert isinstance(cell, RunSpec)
         words = shlex.split(repeat_command(cell))[2:]
         options = dict(zip((name.removeprefix("--") for name in words[::2]), words[1::2], strict=True))
+        settings = {name: options.pop(name) for name in ("seeds", "budget")}
         frames = int(options.pop("frames"))
-        (again,) = expand(Selection(**options, frames=frames).grid())  # type: ignore[arg-type]
+        (again,) = expand(RunRequest(RunSelection(**options), **settings, frames=frames).grid())  # type: ignore[arg-type]
         assert isinstance(again, RunSpec)
         assert again.key() == cell.key()
 

@@ -11,11 +11,12 @@ from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from tests.report.content import add_done, add_ended, make_spec
 from zoobench.cell.problem import Problem
-from zoobench.cli.selection import Selection
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
+from zoobench.harness.request import RunRequest
 from zoobench.inputs import named_run
-from zoobench.spec import RunSpec
+from zoobench.spec import RunSelection, RunSpec
+from zoobench.verify.accuracy.tolerance import choose
 
 HOME = cell(design="caterpillar")
 
@@ -31,16 +32,18 @@ def database(tmp_path: Path) -> Path:
     return path
 
 
-def _specs(method: str, db: Path, **options: str) -> list[RunSpec]:
-    cells = Selection("ice", "turning", smoke=True, method=method, db=str(db), **options).cells()
+def _specs(method: str, db: Path, notes: list[str] | None = None) -> list[RunSpec]:
+    request = RunRequest(RunSelection("ice", "turning", method=method), smoke=True)
+    cells = request.cells(str(db), choose, [].append if notes is None else notes.append)
     return [found for found in cells if isinstance(found, RunSpec)]
 
 
-def test_a_number_becomes_a_key(database: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_number_becomes_a_key(database: Path) -> None:
     """By number, by key and as the setting has it, it is the same run, and what it takes is said."""
-    (spec,) = _specs("diffphysics[start=2]", database)
+    notes: list[str] = []
+    (spec,) = _specs("diffphysics[start=2]", database, notes)
     assert named_run(spec.method) == HOME.key()[:16]
-    assert "the controller's" in capsys.readouterr().err
+    assert "the controller's" in notes[0]
     assert _specs(f"diffphysics[start={HOME.key()[:9]}]", database) == [spec]
     assert _specs(str(spec.method), database) == [spec]
 

@@ -184,7 +184,7 @@ def test_a_done_run_has_its_solution_to_the_last_bit(store: Store) -> None:
 
 @pytest.mark.parametrize("outcome", [RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT])
 def test_a_failure_is_no_success_and_keeps_its_traceback(store: Store, outcome: RunState) -> None:
-    """A run that did not succeed is settled in its own state, without finals, with what is known of it."""
+    """A run that did not succeed ends in its own state, without finals, with its reason and traceback."""
     store.enqueue([spec()])
     claim = _claim(store)
     store.finish(claim, Ending(outcome, "why", traceback="Traceback ...", exit_code=3), Batch())

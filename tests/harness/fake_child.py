@@ -11,11 +11,11 @@ import sys
 import time
 
 from zoobench.errors import Divergence, DivergenceError
-from zoobench.harness.child import ChildContext, Outcome, serve
+from zoobench.harness.child import ChildContext, RunOutcome, serve
 from zoobench.spec import RunSpec
 
 
-def solve(spec: RunSpec, context: ChildContext) -> Outcome:
+def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """A random walk; the score is where it ends, and so is the solution."""
     mode, iterations, pause = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
     print("a word on standard output")
@@ -33,7 +33,7 @@ def solve(spec: RunSpec, context: ChildContext) -> Outcome:
         context.checkpoint(pickle.dumps((step, position, context.rng.bit_generator.state)))
     if mode == "blind" and step < iterations:
         _end(mode)
-    return Outcome([("score", position, "m"), ("iterations", float(step), "")], [position])
+    return RunOutcome([("score", position, "m"), ("iterations", float(step), "")], [position])
 
 
 def _end(mode: str) -> None:

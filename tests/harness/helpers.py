@@ -10,7 +10,7 @@ import psutil
 
 from zoobench.db.rows import FinalRow, MetricRow, RunRow, RunState
 from zoobench.db.store import Store
-from zoobench.harness.launch import launch
+from zoobench.harness.worker_pool import run_all
 from zoobench.spec import Budget, Ref, RunSpec
 
 FAKE_CHILD = "tests.harness.fake_child"
@@ -44,7 +44,7 @@ def launch_fakes(
 ) -> list[RunRow]:
     """Queue that many runs, do them with fake children, and return them."""
     ids = enqueue(location, count)
-    return launch(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
+    return run_all(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
 
 
 class Killer:

@@ -12,7 +12,7 @@ from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
-from zoobench.harness.launch import launch
+from zoobench.harness.worker_pool import run_all
 from zoobench.methods.archive import Archive
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
@@ -61,7 +61,7 @@ def _batter(tmp_path: Path, method: str) -> tuple[Path, RunRow]:
     """A run that was killed, and its database."""
     path = tmp_path / "battered.db"
     killer = Killer(method, _KILLS)
-    (row,) = launch(path, _queue(path, method), on_update=killer)
+    (row,) = run_all(path, _queue(path, method), on_update=killer)
     assert killer.done == _KILLS, "the run ended before it could be killed"
     assert (row.state, row.attempt) == (RunState.DONE, _KILLS + 1)
     return path, row
@@ -72,7 +72,7 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
     """The two runs of one spec agree bit for bit in every stored number, though one was killed again and again."""
     battered, row = _batter(tmp_path, method)
     calm = tmp_path / "calm.db"
-    (other,) = launch(calm, _queue(calm, method))
+    (other,) = run_all(calm, _queue(calm, method))
     assert other.attempt == 1
     assert numbers(battered, row.id) == numbers(calm, other.id)
     with Store(calm) as store:

@@ -6,9 +6,9 @@ import pytest
 
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness import suites
-from zoobench.harness.narrowing import Narrowing
+from zoobench.harness.narrowing import narrowed
 from zoobench.harness.suites import Suite, spec_of
-from zoobench.spec import Budget, RunSpec
+from zoobench.spec import AXES, Budget, RunSelection, RunSpec
 
 
 @pytest.fixture(scope="module")
@@ -18,8 +18,10 @@ def laptop() -> Suite:
 
 
 def chosen(suite: Suite, **words: Any) -> list[RunSpec]:
-    """What is left."""
-    return [spec_of(cell) for cell in Narrowing(**words).of(suite)]
+    """The selected runs."""
+    selection = RunSelection(**{name: word for name, word in words.items() if name in AXES})
+    settings = {name: word for name, word in words.items() if name not in AXES}
+    return [spec_of(cell) for cell in narrowed(suite, selection, **settings)]
 
 
 def test_nothing_said_is_all_of_it(laptop: Suite) -> None:
@@ -53,22 +55,25 @@ def test_a_part_is_what_fits_every_word_in_the_order_of_the_suite(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"method": "diffphysics[lr=0.5]"}, r"has no method 'diffphysics\[lr=0.5\]': options narrow.*lr=0.1"),
-        ({"method": "random-v9"}, "has no method 'random-v9'"),
+        (
+            {"method": "diffphysics[lr=0.5]"},
+            r"No method in the.* is 'diffphysics\[lr=0.5\]'. Options narrow.*lr=0.1",
+        ),
+        ({"method": "random-v9"}, "No method in the suite 'laptop' is 'random-v9'"),
         ({"seeds": (0, 3)}, "has no seed 3.*It has 0, 1, 2"),
         ({"budget": Budget("substeps", 5)}, "has no budget 5 substeps.*126000 substeps"),
         ({"frames": 7}, "has no frames 7.*It has 100"),
-        ({"env": "ground", "budget": Budget("substeps", 282_000)}, "No run of the suite 'laptop'.*--env, --budget"),
+        ({"env": "ground", "budget": Budget("substeps", 282_000)}, "No run in the suite 'laptop'.*--env, --budget"),
     ],
 )
 def test_what_the_suite_does_not_have_is_refused(laptop: Suite, words: dict[str, Any], message: str) -> None:
     """A suite is narrowed down, not changed; so is what leaves nothing."""
     with pytest.raises(UsageError, match=message):
-        Narrowing(**words).of(laptop)
+        chosen(laptop, **words)
 
 
 @pytest.mark.parametrize(("name", "hint"), [("grond", "Did you mean 'ground'"), ("sea*", "Known: clay"), ("lake", "")])
 def test_an_unknown_name_is_refused_with_those_of_the_suite(laptop: Suite, name: str, hint: str) -> None:
     """Even beside one that is known."""
     with pytest.raises(UnknownNameError, match=rf"env in the suite 'laptop'.*{hint}"):
-        Narrowing(env=f"ice,{name}").of(laptop)
+        chosen(laptop, env=f"ice,{name}")

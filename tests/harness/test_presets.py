@@ -32,8 +32,8 @@ def test_every_preset_can_be_run(name: str) -> None:
 def test_presets_have_the_settings_of_the_specification(name: str, method: str, settings: dict[str, float]) -> None:
     """F.1 to F.3, at the fidelity of the published benchmark, and with a budget that ends no method before its own."""
     preset = presets.get(name)
-    settled = resolve(Kind.METHOD, preset.settle(Ref(method))).kwargs
-    assert settings.items() <= settled.items()
+    stated = resolve(Kind.METHOD, preset.with_settings(Ref(method))).kwargs
+    assert settings.items() <= stated.items()
     assert preset.fidelity.name == presets.get("paper").fidelity.name
     needed = -(-100_000 // 2048) if method == "ppo" else settings.get("iterations", settings.get("generations"))
     assert preset.budget.kind == "iterations"

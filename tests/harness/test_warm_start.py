@@ -9,7 +9,7 @@ from tests.conformance.cells import cell
 from tests.harness.helpers import Killer, numbers
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
-from zoobench.harness.launch import launch
+from zoobench.harness.worker_pool import run_all
 from zoobench.inputs import run_name
 from zoobench.spec import Budget, RunSpec
 
@@ -28,7 +28,7 @@ def test_it_begins_where_the_other_ended(tmp_path: Path, method: str) -> None:
     spec = _warm(method)
     with Store(path) as store:
         ids = store.enqueue([FIRST, spec]).new
-    first, warm = launch(path, ids, jobs=1)
+    first, warm = run_all(path, ids, jobs=1)
     assert (first.state, warm.state) == (RunState.DONE, RunState.DONE), warm.reason
     with Store(path) as store:
         scores = [point.value for point in store.metrics(warm.id, "score")]
@@ -48,8 +48,8 @@ def test_a_killed_one_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         path = tmp_path / f"{name}.db"
         with Store(path) as store:
             first, second = store.enqueue([FIRST, warm]).new
-        launch(path, [first])
-        (row,) = launch(path, [second], on_update=watch)
+        run_all(path, [first])
+        (row,) = run_all(path, [second], on_update=watch)
         found.append((row.state, numbers(path, second)))
     assert killer.done, "the run ended before it could be killed"
     assert found[0] == found[1]
@@ -59,7 +59,7 @@ def test_without_its_start_a_run_fails_and_says_why(tmp_path: Path) -> None:
     """It begins nowhere else instead."""
     with Store(tmp_path / "runs.db") as store:
         ids = store.enqueue([_warm("diffphysics[restarts=1]")]).new
-    (row,) = launch(tmp_path / "runs.db", ids)
+    (row,) = run_all(tmp_path / "runs.db", ids)
     assert row.state is RunState.FAILED
     assert row.reason is not None
     assert "Do that run first" in row.reason

@@ -10,7 +10,8 @@ from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.report.curve_plot import MOST_PANELS, draw, line
 from zoobench.report.learning_curves import curves
-from zoobench.report.query import Choice, choose_results
+from zoobench.report.run_results import choose_results
+from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": 0.0, "random_score": 0.05}
 
@@ -29,7 +30,7 @@ def store(tmp_path: Path) -> Store:
 
 def test_a_line_is_the_mean_in_a_band_from_the_lowest_to_the_highest_seed(store: Store) -> None:
     """It begins where all seeds have a score, changes where any of them does, and ends where the longest does."""
-    known = curves(store, choose_results(store, Choice()), "substeps")
+    known = curves(store, choose_results(store, RunSelection()), "substeps")
     both = line([known[1], known[3]])
     assert both is not None
     assert both.spent == (100.0, 200.0, 300.0)
@@ -49,7 +50,7 @@ def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> 
     drawn: list[Figure] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
-        results = choose_results(store, Choice())
+        results = choose_results(store, RunSelection())
         assert draw(results, curves(store, results, "seconds"), tmp_path / "curves.png") == 2
     panels = drawn[0].axes
     assert [axes.get_title() for axes in panels] == [
@@ -65,7 +66,7 @@ def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> 
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_it_is_written_as_its_ending_says(store: Store, tmp_path: Path, ending: str) -> None:
     """A file of some substance."""
-    results = choose_results(store, Choice(env="ice"))
+    results = choose_results(store, RunSelection(env="ice"))
     path = tmp_path / f"curves.{ending}"
     assert draw(results, curves(store, results, "episodes"), path) == 1
     assert path.stat().st_size > 5000
@@ -73,7 +74,7 @@ def test_it_is_written_as_its_ending_says(store: Store, tmp_path: Path, ending: 
 
 def test_what_cannot_be_drawn_is_refused(store: Store, tmp_path: Path) -> None:
     """Nothing, too many cells, and a file that is no picture."""
-    results = choose_results(store, Choice())
+    results = choose_results(store, RunSelection())
     known = curves(store, results, "substeps")
     with pytest.raises(UsageError, match="0 cells"):
         draw([], {}, tmp_path / "curves.png")
@@ -81,7 +82,7 @@ def test_what_cannot_be_drawn_is_refused(store: Store, tmp_path: Path) -> None:
         draw(results, known, tmp_path / "curves.doc")
     for number in range(MOST_PANELS):
         add_curve(store, make_spec(env=f"place{number}-v1"), [0.1])
-    results = choose_results(store, Choice())
+    results = choose_results(store, RunSelection())
     with pytest.raises(UsageError, match=f"{MOST_PANELS + 2} cells"):
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
 
@@ -89,6 +90,6 @@ def test_what_cannot_be_drawn_is_refused(store: Store, tmp_path: Path) -> None:
 def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With what to install."""
     monkeypatch.setitem(sys.modules, "matplotlib.backends.backend_agg", None)
-    results = choose_results(store, Choice())
+    results = choose_results(store, RunSelection())
     with pytest.raises(UsageError, match="pip install"):
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")

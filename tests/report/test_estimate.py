@@ -7,11 +7,11 @@ import pytest
 from tests.report.content import make_spec
 from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.report.estimate import estimate_seconds, total_seconds
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.spec import RunSpec
 
 
-def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> Result:
+def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> RunResult:
     """A finished run that took so long for so many substeps."""
     row = RunRow(
         id=1,
@@ -20,18 +20,9 @@ def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> Result:
         state=RunState.DONE,
         attempt=1,
         first_attempt=1,
-        owner=None,
-        reason=None,
-        created_at=0.0,
-        started_at=0.0,
-        finished_at=seconds,
-        progress_at=None,
-        lease_until=None,
-        fraction=1.0,
-        score=None,
         seconds=seconds,
     )
-    return Result(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
+    return RunResult(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
 
 
 def test_runs_of_the_same_cell_come_first() -> None:

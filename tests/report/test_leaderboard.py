@@ -18,12 +18,12 @@ from zoobench.spec import RunSpec
 def test_every_run_of_the_suite_is_there_in_its_order(tmp_path: Path) -> None:
     """Done, unsuccessful, open, missing and skipped ones; the smoke run is left out."""
     found = board(tmp_path)
-    assert [entry.spec for entry in found.entries] == [spec for spec, _ in asked()[:-1]]
-    states = [str(entry.state) for entry in found.entries[:9]]
+    assert [entry.spec for entry in found.rows] == [spec for spec, _ in asked()[:-1]]
+    states = [str(entry.state) for entry in found.rows[:9]]
     assert states == ["done"] * 6 + ["None"] * 3
-    ice = [str(entry.state) for entry in found.entries[9:15]]
+    ice = [str(entry.state) for entry in found.rows[9:15]]
     assert ice == ["done", "done", "diverged", "failed", "running", "queued"]
-    assert (found.entries[-1].state, found.entries[-1].reason) == (RunState.SKIPPED, "needs a space")
+    assert (found.rows[-1].state, found.rows[-1].reason) == (RunState.SKIPPED, "needs a space")
     assert len(found.missing()) == 3 + 3 + 9
     assert len(found.results()) == 28 - 15
 
@@ -34,9 +34,9 @@ def test_the_export_says_everything(tmp_path: Path) -> None:
     text = to_text(found)
     again = from_text(text, "mine.json")
     assert to_text(again) == text
-    assert [entry.spec for entry in again.entries] == [entry.spec for entry in found.entries]
-    assert [entry.finals for entry in again.entries] == [entry.finals for entry in found.entries]
-    assert [entry.reason for entry in again.entries] == [entry.reason for entry in found.entries]
+    assert [entry.spec for entry in again.rows] == [entry.spec for entry in found.rows]
+    assert [entry.finals for entry in again.rows] == [entry.finals for entry in found.rows]
+    assert [entry.reason for entry in again.rows] == [entry.reason for entry in found.rows]
     assert (again.name, again.source, again.summary) == (found.name, found.source, found.summary)
 
 
@@ -52,12 +52,12 @@ def test_an_earlier_export_completes_a_later_one(tmp_path: Path) -> None:
         store.enqueue([make_spec(seed=1)])
         later = gather(store, "mine", "mine.yaml", "a test of pages", asked()[:-1][:20])
     found = later.completed(earlier)
-    scores = [entry.finals["score"].value if "score" in entry.finals else None for entry in found.entries]
+    scores = [entry.finals["score"].value if "score" in entry.finals else None for entry in found.rows]
     assert scores[:3] == [9.0, 1.001, 1.002]
     assert scores[18] == 8.0
-    states = [str(entry.state) for entry in found.entries[9:15]]
+    states = [str(entry.state) for entry in found.rows[9:15]]
     assert states == ["done", "done", "diverged", "failed", "None", "None"], "what was in progress there is unknown"
-    assert len(found.entries) == 20
+    assert len(found.rows) == 20
     assert to_text(from_text(to_text(found), "mine.json")) == to_text(found)
 
 
@@ -113,7 +113,7 @@ def test_a_value_that_is_not_finite_survives(tmp_path: Path) -> None:
         add_done(store, spec, math.nan)
         text = to_text(gather(store, "mine", "mine", "a test", [(spec, None)]))
     assert "NaN" not in text
-    assert math.isnan(from_text(text, "mine.json").entries[0].finals["score"].value)
+    assert math.isnan(from_text(text, "mine.json").rows[0].finals["score"].value)
 
 
 def test_what_led_to_a_former_result_is_no_origin(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_what_led_to_a_former_result_is_no_origin(tmp_path: Path) -> None:
     with Store(tmp_path / "runs.db") as store:
         number = add_done(store, spec, 1.0)
         store.retry([number], states=[RunState.DONE])
-        (entry,) = gather(store, "mine", "mine", "a test", [(spec, None)]).entries
+        (entry,) = gather(store, "mine", "mine", "a test", [(spec, None)]).rows
         assert (entry.state, entry.finals, entry.attempts, entry.seconds) == (RunState.QUEUED, {}, (), 0.0)
 
 

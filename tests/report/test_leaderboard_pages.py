@@ -32,13 +32,13 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     assert "snow" not in text
     assert "smoke" not in text
     assert "- commit: 0123456789ab with uncommitted changes" in text
-    assert text.endswith("- made by: zoobench table --suite mine.yaml --publish leaderboards\n")
+    assert text.endswith("- made by: zoobench leaderboard publish mine.yaml leaderboards\n")
 
 
 def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:
     """Nothing is done: no table, no commands, no origin."""
     found = board(tmp_path)
-    text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.entries)))
+    text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.rows)))
     assert "- Runs: 28 missing, of 28; 0 s of computing." in text
     assert "##" not in text
 

@@ -9,21 +9,21 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.learning_curves import curves, curves_overview, points_listing, spending_tables
-from zoobench.report.query import Choice, Result, choose_results
+from zoobench.report.run_results import RunResult, choose_results
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
-from zoobench.spec import BudgetKind
+from zoobench.spec import BudgetKind, RunSelection
 
 
-def results_of(path: Path) -> list[Result]:
+def results_of(path: Path) -> list[RunResult]:
     """All results of a database."""
     with Store(path, create=False) as store:
-        return choose_results(store, Choice())
+        return choose_results(store, RunSelection())
 
 
 def tables_at(path: Path, kind: BudgetKind, amount: float | None = None) -> list[Table]:
     """All tables of a database at an equal amount spent."""
     with Store(path, create=False) as store:
-        results = choose_results(store, Choice())
+        results = choose_results(store, RunSelection())
         return spending_tables(results, curves(store, results, kind), kind, amount)
 
 
@@ -53,7 +53,7 @@ def path(tmp_path: Path) -> Path:
 def test_a_curve_says_what_had_been_found_at_every_amount(path: Path) -> None:
     """It holds from one iteration to the next, has no score before the first, and reaches to the run's own budget."""
     with Store(path) as store:
-        results = choose_results(store, Choice())
+        results = choose_results(store, RunSelection())
         curve = curves(store, results, "substeps")[1]
         assert [curve.at(amount) for amount in (0, 199, 200, 399, 400, 599, 600, 1e9)] == [
             None, None, None, None, 0.2, 0.2, 0.4, 0.8
@@ -87,7 +87,7 @@ def test_a_run_that_its_method_ended_reaches_no_further_than_it_went(tmp_path: P
             finals = (FinalRow("score", 0.5, "m/s"), FinalRow("budget_spent", is_spent))
             scored = Batch(metrics=points | {("score", step): 0.5 for step in (1, 2)})
             store.finish(claim, Ending(RunState.DONE, finals=finals), scored)
-        found = curves(store, choose_results(store, Choice()), "substeps")
+        found = curves(store, choose_results(store, RunSelection()), "substeps")
         reached = {curve.result.spec.method.name: curve.reach for curve in found.values()}
     assert reached == {"random": 1000.0, "diffphysics": 600.0}
     (table,) = tables_at(path, "substeps")
@@ -97,7 +97,7 @@ def test_a_run_that_its_method_ended_reaches_no_further_than_it_went(tmp_path: P
 def test_at_their_own_budget_a_table_is_the_ordinary_one(path: Path) -> None:
     """What could not be spent, since it held no further iteration, is no reason to drop a run."""
     with Store(path) as store:
-        results = choose_results(store, Choice(method="diffphysics"))
+        results = choose_results(store, RunSelection(method="diffphysics"))
         (table,) = spending_tables(results, curves(store, results, "substeps"), "substeps", 1000.0)
     (ordinary,) = score_tables(results)
     assert table.rows[0].cells == ordinary.rows[0].cells
@@ -171,7 +171,7 @@ def test_the_long_form_says_what_was_spent_and_not_the_budgets(path: Path) -> No
 def test_every_point_is_listed_for_programs(path: Path) -> None:
     """A row per iteration with all currencies; nothing where there was no score yet."""
     with Store(path) as store:
-        records = points_listing(store, choose_results(store, Choice())).records()
+        records = points_listing(store, choose_results(store, RunSelection())).records()
     assert len(records) == 2 * (4 + 6)
     assert [record["score"] for record in records if record["run"] == 1] == [None, 0.2, 0.4, 0.8]
     last = records[3]
@@ -183,7 +183,7 @@ def test_every_point_is_listed_for_programs(path: Path) -> None:
 def test_the_overview_gives_means_at_shares_of_what_all_have_spent(path: Path) -> None:
     """An eighth of 1000 substeps is before anybody's first score; a half is diffphysics' second iteration."""
     with Store(path) as store:
-        results = choose_results(store, Choice())
+        results = choose_results(store, RunSelection())
         overview = curves_overview(results, curves(store, results, "substeps"), "substeps").records()
     assert [record["method"] for record in overview] == ["diffphysics", "random"]
     assert [record["at 0.125"] for record in overview] == [None, None]
@@ -201,5 +201,5 @@ def test_a_run_that_is_done_again_has_its_new_curve_alone(tmp_path: Path) -> Non
         assert claim is not None
         batch = Batch(metrics={("substeps", 1): 100.0, ("score", 1): 0.1})
         store.finish(claim, Ending(RunState.DONE), batch)
-        curve = curves(store, choose_results(store, Choice()), "substeps")[run]
+        curve = curves(store, choose_results(store, RunSelection()), "substeps")[run]
     assert (curve.spent, curve.scores) == ((100.0,), (0.1,))

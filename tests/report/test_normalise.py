@@ -7,8 +7,9 @@ import pytest
 from tests.report.content import add_done, make_spec
 from zoobench.db.store import Store
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.query import Choice, choose_results
+from zoobench.report.run_results import choose_results
 from zoobench.report.tables import long_listing, score_tables, table_listing
+from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": -0.1, "random_score": 0.2}
 
@@ -35,7 +36,7 @@ def test_the_floor_is_the_better_reference(tmp_path: Path) -> None:
     with Store(tmp_path / "runs.db") as store:
         add_done(store, make_spec(seed=0), 1.2, references=REFERENCES)
         add_done(store, make_spec(seed=1), 1.2, references={"idle_score": 5.0})
-        found = choose_results(store, Choice())
+        found = choose_results(store, RunSelection())
     assert floor_of(found) == 0.2
     assert floor_of(found[1:]) is None
 
@@ -45,7 +46,7 @@ def test_a_table_shows_them_beside_the_scores(tmp_path: Path) -> None:
     with Store(tmp_path / "runs.db") as store:
         add_done(store, make_spec(), 1.2, references=REFERENCES)
         add_done(store, make_spec(method="random-v1"), 0.7, references=REFERENCES)
-        tables = score_tables(choose_results(store, Choice()))
+        tables = score_tables(choose_results(store, RunSelection()))
     assert table_listing(tables[0]).rows[0][-2:] == ("1.2 m/s (n=1)", "0.7 m/s (n=1)")
     assert table_listing(tables[0], normalised=True).rows[0][-2:] == ("1.2 m/s = 1.00 (n=1)", "0.7 m/s = 0.50 (n=1)")
     assert [record["normalised"] for record in long_listing(tables).records()] == [1.0, pytest.approx(0.5)]

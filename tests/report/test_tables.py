@@ -9,14 +9,15 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.footer import footer
-from zoobench.report.query import Choice, choose_results, origins
+from zoobench.report.run_results import choose_results, origins
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.spec import RunSelection
 
 
 def tables_of(path: Path) -> list[Table]:
     """All tables of a database."""
     with Store(path, create=False) as store:
-        return score_tables(choose_results(store, Choice()))
+        return score_tables(choose_results(store, RunSelection()))
 
 
 def cell_texts(table: Table) -> dict[tuple[str, str], str]:
@@ -119,17 +120,17 @@ def test_the_controller_is_a_column_only_where_it_tells_rows_apart(tmp_path: Pat
     """One controller needs no column, two do."""
     with Store(tmp_path / "runs.db") as store:
         add_done(store, make_spec(), 1.0)
-        (table,) = score_tables(choose_results(store, Choice()))
+        (table,) = score_tables(choose_results(store, RunSelection()))
         assert "controller" not in table_listing(table).columns
         add_done(store, make_spec(controller="trajectory-v1"), 1.0)
-        (table,) = score_tables(choose_results(store, Choice()))
+        (table,) = score_tables(choose_results(store, RunSelection()))
         assert "controller" in table_listing(table).columns
 
 
 def test_the_footer_names_everything_that_the_numbers_depend_on(filled: Path) -> None:
     """Commit with its dirty mark, components with parameters, machine, packages, date and command."""
     with Store(filled, create=False) as store:
-        results = [result for result in choose_results(store, Choice()) if not result.is_smoke]
+        results = [result for result in choose_results(store, RunSelection()) if not result.is_smoke]
         text = "\n".join(footer(score_tables(results), origins(store, results), ["zoobench", "table"]).lines())
     for fact in (
         "0123456789ab with uncommitted changes",
@@ -153,7 +154,7 @@ def test_what_is_wanted_and_does_not_exist_is_shown_as_missing(tmp_path: Path) -
         for seed in range(3):
             add_done(store, make_spec(seed=seed), 1.0 + 0.001 * seed)
         add_done(store, make_spec(method="cmaes-v1", seed=0), 0.5)
-        found = choose_results(store, Choice())
+        found = choose_results(store, RunSelection())
     missing = [make_spec(method="cmaes-v1", seed=seed) for seed in (1, 2)]
     missing += [make_spec(method="random-v1", seed=seed) for seed in range(3)]
     missing += [make_spec(env="ice-v1")]
@@ -188,7 +189,7 @@ def test_nobody_wins_a_row_while_a_run_is_to_come(tmp_path: Path) -> None:
 def test_nobody_wins_a_row_that_lacks_a_run(filled: Path) -> None:
     """What is missing might be better; without it the same row has a winner."""
     with Store(filled, create=False) as store:
-        found = choose_results(store, Choice(env="desert"))
+        found = choose_results(store, RunSelection(env="desert"))
     assert any(cell.is_winner for row in score_tables(found)[0].rows for cell in row.cells if cell)
     (table,) = score_tables(found, [make_spec(method="cmaes-v1")])
     assert not any(cell.is_winner for row in table.rows for cell in row.cells if cell)

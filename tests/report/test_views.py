@@ -9,17 +9,16 @@ import pytest
 from tests.report.content import add_done, fill, make_spec
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
-from zoobench.report.query import Choice, choose_results
+from zoobench.report.run_results import choose_results
 from zoobench.report.views import (
     counts_text,
     duration,
-    repeat_command,
     results_listing,
     results_overview,
     results_records,
     running_listing,
 )
-from zoobench.spec import Budget
+from zoobench.spec import Budget, RunSelection, repeat_command
 
 
 @pytest.mark.parametrize(
@@ -34,7 +33,7 @@ def test_time_spans_read_well(seconds: float | None, text: str) -> None:
 def test_every_final_is_a_column_with_its_unit(tmp_path: Path) -> None:
     """A run without the value has an empty cell."""
     with Store(fill(tmp_path / "runs.db"), create=False) as store:
-        listing = results_listing(choose_results(store, Choice()))
+        listing = results_listing(choose_results(store, RunSelection()))
     records = listing.records()
     assert records[0]["distance [m]"] == 2.0
     assert records[0]["score [m/s]"] == 1.0
@@ -46,9 +45,9 @@ def test_the_overview_says_in_what_runs_differ(tmp_path: Path) -> None:
     """Controller, frames and budget are columns only where there is more than one."""
     with Store(tmp_path / "runs.db") as store:
         add_done(store, make_spec(), 1.0)
-        assert "budget" not in results_overview(choose_results(store, Choice())).columns
+        assert "budget" not in results_overview(choose_results(store, RunSelection())).columns
         add_done(store, replace(make_spec(), budget=Budget("episodes", 7), frames=33), 2.0)
-        listing = results_overview(choose_results(store, Choice()))
+        listing = results_overview(choose_results(store, RunSelection()))
     assert {"budget", "frames"} <= set(listing.columns)
     assert "controller" not in listing.columns
     last = listing.records()[-1]
@@ -58,7 +57,7 @@ def test_the_overview_says_in_what_runs_differ(tmp_path: Path) -> None:
 def test_records_mark_smoke_runs(tmp_path: Path) -> None:
     """Programs that read results can leave them out, too."""
     with Store(fill(tmp_path / "runs.db"), create=False) as store:
-        records = results_records(choose_results(store, Choice()))
+        records = results_records(choose_results(store, RunSelection()))
     assert [record["run"] for record in records if record["is_smoke"]] == [13]
 
 

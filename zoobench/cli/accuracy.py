@@ -9,11 +9,10 @@ from typer import Option, Typer
 from zoobench.cli.accuracy_exact import exact
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
-    ChosenEnvOption,
-    ChosenTaskOption,
     DatabaseOption,
     EnvOption,
     FormatOption,
+    TaskOption,
     WorkersOption,
     command_text,
     parse_counts,
@@ -76,8 +75,8 @@ def run(
 
 @accuracy.command("show")
 def show(
-    env: ChosenEnvOption = "*",
-    task: ChosenTaskOption = "*",
+    env: EnvOption = "*",
+    task: TaskOption = "*",
     table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices, energy or all.")] = "all",
     source: Annotated[Path | None, Option("--from", help="A file of --export instead of the database.")] = None,
     export: Annotated[Path | None, Option("--export", help="Write the measurements to this file.")] = None,
@@ -190,7 +189,14 @@ def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], f
     from zoobench.verify.accuracy.verdicts import knobs, steps
 
     turned = list(knobs(analysis))
-    found = (analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy)
+    found: tuple[Sequence[object], ...] = (
+        analysis.references,
+        analysis.levels,
+        list(steps(analysis)),
+        turned,
+        turned,
+        energy,
+    )
     listings = {}
     for (name, (kind, table)), rows in zip(TABLES.items(), found, strict=True):
         if form in (Format.CSV, Format.JSON) and kind is not None:

@@ -10,7 +10,6 @@ from typer import Argument, Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, say
 from zoobench.cli.solutions import may_be_run, names_run
-from zoobench.cli.starts import run_and_its_starts
 from zoobench.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -153,12 +152,13 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
         raise UnknownNameError("component", text, known)
 
     from zoobench.db.store import Store
-    from zoobench.report.query import Result
+    from zoobench.harness.starts import run_and_its_starts
+    from zoobench.report.run_results import RunResult
     from zoobench.report.views import run_card
 
     with Store(db, create=False) as store:
         run = store.run(text)
-        result = Result(run, {final.name: final for final in store.finals(run.id)})
+        result = RunResult(run, {final.name: final for final in store.finals(run.id)})
         return run_card(result, store.attempts(run.id), run_and_its_starts(store, run))
 
 

@@ -1,4 +1,4 @@
-"""`zoobench curves`: how good a method is by what it has spent."""
+"""`zoobench curves`: best scores by the amount spent."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -6,51 +6,40 @@ from typing import Annotated
 
 from typer import Option
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    ChosenDesignOption,
-    ChosenEnvOption,
-    ChosenFidelityOption,
-    ChosenMethodOption,
-    ChosenTaskOption,
-    DatabaseOption,
-    FormatOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
 from zoobench.cli.output import Format, emit, say
+from zoobench.spec import RunSelection
 
 
 class Currency(StrEnum):
-    """What a method spends."""
+    """The amounts that a method spends."""
 
     SUBSTEPS = "substeps"
     EPISODES = "episodes"
     SECONDS = "seconds"
 
 
+@takes(selection)
 def curves(
-    env: ChosenEnvOption = "",
-    task: ChosenTaskOption = "",
-    design: ChosenDesignOption = "",
-    method: ChosenMethodOption = "",
-    fidelity: ChosenFidelityOption = "",
-    by: Annotated[Currency, Option("--by", help="What was spent.")] = Currency.SUBSTEPS,
+    chosen: RunSelection,
+    by: Annotated[Currency, Option("--by", help="The amount against which scores are shown.")] = Currency.SUBSTEPS,
     output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show the best scores by what was spent.
+    """Show learning curves: best scores by the amount spent.
 
     A picture has a panel for each cell and a line for each method: the mean over seeds, in a band from the lowest to
-    the highest. Without one, a table gives the means at shares of what all methods of a cell have spent; csv and json
-    give every point. Finished runs only; smoke runs are left out.
+    the highest. Without one, a table gives the means at shares of the amount that all methods of a cell have spent;
+    csv and json give every point. Finished runs only; smoke runs are left out.
     """
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import draw
-    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
-        results = choose_results(store, Choice(env, task, design, "", method, fidelity))
+        results = choose_results(store, chosen)
         if output is not None:
             count = draw(results, report.curves(store, results, by.value), output)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")

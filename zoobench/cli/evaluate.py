@@ -1,4 +1,4 @@
-"""`zoobench evaluate`: how what a run has found does somewhere else."""
+"""`zoobench evaluate`: the solutions of runs in other environments, tasks or fidelities."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -8,8 +8,8 @@ from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.solutions import solution_of
 from zoobench.cli.studies import save_each
+from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
@@ -21,7 +21,9 @@ _LIKEWISE = "Likewise; the run's own if not given."
 
 
 def evaluate(
-    runs: Annotated[list[str], Argument(help="Runs that are done, by their numbers or the starts of their keys.")],
+    runs: Annotated[
+        list[str] | None, Argument(help="Runs that are done, by their numbers or the starts of their keys.")
+    ] = None,
     env: Annotated[
         str, Option("--env", help="Environments: names or globs, with commas; the run's own if not given.")
     ] = "",
@@ -30,12 +32,17 @@ def evaluate(
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Try what runs have found somewhere else.
+    """Evaluate solutions in other environments.
 
-    In other environments, tasks or fidelities, one episode each, with the stored solution as it is. Scores are kept in
-    the database as they come; `zoobench table --transfer` shows them all.
+    Or in other tasks or fidelities: one episode each, with the stored solution unchanged; the scores are stored.
+    Without runs, the matrix of all stored scores: where solutions were found by where they were evaluated.
     """
+    if not runs:
+        chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
+        _show(db, form, [word for name, text in chosen if text for word in (name, text)])
+        return
     from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
@@ -43,8 +50,7 @@ def evaluate(
 
     targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
     with Store(db, create=False) as store:
-        chosen = [store.run(text) for text in runs]
-        solutions = [(run, solution_of(store, run)) for run in chosen]
+        solutions = [(run, solution_of(store, run)) for run in map(store.run, runs)]
     found = []
     for row in save_each(db, STUDY, _all(solutions, targets), stored):
         found.append(row)
@@ -65,6 +71,29 @@ def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
     from zoobench.harness.grid import parse_selector
 
     return [registry.resolve(kind, ref) for ref in parse_selector(text, kind)] if text else None
+
+
+def _show(db: str, form: Format, others: list[str]) -> None:
+    """Print the transfer matrix of all that was evaluated."""
+    from zoobench.db.store import Store
+    from zoobench.report.transfer_table import transfer_matrix
+    from zoobench.verify.transfer_study import STUDY
+
+    if others:
+        raise UsageError(f"Without runs, all that was evaluated is shown. Leave {' '.join(others)} out, or name runs.")
+    with Store(db, create=False) as store:
+        documents = [row.document for study in store.studies(STUDY) for row in study.rows]
+        specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
+    found = transfer_matrix(
+        {**document, "controller": str(spec.controller), "budget": str(spec.budget)}
+        for document in documents
+        for spec in [specs[document["run"]]]
+    )
+    emit(found, form)
+    if not found.rows:
+        say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
+    elif form in (Format.TABLE, Format.MD):
+        say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
 
 
 def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", targets: "TransferTargets") -> "Iterator[TransferRow]":

@@ -1,4 +1,4 @@
-"""The command line: every command is registered here, and every error that a user can act on ends here."""
+"""The command line: every command is registered here, and every error that a user can act on is printed here."""
 
 import errno
 import os
@@ -16,6 +16,7 @@ from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
 from zoobench.cli.gradcheck import gradcheck
+from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import bench, doctor
 from zoobench.cli.picture import picture
@@ -74,10 +75,11 @@ app.command("stability")(stability)
 app.command("validate")(validate)
 app.add_typer(accuracy, name="accuracy")
 app.add_typer(design, name="design")
+app.add_typer(leaderboard, name="leaderboard")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line, that of the process for None; returns the exit code of an error that is told.
+    """Run one command line, that of the process for None; returns the exit code of an error that is printed.
 
     Every other ending is a SystemExit: 0 ok, 1 some run failed or a check fell short, 2 usage, 130 interrupted.
     """
@@ -85,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             app(args=None if arguments is None else list(arguments), prog_name="zoobench")
         finally:
-            sys.stdout.flush()  # here, where a failure can still be told
+            sys.stdout.flush()  # here, where a failure can still be reported
     except ZoobenchError as error:
         print(f"Error: {error}", file=sys.stderr)
         return error.exit_code
@@ -97,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _end_without_room(error: OSError) -> int:
-    """The end of a command whose output does not fit, or is not read to its end, which is no error to tell of."""
+    """The end of a command whose output does not fit; that it is not read to its end is no error."""
     if error.errno == errno.ENOSPC:
         what = error.filename or "The output"
         print(f"Error: {what} does not fit: the disk is full. Free some space, then try again.", file=sys.stderr)

@@ -2,12 +2,18 @@
 
 import os
 import shlex
-from typing import Annotated
+from collections.abc import Callable
+from inspect import Signature, signature
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
 from zoobench.cli.output import Format
 from zoobench.errors import UsageError
+from zoobench.spec import RunSelection
+
+if TYPE_CHECKING:
+    from zoobench.harness.request import RunRequest
 
 DEFAULT_DATABASE = "zoobench.db"
 
@@ -31,7 +37,7 @@ SuiteOption = Annotated[
 ]
 SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
 BudgetOption = Annotated[
-    str, Option("--budget", help="What each run may spend, as in '200000 substeps' or '60 seconds'.")
+    str, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
 FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'draft[precision=64]'.")]
@@ -41,15 +47,59 @@ ToleranceOption = Annotated[
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
-OneDesignOption = Annotated[str, Option("--design", help="The body.")]
-OneControllerOption = Annotated[str, Option("--controller", help="What drives it.")]
+OneDesignOption = Annotated[str, Option("--design", help="The design.")]
+OneControllerOption = Annotated[str, Option("--controller", help="The controller.")]
 OneFidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate.")]
 
-ChosenEnvOption = Annotated[str, Option("--env", help="Only these environments: names or globs.")]
-ChosenTaskOption = Annotated[str, Option("--task", help="Only these tasks.")]
-ChosenDesignOption = Annotated[str, Option("--design", help="Only these designs.")]
-ChosenMethodOption = Annotated[str, Option("--method", help="Only these methods.")]
-ChosenFidelityOption = Annotated[str, Option("--fidelity", help="Only this fidelity.")]
+
+def selection(
+    env: Annotated[str, Option("--env", help="Only these environments: names, globs, or name[key=value].")] = "",
+    task: Annotated[str, Option("--task", help="Only these tasks.")] = "",
+    design: Annotated[str, Option("--design", help="Only these designs.")] = "",
+    method: Annotated[str, Option("--method", help="Only these methods.")] = "",
+    fidelity: Annotated[str, Option("--fidelity", help="Only this fidelity.")] = "",
+) -> RunSelection:
+    """The stored runs that a command is about."""
+    return RunSelection(env, task, design, "", method, fidelity)
+
+
+def request(
+    env: EnvOption = "",
+    task: TaskOption = "",
+    design: DesignOption = "",
+    controller: ControllerOption = "",
+    method: MethodOption = "",
+    seeds: SeedsOption = "",
+    suite: SuiteOption = "",
+    preset: PresetOption = "",
+    smoke: SmokeOption = False,
+    budget: BudgetOption = "",
+    frames: FramesOption = None,
+    fidelity: FidelityOption = "",
+    tolerance: ToleranceOption = None,
+) -> "RunRequest":
+    """The runs that a command asks for."""
+    from zoobench.harness.request import RunRequest
+
+    chosen = RunSelection(env, task, design, controller, method, fidelity)
+    return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance)
+
+
+def takes(build: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options of `build`, whose result is the command's first argument."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        shared = signature(build).parameters
+        _, *own = signature(command).parameters.values()
+
+        def run(**values: Any) -> None:
+            command(build(**{name: values.pop(name) for name in shared}), **values)
+
+        run.__doc__, run.__name__ = command.__doc__, command.__name__
+        run.__signature__ = Signature([*shared.values(), *own])  # type: ignore[attr-defined]  # what Typer reads
+        return run
+
+    return decorate
 
 
 def parse_names(text: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""How commands speak: data on standard output, talk on standard error."""
+"""Output of commands: data on standard output, messages on standard error."""
 
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,7 +18,7 @@ _UNLIMITED = 10_000  # columns; off a terminal nothing is folded or cut
 
 
 class Format(StrEnum):
-    """How a listing is printed."""
+    """The form in which a listing is printed."""
 
     TABLE = "table"
     CSV = "csv"
@@ -27,7 +27,7 @@ class Format(StrEnum):
 
 
 def say(text: str) -> None:
-    """A line for the person at the terminal, on standard error."""
+    """Print a message on standard error."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -122,7 +122,7 @@ def console(*, stderr: bool = False) -> "Console":
 
 
 def rich_table(listing: "Listing") -> "Table":
-    """The listing as a Rich table: numbers to the right, the stressed cells bold."""
+    """The listing as a Rich table: numbers to the right, the bold cells bold."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text

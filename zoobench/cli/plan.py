@@ -1,64 +1,34 @@
-"""`zoobench plan`: what `run` would do, and for how long. Nothing runs and nothing is written."""
+"""`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    BudgetOption,
-    ControllerOption,
-    DatabaseOption,
-    DesignOption,
-    EnvOption,
-    FidelityOption,
-    FormatOption,
-    FramesOption,
-    MethodOption,
-    PresetOption,
-    SeedsOption,
-    SmokeOption,
-    SuiteOption,
-    TaskOption,
-    ToleranceOption,
-    WorkersOption,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption, request, takes
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.selection import Selection
+from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
-    from zoobench.report.query import Result
+    from zoobench.harness.request import RunRequest
+    from zoobench.report.run_results import RunResult
 
 
+@takes(request)
 def plan(
-    env: EnvOption = "",
-    task: TaskOption = "",
-    design: DesignOption = "",
-    controller: ControllerOption = "",
-    method: MethodOption = "",
-    seeds: SeedsOption = "",
-    suite: SuiteOption = "",
-    preset: PresetOption = "",
-    smoke: SmokeOption = False,
-    budget: BudgetOption = "",
-    frames: FramesOption = None,
-    fidelity: FidelityOption = "",
-    tolerance: ToleranceOption = None,
+    asked: "RunRequest",
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show what `run` would do, and for how long.
+    """Show the runs that `run` would do, and their time.
 
-    Takes the options of `run`. The time is judged by finished runs in the database; nothing runs, nothing is written.
+    Takes the options of `run`. The time is estimated from finished runs in the database. Nothing runs or is written.
     """
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import estimate_seconds, total_seconds
     from zoobench.report.views import duration, plan_listing
+    from zoobench.verify.accuracy.tolerance import choose
 
-    chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
-    )
-    cells = chosen.cells()
+    cells = asked.cells(db, choose, say)
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
@@ -79,12 +49,12 @@ def plan(
 _TO_DO = ("new", "queued", "running", "skipped")
 
 
-def _past_results(db: str) -> "list[Result]":
-    """The results to judge by; none if there is no database yet."""
+def _past_results(db: str) -> "list[RunResult]":
+    """The results from which times are estimated; none if there is no database yet."""
     if "://" not in db and not Path(db).exists():
         return []
     from zoobench.db.store import Store
-    from zoobench.report.query import Choice, choose_results
+    from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
-        return choose_results(store, Choice())
+        return choose_results(store, RunSelection())

@@ -1,8 +1,7 @@
-"""What one sees while runs go on: bars on a terminal, plain lines elsewhere. All of it on standard error."""
+"""Progress of runs on standard error: bars on a terminal, plain lines elsewhere."""
 
 import time
 from collections.abc import Collection
-from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from typer import Exit
@@ -18,16 +17,14 @@ _PLAIN_SECONDS = 15.0  # between two lines about one run in progress
 
 
 class Display(Protocol):
-    """Something that shows the state of a set of runs; used as a context."""
+    """A display of the state of a set of runs; used as a context."""
 
     def update(self, rows: "list[RunRow]") -> None:
         """Show this state."""
 
     def __enter__(self) -> Self: ...
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    def __exit__(self, *_: object) -> None: ...
 
 
 def display(run_ids: Collection[int]) -> Display:
@@ -36,23 +33,23 @@ def display(run_ids: Collection[int]) -> Display:
 
 
 def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | None = None) -> "list[RunRow]":
-    """Do these runs in sight of the user, and return them settled; `timeout` [s] is that of one attempt.
+    """Do these runs with a display of their progress, and return them ended; `timeout` [s] is that of one attempt.
 
     Raises:
         Exit: code 130 if the user interrupts it; everything up to there is kept.
     """
-    from zoobench.harness.launch import launch
+    from zoobench.harness.worker_pool import run_all
 
     try:
         with display(run_ids) as shown:
-            return launch(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update) if run_ids else []
+            return run_all(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update) if run_ids else []
     except KeyboardInterrupt:
         say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
         raise Exit(130) from None
 
 
-class Pace:
-    """Time left for a set of runs, judged by what was done since the start of this command."""
+class TimeLeft:
+    """Time left for a set of runs, estimated from the progress since the start of this command."""
 
     def __init__(self) -> None:
         self._start: tuple[float, float] | None = None
@@ -74,10 +71,10 @@ class Lines:
         self._told: dict[int, tuple[str, float]] = {}
 
     def update(self, rows: "list[RunRow]") -> None:
-        """Print what is new since the last call."""
+        """Print the changes since the last call."""
         from zoobench.db.rows import RunState
 
-        settled = sum(_is_settled(row) for row in rows)
+        ended = sum(row.has_ended for row in rows)
         now = time.monotonic()
         for row in rows:
             state, at = self._told.get(row.id, ("", now))
@@ -85,15 +82,13 @@ class Lines:
             if not is_news and not (row.state is RunState.RUNNING and now - at >= _PLAIN_SECONDS):
                 continue
             self._told[row.id] = (row.state, now)
-            text = _ending(row) if _is_settled(row) else f"running   {_name(row)}{_standing(row)}"
-            say(f"[{settled}/{self._total}] {text}")
+            text = _ending(row) if row.has_ended else f"running   {_name(row)}{_standing(row)}"
+            say(f"[{ended}/{self._total}] {text}")
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         return
 
 
@@ -111,8 +106,8 @@ class Bars:
         )
         self._all = self._progress.add_task("all runs", total=len(run_ids), standing="")
         self._bars: dict[int, TaskID] = {}
-        self._settled: set[int] = set()
-        self._pace = Pace()
+        self._ended: set[int] = set()
+        self._time_left = TimeLeft()
 
     def update(self, rows: "list[RunRow]") -> None:
         """Move the bars; a run that has ended becomes a line above them."""
@@ -120,12 +115,12 @@ class Bars:
         from zoobench.report.views import duration
 
         for row in rows:
-            if _is_settled(row):
+            if row.has_ended:
                 self._close(row)
             elif row.state is RunState.RUNNING:
                 self._move(row)
-        left = self._pace.seconds_left(rows)
-        standing = f"{len(self._settled)} of {len(rows)} done, {duration(left)} left" if left is not None else ""
+        left = self._time_left.seconds_left(rows)
+        standing = f"{len(self._ended)} of {len(rows)} done, {duration(left)} left" if left is not None else ""
         self._progress.update(self._all, completed=sum(_share(row) for row in rows), standing=standing)
 
     def _move(self, row: "RunRow") -> None:
@@ -137,9 +132,9 @@ class Bars:
             )
 
     def _close(self, row: "RunRow") -> None:
-        if row.id in self._settled:
+        if row.id in self._ended:
             return
-        self._settled.add(row.id)
+        self._ended.add(row.id)
         if row.id in self._bars:
             self._progress.remove_task(self._bars.pop(row.id))
         self._progress.console.print(_ending(row))
@@ -148,20 +143,12 @@ class Bars:
         self._progress.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._progress.stop()
 
 
-def _is_settled(row: "RunRow") -> bool:
-    from zoobench.db.rows import OPEN_STATES
-
-    return row.state not in OPEN_STATES
-
-
 def _share(row: "RunRow") -> float:
-    return 1.0 if _is_settled(row) else row.fraction
+    return 1.0 if row.has_ended else row.fraction
 
 
 def _name(row: "RunRow") -> str:
@@ -169,7 +156,7 @@ def _name(row: "RunRow") -> str:
 
 
 def _standing(row: "RunRow") -> str:
-    """How far a run in progress is, as the tail of a line."""
+    """Progress, score and time left of a run in progress, as the tail of a line."""
     from zoobench.report.views import duration
 
     if row.fraction <= 0:

@@ -9,7 +9,6 @@ from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import console, say
-from zoobench.cli.solutions import solution_of
 from zoobench.render.formats import FilmFormat
 
 ShowProgress = Callable[[str, int, int], None]
@@ -37,6 +36,7 @@ def render(
     is an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
     """
     from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
     from zoobench.render.film import film
     from zoobench.render.film_files import check_tools, moments_of, write
     from zoobench.render.formats import destination

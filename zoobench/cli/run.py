@@ -1,4 +1,4 @@
-"""`zoobench run`: do what was asked for and is not done yet."""
+"""`zoobench run`: do the runs that are asked for and not done yet."""
 
 import re
 from collections.abc import Iterable
@@ -8,33 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    BudgetOption,
-    ControllerOption,
-    DatabaseOption,
-    DesignOption,
-    EnvOption,
-    FidelityOption,
-    FramesOption,
-    MethodOption,
-    PresetOption,
-    SeedsOption,
-    SmokeOption,
-    SuiteOption,
-    TaskOption,
-    ToleranceOption,
-    WorkersOption,
-    command_text,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, WorkersOption, command_text, request, takes
 from zoobench.cli.output import say
-from zoobench.cli.selection import Selection
 from zoobench.errors import UsageError
+from zoobench.spec import AXES
 
 if TYPE_CHECKING:
     from zoobench.db.rows import EnqueueReport, RunRow
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
+    from zoobench.harness.request import RunRequest
 
 _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
@@ -48,20 +31,9 @@ class Retry(StrEnum):
     ALL = "all"
 
 
+@takes(request)
 def run(
-    env: EnvOption = "",
-    task: TaskOption = "",
-    design: DesignOption = "",
-    controller: ControllerOption = "",
-    method: MethodOption = "",
-    seeds: SeedsOption = "",
-    suite: SuiteOption = "",
-    preset: PresetOption = "",
-    smoke: SmokeOption = False,
-    budget: BudgetOption = "",
-    frames: FramesOption = None,
-    fidelity: FidelityOption = "",
-    tolerance: ToleranceOption = None,
+    asked: "RunRequest",
     jobs: WorkersOption = 2,
     timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
@@ -79,12 +51,10 @@ def run(
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
+    from zoobench.verify.accuracy.tolerance import choose
 
-    chosen = Selection(
-        env, task, design, controller, method, seeds, preset, smoke, budget, frames, fidelity, tolerance, db, suite
-    )
     limit = parse_duration(timeout) if timeout else None
-    cells = chosen.cells()
+    cells = asked.cells(db, choose, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(
@@ -113,7 +83,7 @@ def parse_duration(text: str) -> float:
 
 
 def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, rerun: str) -> list[int]:
-    """Put back into the queue what --retry and --rerun name among the runs of this command; their ids."""
+    """Queue the runs of this command again that --retry and --rerun name; their ids."""
     from zoobench.db.rows import UNSUCCESSFUL_STATES, RunState
 
     again: list[int] = []
@@ -121,18 +91,12 @@ def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, r
         states = UNSUCCESSFUL_STATES if retry is Retry.ALL else (RunState(retry.value),)
         again += store.retry(report.existing_failed, states=states)
     if rerun:
-        settled = store.runs(ids=[*report.existing_done, *report.existing_failed])
-        named = [row.id for row in settled if _has_name(row, rerun)]
+        ended = store.runs(ids=[*report.existing_done, *report.existing_failed])
+        named = [row.id for row in ended if any(fnmatchcase(getattr(row.spec, axis).name, rerun) for axis in AXES[:5])]
         again += store.retry(named, states=(RunState.DONE, *UNSUCCESSFUL_STATES))
         if not named:
             say(f"--rerun {rerun}: none of the finished runs has a component of that name.")
     return again
-
-
-def _has_name(row: "RunRow", glob: str) -> bool:
-    spec = row.spec
-    refs = (spec.env, spec.task, spec.design, spec.controller, spec.method)
-    return any(fnmatchcase(ref.name, glob) for ref in refs)
 
 
 def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]") -> None:
@@ -151,7 +115,7 @@ def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]
 
 
 def _conclude(rows: "list[RunRow]", failed_before: set[int], db: str, *, is_smoke: bool) -> None:
-    """Say what failed and what to type next; the exit code is 1 if some run did not succeed."""
+    """Print failed runs and the next command; the exit code is 1 if some run did not succeed."""
     from zoobench.db.rows import RunState
     from zoobench.report.views import counts_text
 

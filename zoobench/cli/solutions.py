@@ -24,36 +24,13 @@ def names_run(text: str, db: str) -> bool:
     return may_be_run(text) or (is_key and ("://" in db or Path(db).exists()))
 
 
-def solution_of(store: "Store", run: "RunRow") -> tuple[float, ...]:
-    """The parameters of a run's solution.
-
-    Raises:
-        UsageError: the run has none.
-    """
-    from zoobench.db.rows import OPEN_STATES, RunState
-    from zoobench.report.views import repeat_command
-
-    if run.state in OPEN_STATES:
-        raise UsageError(
-            f"Run {run.id} is {run.state} and has no solution yet. Wait until `zoobench status` counts it as done."
-        )
-    if run.state is not RunState.DONE:
-        raise UsageError(f"Run {run.id} is {run.state} and has no solution. `zoobench logs {run.id}` says why.")
-    params = store.solution(run.id)
-    if params is None:
-        raise UsageError(
-            f"Run {run.id} was done by an earlier version, which kept no solutions. Do it again with: "
-            f"{repeat_command(run.spec)} --rerun '*'"
-        )
-    return params
-
-
 def archive_of(store: "Store", run: "RunRow") -> "Archive":
     """The archive of a run.
 
     Raises:
         UsageError: the run has no solution, or its method keeps no archive.
     """
+    from zoobench.harness.starts import solution_of
     from zoobench.methods.archive import Archive
 
     solution_of(store, run)  # raises if the run is not done
@@ -77,6 +54,7 @@ def body_of_run(
         UsageError: the run or elite does not exist, or its solution, or the solution does not fit the fidelity.
     """
     from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
     from zoobench.render.bodies import formed
 
     with Store(db, create=False) as store:

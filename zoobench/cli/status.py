@@ -1,4 +1,4 @@
-"""`zoobench status`: what is going on in a database, from any terminal."""
+"""`zoobench status`: the state of the runs in a database."""
 
 import time
 from typing import TYPE_CHECKING, Annotated
@@ -17,14 +17,14 @@ _REFRESH_SECONDS = 1.0
 
 
 def status(
-    watch: Annotated[bool, Option("--watch", "-w", help="Refresh until nothing is left to do.")] = False,
+    watch: Annotated[bool, Option("--watch", "-w", help="Refresh until all runs have ended.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Count the runs and show those in progress.
 
-    For each: attempt, share of the budget used, best score so far, seconds since it last reported a metric, seconds
-    that its worker's lease still lasts, time left.
+    For each: attempt, share of the budget used, score of the incumbent, seconds since it last reported a metric,
+    seconds that its worker's lease still lasts, time left.
     """
     from zoobench.db.store import Store
 

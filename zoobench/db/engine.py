@@ -1,4 +1,4 @@
-"""Opening a database and its transactions; the one module that knows which database it is.
+"""Opening a database and its transactions; the one module that depends on which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
 "database is locked" under contention, whatever the timeout), 30 s of patience. PostgreSQL opens by its URL: readers
@@ -107,7 +107,7 @@ class Database:
         return column.collate("BINARY" if self._path else "C")
 
     def check(self) -> list[str]:
-        """What the database's own integrity check complains about; empty if nothing, or if it has none."""
+        """The findings of the database's own integrity check; empty if there are none, or no such check."""
         if self._path is None:
             return []
         with self.read() as session:

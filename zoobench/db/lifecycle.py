@@ -1,4 +1,4 @@
-"""How attempts end and what becomes of their runs; the part of the store that knows the rules of retrying."""
+"""The ends of attempts and the next states of their runs: the rules of retrying."""
 
 import time
 from dataclasses import replace
@@ -20,7 +20,7 @@ def attempt_update(run_id: int, number: int) -> Update:
 
 
 def why_lost(run: RunRecord) -> str | None:
-    """Why the worker of a RUNNING run must be taken for dead; None while it may live."""
+    """The reason to take the worker of a RUNNING run for dead; None while it may live."""
     if run.owner is None or Owner.parse(run.owner).is_known_dead:
         return "Its worker died."
     if run.lease_until is None or run.lease_until < time.time():

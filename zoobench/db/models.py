@@ -9,7 +9,7 @@ class Base(DeclarativeBase):
 
 
 class SpecRecord(Base):
-    """What a run is; `document` is its canonical JSON, the columns beside it are there to be searched."""
+    """The settings of a run; `document` is its canonical JSON, the other columns are for searching."""
 
     __tablename__ = "specs"
 
@@ -30,7 +30,7 @@ class SpecRecord(Base):
 class RunRecord(Base):
     """One run of one spec. `(id, owner, attempt)` is the fencing token of its worker.
 
-    `lease_until` says whether its worker is alive, `progress_at` whether it gets anywhere; `strikes` counts
+    `lease_until` shows whether its worker is alive, `progress_at` whether it makes progress; `strikes` counts
     the attempts lost in a row without a new checkpoint.
     """
 
@@ -122,7 +122,7 @@ class SolutionRecord(Base):
 
 
 class ArchiveRecord(Base):
-    """What a run has found beside its solution, if its method keeps an archive; `data` as the child process gave it."""
+    """The archive of a run, if its method keeps one; `data` as the child process sent it."""
 
     __tablename__ = "archives"
 
@@ -166,7 +166,7 @@ class StudyRecord(Base):
 
 
 class StudyRowRecord(Base):
-    """What a study found in one case, in the order in which the cases were done; `document` is JSON."""
+    """The result of a study in one case, in the order in which the cases were done; `document` is JSON."""
 
     __tablename__ = "study_rows"
 

@@ -1,4 +1,4 @@
-"""Who holds a run: a process, told apart from a later one that got the same number."""
+"""The process that holds a run, distinguished from a later one with the same number."""
 
 import os
 import platform

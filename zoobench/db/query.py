@@ -1,10 +1,11 @@
-"""Reading: everything that status, results and tables ask of a database. Nothing here writes."""
+"""Reading a database: runs, their results, curves and logs, and studies. Nothing here writes."""
 
 import json
 import time
 from collections.abc import Collection
+from dataclasses import fields
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from sqlalchemy import ColumnElement, ScalarSelect, and_, func, or_, select
 from sqlalchemy.orm import Session, aliased
@@ -13,6 +14,7 @@ from zoobench.db.engine import Database, among
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
+    Base,
     FinalRecord,
     LogRecord,
     MetricRecord,
@@ -92,7 +94,7 @@ class Reader:
         return found[0]
 
     def counts(self, *, ids: Collection[int] | None = None) -> dict[RunState, int]:
-        """How many runs are in each state; states without a run are absent."""
+        """Number of runs in each state; states without a run are absent."""
         statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)
         if ids is not None:
             statement = statement.where(among(RunRecord.id, ids))
@@ -106,7 +108,7 @@ class Reader:
     def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
         """The final results of many runs at once, by run id; of all runs for None. Only those that are DONE have any.
 
-        A run that is being done again keeps its former ones in the database, but they are nobody's result.
+        A run that is being done again keeps its former ones in the database, but they are no result of any run.
         """
         statement = (
             select(FinalRecord)
@@ -135,12 +137,12 @@ class Reader:
             return None if stored is None else decode_params(stored)
 
     def start(self, spec: RunSpec) -> Start | None:
-        """What the run that a spec starts from has found; None if it names none, or that is not here and done."""
+        """Settings and solution of the run that a spec starts from; None without one that is here and done."""
         with self._database.read() as session:
             return load_start(session, spec)
 
     def archive(self, run_id: int) -> bytes | None:
-        """What a run has found beside its solution; None unless it is DONE and its method kept an archive."""
+        """The archive of a run; None unless it is DONE and its method kept one."""
         statement = (
             select(ArchiveRecord.data)
             .join(RunRecord, RunRecord.id == ArchiveRecord.run_id)
@@ -196,7 +198,7 @@ class Reader:
             return [_attempt_row(record, document) for record, document in session.execute(statement)]
 
     def logs(self, run_id: int, *, attempt: int | None = None) -> list[LogRow]:
-        """What the children of a run printed, oldest first; of all attempts for None."""
+        """The lines that the children of a run printed, oldest first; of all attempts for None."""
         statement = select(LogRecord).where(LogRecord.run_id == run_id).order_by(LogRecord.id)
         if attempt is not None:
             statement = statement.where(LogRecord.attempt == attempt)
@@ -212,7 +214,7 @@ class Reader:
         return next(reversed(self.studies(name)), None)
 
     def check(self) -> list[str]:
-        """What the database's own integrity check complains about; empty if nothing."""
+        """The findings of the database's own integrity check; empty if there are none."""
         return self._database.check()
 
 
@@ -268,41 +270,21 @@ def _run_row(
     record: RunRecord, document: str, former: int, finished: float | None, running_since: float | None
 ) -> RunRow:
     running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
-    return RunRow(
-        id=record.id,
-        key=record.spec_key,
-        spec=RunSpec.from_dict(json.loads(document)),
-        state=RunState(record.state),
-        attempt=record.attempt,
-        first_attempt=former + 1,
-        owner=record.owner,
-        reason=record.reason,
-        created_at=record.created_at,
-        started_at=record.started_at,
-        finished_at=record.finished_at,
-        progress_at=record.progress_at,
-        lease_until=record.lease_until,
-        fraction=record.fraction,
-        score=record.score,
-        seconds=(finished or 0.0) + running,
-    )
+    computed: dict[str, Any] = {
+        "key": record.spec_key,
+        "spec": RunSpec.from_dict(json.loads(document)),
+        "state": RunState(record.state),
+        "first_attempt": former + 1,
+        "seconds": (finished or 0.0) + running,
+    }
+    return RunRow(**_columns(record, RunRow, computed), **computed)
 
 
 def _attempt_row(record: AttemptRecord, document: str) -> AttemptRow:
-    return AttemptRow(
-        number=record.number,
-        outcome=RunState(record.outcome),
-        owner=record.owner,
-        host=record.host,
-        started_at=record.started_at,
-        ended_at=record.ended_at,
-        wall_seconds=record.wall_seconds,
-        exit_code=record.exit_code,
-        signal=record.signal,
-        reason=record.reason,
-        traceback=record.traceback,
-        resumed=record.resumed,
-        progressed=record.progressed,
-        peak_memory=record.peak_memory,
-        provenance=json.loads(document),
-    )
+    computed: dict[str, Any] = {"outcome": RunState(record.outcome), "provenance": json.loads(document)}
+    return AttemptRow(**_columns(record, AttemptRow, computed), **computed)
+
+
+def _columns(record: Base, row: type[Any], others: Collection[str]) -> dict[str, Any]:
+    """The columns of a record that a row has under the same names, but for others."""
+    return {field.name: getattr(record, field.name) for field in fields(row) if field.name not in others}

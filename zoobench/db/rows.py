@@ -1,4 +1,4 @@
-"""What the database says and is told, as frozen values: no SQL and no SQLAlchemy here."""
+"""The rows that go into a database and come out of it, as frozen values: no SQL and no SQLAlchemy here."""
 
 import math
 import struct
@@ -105,7 +105,7 @@ class RunRow:
         first_attempt: the one that the present result began with; above 1 if the run was done before and is done again.
         owner: `host:pid:start` of the worker that holds it.
         fraction: how much of its budget is used, 0 to 1.
-        score: the best score so far, None before the first and for a diverged one.
+        score: of the incumbent, None before the first and for a diverged one.
         seconds: wall time of all attempts together since `first_attempt` [s].
         progress_at: when it last reported anything; None before.
     """
@@ -116,20 +116,25 @@ class RunRow:
     state: RunState
     attempt: int
     first_attempt: int
-    owner: str | None
-    reason: str | None
-    created_at: float
-    started_at: float | None
-    finished_at: float | None
-    progress_at: float | None
-    lease_until: float | None
-    fraction: float
-    score: float | None
     seconds: float
+    reason: str | None = None
+    owner: str | None = None
+    created_at: float = 0.0
+    started_at: float | None = None
+    finished_at: float | None = None
+    progress_at: float | None = None
+    lease_until: float | None = None
+    fraction: float = 0.0
+    score: float | None = None
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether nothing of the run is still to be done."""
+        return self.state not in OPEN_STATES
 
     @property
     def seconds_left(self) -> float | None:
-        """Time left at the pace so far [s]; None while there is nothing to judge it by."""
+        """Time left at the rate so far [s]; None before the first progress."""
         if self.state is not RunState.RUNNING or self.fraction <= 0.0:
             return None
         return max(self.seconds * (1.0 - self.fraction) / self.fraction, 0.0)
@@ -167,12 +172,12 @@ class AttemptRow:
 
 @dataclass(frozen=True)
 class StudyRow:
-    """What a study found in one case.
+    """The result of a study in one case.
 
     Attributes:
         case: its name.
         verdict: one word.
-        document: all that was measured, as JSON data; a number that is not finite is stored as `nan`, `+inf` or `-inf`.
+        document: all measurements, as JSON data; a number that is not finite is stored as `nan`, `+inf` or `-inf`.
         finished_at: when it was stored; 0 before.
     """
 
@@ -201,7 +206,7 @@ class StudyRun:
 
 @dataclass(frozen=True)
 class EnqueueReport:
-    """What became of the specs handed to `Store.enqueue`, as run ids."""
+    """The runs of the specs handed to `Store.enqueue`, by their ids."""
 
     new: tuple[int, ...] = ()
     existing_done: tuple[int, ...] = ()
@@ -211,7 +216,7 @@ class EnqueueReport:
 
     @property
     def open(self) -> tuple[int, ...]:
-        """The runs that are still to be done, old and new: what to hand to `launch`."""
+        """The runs that are still to be done, old and new: what to hand to `run_all`."""
         return tuple(sorted(self.new + self.existing_open))
 
 
@@ -232,7 +237,7 @@ class Claim:
 
 @dataclass
 class Batch:
-    """What a child has said since the last commit; written in one transaction, in which order matters not."""
+    """The messages of a child since the last commit; written in one transaction, in any order."""
 
     metrics: dict[tuple[str, int], float] = field(default_factory=dict)
     logs: list[tuple[float, str]] = field(default_factory=list)
@@ -252,9 +257,9 @@ class Batch:
 
 @dataclass(frozen=True)
 class Ending:
-    """How an attempt ended.
+    """The ending of an attempt.
 
-    LOST and CANCELLED put the run back into the queue, the other outcomes settle it. Only DONE has finals, `params`,
+    LOST and CANCELLED put the run back into the queue, the other outcomes end it. Only DONE has finals, `params`,
     the best parameters that were found, and if the method keeps one an `archive` of what was found beside them.
     """
 

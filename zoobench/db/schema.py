@@ -1,4 +1,4 @@
-"""Bringing a database to the schema of this code, and refusing what it cannot know."""
+"""Migration of a database to the schema of this code; unknown schemas are refused."""
 
 from pathlib import Path
 

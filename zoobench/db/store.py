@@ -1,4 +1,4 @@
-"""The only module that writes: the queue of runs, their attempts, and what they report.
+"""The only module that writes: the queue of runs, their attempts, and their results.
 
 A worker owns a run by its claim: owner and attempt number are checked in every write (the fencing token), so
 that a worker that was given up for dead cannot touch what another has taken over.
@@ -49,7 +49,7 @@ _LONGEST_NAME = 200  # of the columns that are there to be searched; the documen
 
 
 class ClaimLostError(StorageError):
-    """Another worker holds the run now, or it was settled: the caller must drop its work."""
+    """Another worker holds the run now, or it has ended: the caller must drop its work."""
 
 
 class Store(Reader):
@@ -153,7 +153,7 @@ class Store(Reader):
         )
 
     def commit(self, claim: Claim, batch: Batch) -> None:
-        """Store what the child has reported and renew the lease, in one transaction.
+        """Store the messages of the child and renew the lease, in one transaction.
 
         Raises:
             ClaimLostError: the claim is not valid any more; nothing is stored.
@@ -163,7 +163,7 @@ class Store(Reader):
             self._write_batch(session, claim, batch)
 
     def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
-        """Close the attempt: settle the run, or queue it again if it was lost or interrupted.
+        """Close the attempt: end the run, or queue it again if it was lost or interrupted.
 
         The batch, the finals, solution and archive of a DONE run, and the new state are one transaction.
 
@@ -261,7 +261,7 @@ class Store(Reader):
 
 
 def _by_key(session: Session, keys: Iterable[str]) -> dict[str, RunRecord]:
-    """The runs that are there already, in few questions, since the lock is held meanwhile."""
+    """The runs that exist already, in few queries, since the lock is held meanwhile."""
     wanted, found = list(keys), {}
     for begin in range(0, len(wanted), _KEYS_AT_ONCE):
         some = RunRecord.spec_key.in_(wanted[begin : begin + _KEYS_AT_ONCE])

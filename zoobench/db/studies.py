@@ -1,4 +1,4 @@
-"""How studies are kept: each carried out any number of times, its rows written one by one as they are done."""
+"""Storage of studies: each is carried out any number of times, its rows written one by one as they are done."""
 
 import hashlib
 import json

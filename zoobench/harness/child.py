@@ -2,7 +2,7 @@
 
 The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `start` (`spec` and
 `params` of the run that the spec names as its start, or null) and `parent` (process id). A later line `stop` asks the
-method to return. What it has to say goes to standard output, one JSON object a line with a `type`:
+method to return. Its messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `checkpoint`: `data` (base64)
@@ -40,9 +40,8 @@ Final = tuple[str, float, str]
 """Name, value and unit of a final result."""
 
 
-class Outcome(NamedTuple):
-    """What a run that is done has to show: its final results, the best parameters that it found, and an archive of
-    others in base64 if its method keeps one."""
+class RunOutcome(NamedTuple):
+    """The result of a run: final values, its solution, and in base64 the archive if its method keeps one."""
 
     finals: list[Final]
     params: list[float]
@@ -50,7 +49,7 @@ class Outcome(NamedTuple):
 
 
 class Wire:
-    """The way to the worker. It takes standard output for itself, and what others print goes to the log."""
+    """The messages to the worker, on standard output; the output of all other code goes to standard error, the log."""
 
     def __init__(self) -> None:
         self._stream = os.fdopen(os.dup(1), "wb", buffering=0)
@@ -97,17 +96,17 @@ class ChildContext:
         return self._stop.is_set()
 
     def progress(self, fraction: float, score: float | None) -> None:
-        """Say how far the run is, in [0, 1], and the best score so far."""
+        """Report the fraction of the run that is done, in [0, 1], and the score of the incumbent."""
         self._wire.send("progress", fraction=float(fraction), score=None if score is None else float(score))
 
 
 def _is_study(spec: RunSpec) -> bool:
-    """Whether the run measures the simulator and competes with nothing."""
+    """Whether the run measures the simulator and is compared with no other."""
     return FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
 
 
-def solve(spec: RunSpec, context: ChildContext) -> Outcome:
-    """Do the run that the spec describes: build its problem, run its method on it, and find what to compare it with."""
+def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
+    """Do the run that the spec describes: build its problem, run its method on it, and compute its reference scores."""
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
@@ -124,7 +123,7 @@ def solve(spec: RunSpec, context: ChildContext) -> Outcome:
     needs_references = not (context.should_stop() or _is_study(spec))
     references = reference_scores(spec) if needs_references else {}
     archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
-    return Outcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
+    return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
 
 def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str, Metric]") -> list[Final]:
@@ -151,8 +150,8 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
 
 
-def serve(solve: Callable[[RunSpec, ChildContext], Outcome]) -> None:
-    """Read the job from standard input, do it with `solve`, and say how it ended."""
+def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
+    """Read the job from standard input, do it with `solve`, and report its ending."""
     lifeline = Lifeline()
     line = lifeline.line()
     if line is None:
@@ -173,7 +172,7 @@ def serve(solve: Callable[[RunSpec, ChildContext], Outcome]) -> None:
     except Exception as error:
         reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
         last_word = {"kind": "failed", "reason": reason, "traceback": traceback.format_exc()}
-    # A method that was asked to stop returns early: neither what it found nor that all diverged so far is the result.
+    # A method that was asked to stop returns early: neither its solution nor a divergence so far is the result.
     if stop.is_set() and last_word["kind"] != "failed":
         last_word = {"kind": "stopped"}
     wire.send(**last_word, peak_memory=peak_memory())

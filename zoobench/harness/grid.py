@@ -1,15 +1,13 @@
 """From selectors to runs: the product of the axes, as specs or as skips with their reason. No database here."""
 
-import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from itertools import product
 
 from zoobench import registry
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.spec import Budget, Ref, RunSpec, Selector, matching
 
 NEEDS_GRADIENT = "gradient"  # tag of a method
 SHARED = (
@@ -17,11 +15,10 @@ SHARED = (
     ("space", Kind.DESIGN, "needs a design space"),
     ("sites", Kind.DESIGN, "needs a design space with a row of parameters for every site"),
 )
-"""Tags of a method that the component of this kind must have, too, and what the method does or needs."""
+"""Tags of a method that the component of this kind must have too, and the reason in words."""
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
-FOR_STUDIES = "study"  # tag of a component that a study uses: patterns pass it over
-
-_COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
+MOST_SEEDS = 10_000
+FOR_STUDIES = "study"  # tag of a component that a study uses: globs leave it out
 
 
 @dataclass(frozen=True)
@@ -66,40 +63,28 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
-    A pattern passes over what is for studies only, and over what cannot be without a value that is not given.
+    A glob leaves out components for studies, and those with a required parameter that is not given.
 
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
         UsageError: another shape, or an unknown version.
     """
     refs: dict[Ref, None] = {}
-    for item in split_selector(text):
-        head, bracket, rest = item.partition("[")
-        known = registry.names(kind)
-        heads = [head]
-        if "*" in head or "?" in head:
-            given = Ref.parse(f"any{bracket}{rest}").kwargs.keys()
-            heads = [
-                name
-                for name in known
-                if fnmatchcase(name, head) and not _is_for_studies(kind, name) and _is_complete(kind, name, given)
-            ]
-            if not heads:
-                raise UnknownNameError(kind.noun, head, known)
-        for name in heads:
-            ref = Ref.parse(name + bracket + rest)
-            registry.get(kind, ref.name, ref.version)
-            refs[ref] = None
+    for selector in Selector.parse_all(text):
+        found = matching(selector.name, registry.names(kind), kind.noun)
+        if selector.is_glob:
+            given = {key for key, _ in selector.params}
+            found = [name for name in found if _is_meant(registry.get(kind, name), given)]
+            if not found:
+                raise UnknownNameError(kind.noun, selector.text, registry.names(kind))
+        for name in found:
+            registry.get(kind, name, selector.version)
+            refs[Ref(name, selector.version, selector.params)] = None
     return list(refs)
 
 
-def split_selector(text: str) -> list[str]:
-    """The items of a selector: at its commas, but for those between brackets."""
-    return [item.strip() for item in _COMMA_OUTSIDE_BRACKETS.split(text)]
-
-
 def parse_one(text: str, kind: Kind) -> Ref:
-    """Read the one reference that a text stands for.
+    """Read a selector that stands for one component.
 
     Raises:
         UsageError: it stands for several; otherwise as `parse_selector`.
@@ -111,12 +96,9 @@ def parse_one(text: str, kind: Kind) -> Ref:
     return refs[0]
 
 
-def _is_for_studies(kind: Kind, name: str) -> bool:
-    return FOR_STUDIES in registry.get(kind, name).tags
-
-
-def _is_complete(kind: Kind, name: str, given: Collection[str]) -> bool:
-    return registry.get(kind, name).required <= set(given)
+def _is_meant(component: registry.Component, given: Collection[str]) -> bool:
+    """Whether a glob stands for a component too: not for those of studies, nor for those that lack a parameter."""
+    return FOR_STUDIES not in component.tags and component.required <= set(given)
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:

@@ -1,8 +1,8 @@
-"""Ctrl-C that is never lost."""
+"""Ctrl-C, deferred until it can be handled."""
 
 import signal
 import threading
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Self
 
 
@@ -25,14 +25,12 @@ class Interruption:
             self._is_set = True
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._is_set:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def check(self) -> None:
-        """Where it can be acted upon.
+        """Raise the interrupt that was noted.
 
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed.

@@ -1,4 +1,4 @@
-"""Dying with one's parent: a process reads its orders from standard input and ends when that is closed.
+"""The end of a process with its parent: it reads its orders from standard input and ends when that is closed.
 
 An operating system closes a dead process's pipes whatever killed it, so nothing that `run` started outlives it.
 """

@@ -12,10 +12,10 @@ DEFAULT = "quick"
 
 @dataclass(frozen=True)
 class Preset:
-    """What a run gets where the user says nothing.
+    """The settings of runs where the user states none.
 
     Attributes:
-        summary: how long it takes on two cores, and what it is for.
+        summary: its time on two cores, and its purpose.
         frames: length of an episode in control frames.
         methods: the methods with their settings; a method that the user names bare gets its settings from here.
     """
@@ -49,19 +49,25 @@ class Preset:
             tasks=tuple(tasks),
             designs=self.designs if designs is None else tuple(designs),
             controllers=self.controllers if controllers is None else tuple(controllers),
-            methods=self.methods if methods is None else tuple(self.settle(method) for method in methods),
+            methods=self.methods if methods is None else tuple(self.with_settings(method) for method in methods),
             seeds=self.seeds if seeds is None else tuple(seeds),
             budget=budget or self.budget,
             fidelity=fidelity or self.fidelity,
             frames=self.frames if frames is None else frames,
         )
 
-    def settle(self, method: Ref) -> Ref:
+    def with_settings(self, method: Ref) -> Ref:
         """The method with this preset's settings filled in where the reference names none."""
         for own in self.methods:
             if own.name == method.name:
                 return method.with_defaults(**own.kwargs)
         return method
+
+
+def _published(name: str, summary: str, iterations: int, *methods: str, **axes: tuple[Ref, ...]) -> Preset:
+    """A preset with the fidelity, episode length and seeds of the published benchmark."""
+    refs = tuple(map(Ref.parse, methods))
+    return Preset(name, summary, Ref("paper"), 200, Budget("iterations", iterations), (0, 1, 2), refs, **axes)
 
 
 # A gradient simulates every substep three times (forward, again from a checkpoint, backward). Where the budget counts
@@ -85,73 +91,37 @@ _PRESETS = (
         seeds=(0, 1),
         methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
     ),
-    Preset(
-        name="paper",
-        summary="hours: the settings of the published benchmark",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 30),
-        seeds=(0, 1, 2),
-        methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
+    _published(
+        "paper", "hours: the settings of the published benchmark",
+        30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
     ),
-    Preset(
-        name="animals",
-        summary="hours for each animal: as paper, for all four (specification F.1, table 1)",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 30),
-        seeds=(0, 1, 2),
-        methods=(Ref.parse("diffphysics[lr=0.1,iterations=30,restarts=8]"), Ref.parse("random[batch=24]")),
+    _published(
+        "animals", "hours for each animal: as paper, for all four (specification F.1, table 1)",
+        30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
         designs=(Ref("caterpillar"), Ref("baby-seal"), Ref("fish"), Ref("panda")),
     ),
-    Preset(
-        name="control",
-        summary="many hours: the controller of a given body alone (specification F.1)",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 100),
-        seeds=(0, 1, 2),
-        methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
+    _published(
+        "control", "many hours: the controller of a given body alone (specification F.1)",
+        100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
     ),
-    Preset(
-        name="design",
-        summary="many hours: a body for a given gait alone (specification F.1)",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 100),
-        seeds=(0, 1, 2),
-        methods=(Ref.parse("diffphysics[lr=0.01,iterations=100,restarts=8]"), Ref.parse("random[batch=24]")),
-        designs=(Ref("voxel"),),
-        controllers=(Ref("fixed-sine"),),
+    _published(
+        "design", "many hours: a body for a given gait alone (specification F.1)",
+        100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
+        designs=(Ref("voxel"),), controllers=(Ref("fixed-sine"),),
     ),
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
-    Preset(
-        name="codesign",
-        summary="days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 250),
-        seeds=(0, 1, 2),
-        methods=(
-            Ref.parse("diffphysics[lr=0.01,iterations=250,restarts=8]"),
-            Ref.parse("evolution[sigma=0.1,population=10,generations=100]"),
-            Ref.parse("random[batch=24]"),
-        ),
-        designs=(Ref("voxel"),),
+    _published(
+        "codesign", "days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
+        250, "diffphysics[lr=0.01,iterations=250,restarts=8]", "evolution[sigma=0.1,population=10,generations=100]",
+        "random[batch=24]", designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
-    Preset(
-        name="ppo",
-        summary="hours: reinforcement learning over 100 000 frames (specification F.2)",
-        fidelity=Ref("paper"),
-        frames=200,
-        budget=Budget("iterations", 49),
-        seeds=(0, 1, 2),
-        methods=(Ref.parse("ppo[timesteps=100000]"), Ref.parse("random[batch=11]")),
-        controllers=(Ref("policy-network"),),
+    _published(
+        "ppo", "hours: reinforcement learning over 100 000 frames (specification F.2)",
+        49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
-)
+)  # fmt: skip
 
 
 def names() -> list[str]:

@@ -17,7 +17,7 @@ from zoobench.db.rows import Claim
 CHILD_COMMAND = (sys.executable, "-m", "zoobench.harness.child")
 _LONGEST_LOG_LINE = 2000
 _LAST_WORDS_SECONDS = 5.0
-"""How long the pipes of a dead child are read on: a process that it left behind may hold them open for ever."""
+"""Time for reading the pipes of a dead child to their ends: a process that it left behind may hold them open."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ Event = Message | LogLine | End
 
 
 class ChildProcess:
-    """Starts the command, hands it its job, and collects what it says. Spawned, never forked."""
+    """Starts the command, sends it its job, and collects its messages. Spawned, never forked."""
 
     def __init__(self, command: Sequence[str], claim: Claim) -> None:
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
@@ -84,7 +84,7 @@ class ChildProcess:
         return self._process.wait()
 
     def close(self) -> None:
-        """Kill it and take its remains away."""
+        """Kill it and close its streams."""
         self.kill()
         self.wait()
         self._join_readers()
@@ -92,7 +92,7 @@ class ChildProcess:
             return  # a stream cannot be closed while it is read; both end with the process that holds it open
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             assert stream is not None
-            with contextlib.suppress(OSError):  # what it was told last may not have reached it
+            with contextlib.suppress(OSError):  # the last line may not have been read
                 stream.close()
 
     def _tell(self, contents: Any) -> None:

@@ -1,4 +1,4 @@
-"""Watching over one attempt: what the child says goes to the database, and its ending is judged."""
+"""Supervision of one attempt: the child's messages are stored, and its outcome is determined."""
 
 import base64
 import signal
@@ -15,7 +15,7 @@ from zoobench.harness.process import ChildProcess, End, Event, LogLine, Message
 COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
 GRACE_SECONDS = 3.0  # for a child that was asked to stop
-EXIT_SECONDS = 30.0  # for one that has said its last word and writes its compile cache
+EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 _POLL_SECONDS = 0.1
 _LAST_WORDS = frozenset({"done", "diverged", "failed", "stopped"})
 _MOST_LOG_LINES = 10_000  # of one attempt
@@ -127,7 +127,7 @@ class _Supervisor:
         self._process.ask_to_stop()
 
     def _judge(self, code: int) -> Ending:
-        """The ending of the attempt, by the child's last word; without one, by what became of it."""
+        """The ending of the attempt, by the child's last message; without one, by how the process ended."""
         exit_facts: dict[str, Any] = {"exit_code": code} if code >= 0 else {"signal": -code}
         word = self._last_word
         if word is not None:

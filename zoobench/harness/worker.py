@@ -24,7 +24,7 @@ from zoobench.harness.supervise import supervise
 
 @dataclass(frozen=True)
 class WorkerOrders:
-    """What a worker is to do.
+    """The orders of a worker.
 
     Attributes:
         run_ids: the runs that it may take; None for all.

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from zoobench.errors import UsageError
 from zoobench.render import figures
 from zoobench.report.labels import labels
-from zoobench.report.learning_curves import Curve, cells
+from zoobench.report.learning_curves import LearningCurve, cells
 from zoobench.report.normalise import REFERENCES
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
 
@@ -34,6 +34,10 @@ _CAPTION = (
 )
 
 
+Looks = Mapping[Ref, tuple[str, str, str]]
+"""Label, colour and stroke of each method."""
+
+
 @dataclass(frozen=True)
 class Line:
     """A method in a cell, over the amounts at which all its seeds have a score; it holds from each to the next.
@@ -49,7 +53,7 @@ class Line:
     high: tuple[float, ...]
 
 
-def line(seeds: Sequence[Curve]) -> Line | None:
+def line(seeds: Sequence[LearningCurve]) -> Line | None:
     """The line of a method; None where there is no amount at which all seeds have a score."""
     first = [
         next((x for x, score in zip(one.spent, one.scores, strict=True) if score is not None), None) for one in seeds
@@ -71,7 +75,7 @@ def line(seeds: Sequence[Curve]) -> Line | None:
     )
 
 
-def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> int:
+def draw(results: Iterable[RunResult], known: Mapping[int, LearningCurve], path: Path) -> int:
     """Draw the curves of these results, a panel for each cell; how many panels there are.
 
     Raises:
@@ -103,7 +107,7 @@ def draw(results: Iterable[Result], known: Mapping[int, Curve], path: Path) -> i
     return len(groups)
 
 
-def _looks(methods: Iterable[Ref]) -> dict[Ref, tuple[str, str, str]]:
+def _looks(methods: Iterable[Ref]) -> Looks:
     """Label, colour and stroke of each method, the same in all panels."""
     names = labels(methods)
     ordered = sorted(names, key=str)
@@ -113,8 +117,8 @@ def _looks(methods: Iterable[Ref]) -> dict[Ref, tuple[str, str, str]]:
     }
 
 
-def _titles(groups: Sequence[Sequence[Result]]) -> list[str]:
-    """What each panel is about: environment and task, and of the other axes what tells panels apart."""
+def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
+    """The title of each panel: environment, task, design, and the other axes in which panels differ."""
     specs = [group[0].run.spec for group in groups]
     names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
@@ -127,15 +131,18 @@ def _titles(groups: Sequence[Sequence[Result]]) -> list[str]:
     ]
 
 
-def _seeds(group: Sequence[Result]) -> str:
-    """How many seeds each line stands for: `3 seeds`, or `2 to 3 seeds`."""
+def _seeds(group: Sequence[RunResult]) -> str:
+    """The number of seeds behind each line: `3 seeds`, or `2 to 3 seeds`."""
     counts = sorted(Counter(result.run.spec.method for result in group).values())
     number = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else str(counts[0])
     return f"{number} seed" if number == "1" else f"{number} seeds"
 
 
 def _panel(
-    axes: "Axes", group: Sequence[Result], known: Mapping[int, Curve], looks: Mapping[Ref, tuple[str, str, str]]
+    axes: "Axes",
+    group: Sequence[RunResult],
+    known: Mapping[int, LearningCurve],
+    looks: Looks,
 ) -> None:
     ends = []
     for method in methods_of(group):
@@ -159,7 +166,7 @@ def _panel(
     axes.grid(alpha=0.3)
 
 
-def _mark_references(axes: "Axes", group: Sequence[Result]) -> None:
+def _mark_references(axes: "Axes", group: Sequence[RunResult]) -> None:
     """A thin line for each reference score, the mean over the runs that know it."""
     levels = []
     for name in REFERENCES:

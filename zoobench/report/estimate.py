@@ -1,17 +1,17 @@
-"""How long runs will take, judged by the finished ones of the same kind in the database."""
+"""Estimated times of runs, from finished runs of the same kind in the database."""
 
 from collections.abc import Sequence
 from statistics import median
 
 from zoobench.db.rows import RunState
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.spec import RunSpec
 
 _SUBSTEPS = ("forward_substeps", "recomputed_substeps", "backward_substeps")
 
 
-def estimate_seconds(spec: RunSpec, past: Sequence[Result]) -> float | None:
-    """The expected wall time of a run [s], None if nothing in the database tells.
+def estimate_seconds(spec: RunSpec, past: Sequence[RunResult]) -> float | None:
+    """The expected wall time of a run [s], None if no run in the database is comparable.
 
     The median time of finished runs that differ by the seed only. Without any, for a budget in substeps: the amount
     times the median time per substep of runs with the same environment, design and fidelity, those of the same
@@ -45,5 +45,5 @@ def _place(spec: RunSpec) -> tuple[object, ...]:
     return spec.env, spec.design, spec.fidelity
 
 
-def _substeps(result: Result) -> float:
+def _substeps(result: RunResult) -> float:
     return sum(result.finals[name].value for name in _SUBSTEPS if name in result.finals)

@@ -1,4 +1,4 @@
-"""What stands under a table: everything needed to judge its numbers and to make them again.
+"""The footer of a table: the provenance of its numbers, and the command that makes it again.
 
 It depends on the database and the command only, not on the moment: the same runs give the same text.
 """
@@ -19,7 +19,7 @@ _LEGEND = (
 
 
 class Origin(Protocol):
-    """An attempt, as far as a footer tells of it; times in seconds since the epoch."""
+    """The provenance of an attempt; times in seconds since the epoch."""
 
     @property
     def started_at(self) -> float:
@@ -27,7 +27,7 @@ class Origin(Protocol):
 
     @property
     def ended_at(self) -> float | None:
-        """When it ended; None if nobody knows."""
+        """When it ended; None if that is unknown."""
 
     @property
     def provenance(self) -> Mapping[str, Any]:
@@ -42,9 +42,9 @@ class Footer:
         commits: of zoobench, each marked where there were uncommitted changes.
         components: every reference in the tables with its version and all parameters.
         machines: processor, cores, accelerators, memory.
-        packages: name and version of what the numbers depend on.
+        packages: name and version of the packages on which the numbers depend.
         dates: first start and last end of the runs, UTC; empty without a finished run.
-        command: what prints these tables.
+        command: the command that prints these tables.
     """
 
     commits: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""A leaderboard: all that a suite asks for, with what a database knows of it, and its export, which is all of that.
+"""A leaderboard: the runs of a suite with their results, and its export, which holds all of them.
 
 The export is JSON in one canonical form: a line for each provenance, component and run, keys sorted; seeds of a cell
 that no run exists for share a line. Equal content is equal text, so that what is committed can be compared byte for
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.errors import UsageError
-from zoobench.report.query import SMOKE, Choice, Result, choose_results, origins
-from zoobench.spec import AXES, RunSpec, canonical_json
+from zoobench.report.run_results import SMOKE, RunResult, choose_results, origins
+from zoobench.spec import AXES, RunSelection, RunSpec, canonical_json
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 FORMAT = 1
 MISSING = "missing"
 _OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
-"""What an export tells of an attempt's origin; not the name of the machine."""
-_SETTLED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
+"""The parts of a provenance that an export holds; not the name of the machine."""
+_ENDED = (RunState.DONE, RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One that a result came from; times in seconds since the epoch."""
+    """An attempt that a result came from; times in seconds since the epoch."""
 
     started_at: float
     ended_at: float | None
@@ -37,13 +37,13 @@ class Attempt:
 
 
 @dataclass(frozen=True)
-class Entry:
+class BoardRow:
     """A run that the suite asks for.
 
     Attributes:
         state: None if no such run exists.
         reason: why it has no score, or cannot be done.
-        seconds: wall time of its attempts [s]; 0 while it is not settled.
+        seconds: wall time of its attempts [s]; 0 while it has not ended.
         attempts: those that its result came from.
     """
 
@@ -62,40 +62,45 @@ class Leaderboard:
     name: str
     source: str
     summary: str
-    entries: tuple[Entry, ...]
+    rows: tuple[BoardRow, ...]
 
-    def results(self) -> list[Result]:
+    @property
+    def attempts(self) -> list[Attempt]:
+        """Those that any result came from."""
+        return [attempt for row in self.rows for attempt in row.attempts]
+
+    def results(self) -> list[RunResult]:
         """The runs that exist, as tables take them."""
         return [
-            Result(run, dict(entry.finals))
-            for number, entry in enumerate(self.entries, start=1)
-            if (run := _run_row(number, entry)) is not None
+            RunResult(run, dict(row.finals))
+            for number, row in enumerate(self.rows, start=1)
+            if (run := _run_row(number, row)) is not None
         ]
 
     def missing(self) -> list[RunSpec]:
         """The runs that do not exist."""
-        return [entry.spec for entry in self.entries if entry.state is None]
+        return [row.spec for row in self.rows if row.state is None]
 
     def completed(self, earlier: "Leaderboard") -> "Leaderboard":
-        """With what an earlier export knows of the runs that have come to no end here, or have no score here only."""
-        known = earlier.settled()
-        entries = (_better(entry, known.get(entry.spec.key(), entry)) for entry in self.entries)
-        return replace(self, entries=tuple(entries))
+        """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
+        known = earlier.ended()
+        rows = (_better(row, known.get(row.spec.key(), row)) for row in self.rows)
+        return replace(self, rows=tuple(rows))
 
-    def unasked(self, earlier: "Leaderboard") -> list[Entry]:
-        """What an earlier export knows of runs that this one does not ask for."""
-        asked = {entry.spec.key() for entry in self.entries}
-        return [entry for key, entry in earlier.settled().items() if key not in asked]
+    def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
+        """The ended runs of an earlier export that this one does not ask for."""
+        asked = {row.spec.key() for row in self.rows}
+        return [row for key, row in earlier.ended().items() if key not in asked]
 
-    def settled(self) -> dict[str, Entry]:
+    def ended(self) -> dict[str, BoardRow]:
         """The runs that have come to an end, by key."""
-        return {entry.spec.key(): entry for entry in self.entries if entry.state in _SETTLED}
+        return {row.spec.key(): row for row in self.rows if row.state in _ENDED}
 
 
 def gather(
     reader: "Reader", name: str, source: str, summary: str, asked: Sequence[tuple[RunSpec, str | None]]
 ) -> Leaderboard:
-    """What a database knows of the runs that a suite asks for, each with why it cannot be done, if so.
+    """The results that a database has of the runs of a suite, each with the reason why it cannot be done, if any.
 
     Smoke runs are left out: their numbers mean nothing.
 
@@ -106,9 +111,9 @@ def gather(
     counted = [(spec, why) for spec, why in asked if spec.fidelity.name != SMOKE]
     if not counted:
         raise UsageError(f"All runs of the suite {name!r} have the fidelity smoke, and no table shows those.")
-    known = {result.run.key: result for result in choose_results(reader, Choice())}
-    entries = (_entry(reader, spec, why, known.get(spec.key())) for spec, why in counted)
-    return Leaderboard(name, source, summary, tuple(entries))
+    known = {result.run.key: result for result in choose_results(reader, RunSelection())}
+    rows = (_board_row(reader, spec, why, known.get(spec.key())) for spec, why in counted)
+    return Leaderboard(name, source, summary, tuple(rows))
 
 
 def to_text(board: Leaderboard) -> str:
@@ -116,14 +121,14 @@ def to_text(board: Leaderboard) -> str:
     documents: list[Mapping[str, Any]] = []
     components: list[Mapping[str, Any]] = []
     runs: list[dict[str, Any]] = []
-    for entry in board.entries:
-        cell = _cell(entry.spec, components)
-        if entry.state is not None:
-            runs.append(_record(entry, cell, documents))
+    for row in board.rows:
+        cell = _cell(row.spec, components)
+        if row.state is not None:
+            runs.append(_record(row, cell, documents))
         elif runs and runs[-1]["state"] == MISSING and runs[-1]["spec"] == cell:
-            runs[-1]["seeds"].append(entry.spec.seed)
+            runs[-1]["seeds"].append(row.spec.seed)
         else:
-            runs.append({"spec": cell, "state": MISSING, "seeds": [entry.spec.seed]})
+            runs.append({"spec": cell, "state": MISSING, "seeds": [row.spec.seed]})
     suite = {"name": board.name, "source": board.source, "summary": board.summary}
     lines = [
         f'"format":{FORMAT}',
@@ -146,25 +151,25 @@ def from_text(text: str, where: str) -> Leaderboard:
         if document["format"] != FORMAT:
             raise UsageError(f"its format is {document['format']!r}, and this zoobench reads {FORMAT}")
         suite, documents, components = document["suite"], document["provenance"], document["components"]
-        entries = tuple(entry for record in document["runs"] for entry in _entries_of(record, documents, components))
-        _check_entries(entries)
-        return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), entries)
+        rows = tuple(row for record in document["runs"] for row in _rows_of(record, documents, components))
+        _check_rows(rows)
+        return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), rows)
     except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise UsageError(
-            f"{where} is no export of a leaderboard: {what}. `zoobench table --suite NAME --publish DIR` writes one."
+            f"{where} is no export of a leaderboard: {what}. `zoobench leaderboard publish SUITE DIR` writes one."
         ) from None
 
 
-def _better(now: Entry, before: Entry) -> Entry:
-    """What counts of a run that two databases know: that it was done, else what is known now."""
+def _better(now: BoardRow, before: BoardRow) -> BoardRow:
+    """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended."""
     is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
-    return before if is_lost or now.state not in _SETTLED else now
+    return before if is_lost or now.state not in _ENDED else now
 
 
-def _entry(reader: "Reader", spec: RunSpec, why: str | None, result: Result | None) -> Entry:
+def _board_row(reader: "Reader", spec: RunSpec, why: str | None, result: RunResult | None) -> BoardRow:
     if result is None:
-        return Entry(spec) if why is None else Entry(spec, RunState.SKIPPED, why)
+        return BoardRow(spec) if why is None else BoardRow(spec, RunState.SKIPPED, why)
     run = result.run
     made = tuple(
         Attempt(
@@ -175,8 +180,8 @@ def _entry(reader: "Reader", spec: RunSpec, why: str | None, result: Result | No
         )
         for attempt in origins(reader, [result])
     )
-    seconds = run.seconds if run.state in _SETTLED else 0.0
-    return Entry(spec, run.state, run.reason, seconds, result.finals, made)
+    seconds = run.seconds if run.state in _ENDED else 0.0
+    return BoardRow(spec, run.state, run.reason, seconds, result.finals, made)
 
 
 def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
@@ -186,19 +191,19 @@ def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
     return plain | {axis: _place(plain[axis], components) for axis in AXES}
 
 
-def _record(entry: Entry, cell: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> dict[str, Any]:
+def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> dict[str, Any]:
     """A run that exists as JSON data; its provenance is the place of a document in the list, which grows."""
     return {
-        "key": entry.spec.key(),
+        "key": row.spec.key(),
         "spec": cell,
-        "seed": entry.spec.seed,
-        "state": str(entry.state),
-        "reason": entry.reason,
-        "seconds": round(entry.seconds, 3),
+        "seed": row.spec.seed,
+        "state": str(row.state),
+        "reason": row.reason,
+        "seconds": round(row.seconds, 3),
         "finals": {
             # JSON holds no NaN and no infinity: such a value is null.
             name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
-            for name, final in entry.finals.items()
+            for name, final in row.finals.items()
         },
         "attempts": [
             {
@@ -207,23 +212,23 @@ def _record(entry: Entry, cell: Mapping[str, Any], documents: list[Mapping[str, 
                 "resumed": attempt.resumed,
                 "provenance": _place(attempt.provenance, documents),
             }
-            for attempt in entry.attempts
+            for attempt in row.attempts
         ],
     }
 
 
-def _entries_of(
+def _rows_of(
     record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]], components: Sequence[Mapping[str, Any]]
-) -> Iterator[Entry]:
+) -> Iterator[BoardRow]:
     """The runs of a line: one that exists, or those that do not."""
     cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in AXES}
     if record["state"] == MISSING:
-        yield from (Entry(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
+        yield from (BoardRow(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
     else:
-        yield _entry_of(record, RunSpec.from_dict({**cell, "seed": record["seed"]}), documents)
+        yield _row_of(record, RunSpec.from_dict({**cell, "seed": record["seed"]}), documents)
 
 
-def _entry_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapping[str, Any]]) -> Entry:
+def _row_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapping[str, Any]]) -> BoardRow:
     if spec.key() != record["key"]:
         raise UsageError(f"the key {str(record['key'])[:12]} is not that of {spec}")
     state = RunState(record["state"])
@@ -240,7 +245,7 @@ def _entry_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapp
         )
         for item in record["attempts"]
     )
-    return Entry(spec, state, record["reason"], float(record["seconds"]), finals, attempts)
+    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts)
 
 
 def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -251,18 +256,18 @@ def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:
     return document
 
 
-def _check_entries(entries: Iterable[Entry]) -> None:
+def _check_rows(rows: Iterable[BoardRow]) -> None:
     seen: set[str] = set()
-    for entry in entries:
-        key, _ = entry.spec.key(), hash(entry.spec)  # TypeError: a parameter is no plain value
+    for row in rows:
+        key, _ = row.spec.key(), hash(row.spec)  # TypeError: a parameter is no plain value
         if key in seen:
-            raise UsageError(f"{entry.spec} comes twice")
-        if entry.spec.fidelity.name == SMOKE:
-            raise UsageError(f"{entry.spec} is a smoke run, whose numbers mean nothing")
-        if entry.finals and entry.state is not RunState.DONE:
-            raise UsageError(f"{entry.spec} is {entry.state or MISSING} and has results")
-        if entry.state is RunState.DONE and not entry.attempts:
-            raise UsageError(f"{entry.spec} is done, and no attempt says where")
+            raise UsageError(f"{row.spec} comes twice")
+        if row.spec.fidelity.name == SMOKE:
+            raise UsageError(f"{row.spec} is a smoke run, whose numbers mean nothing")
+        if row.finals and row.state is not RunState.DONE:
+            raise UsageError(f"{row.spec} is {row.state or MISSING} and has results")
+        if row.state is RunState.DONE and not row.attempts:
+            raise UsageError(f"{row.spec} is done, and no attempt says where")
         seen.add(key)
 
 
@@ -282,25 +287,18 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is no JSON")
 
 
-def _run_row(number: int, entry: Entry) -> RunRow | None:
+def _run_row(number: int, row: BoardRow) -> RunRow | None:
     """The run as a database would give it, as far as tables ask; None if it does not exist."""
-    if entry.state is None:
+    if row.state is None:
         return None
     return RunRow(
         id=number,
-        key=entry.spec.key(),
-        spec=entry.spec,
-        state=entry.state,
-        attempt=len(entry.attempts),
+        key=row.spec.key(),
+        spec=row.spec,
+        state=row.state,
+        attempt=len(row.attempts),
         first_attempt=1,
-        owner=None,
-        reason=entry.reason,
-        created_at=0.0,
-        started_at=None,
-        finished_at=None,
-        progress_at=None,
-        lease_until=None,
+        seconds=row.seconds,
+        reason=row.reason,
         fraction=1.0,
-        score=None,
-        seconds=entry.seconds,
     )

@@ -8,11 +8,11 @@ from typing import Any
 from zoobench.db.rows import RunState
 from zoobench.report.footer import footer
 from zoobench.report.labels import labels
-from zoobench.report.leaderboard import MISSING, Entry, Leaderboard, to_text
+from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
-from zoobench.report.views import duration, repeat_command
-from zoobench.spec import AXES, Budget
+from zoobench.report.views import duration
+from zoobench.spec import AXES, Budget, repeat_command
 
 FOLDER = "leaderboards"
 _DIGITS = 9
@@ -39,22 +39,20 @@ def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
 def csv_page(board: Leaderboard) -> str:
     """A line for every cell of the rows that have a run, with the reasons of what has no score and the command that
     repeats it."""
-    cells: dict[tuple[str, ...], list[Entry]] = {}
-    for entry in board.entries:
-        cells.setdefault(entry.spec.cell(), []).append(entry)
+    cells: dict[tuple[str, ...], list[BoardRow]] = {}
+    for run in board.rows:
+        cells.setdefault(run.spec.cell(), []).append(run)
     listing = long_listing(without_empty_rows(tables_of(board)))
     rows = []
     for record in (dict(zip(listing.columns, row, strict=True)) for row in listing.rows):
-        entries = cells[_cell_of(record)]
-        reasons = "; ".join(
-            f"seed {entry.spec.seed} {entry.state}: {entry.reason}" for entry in _without_score(entries)
-        )
-        rows.append((*map(_shortened, listing.columns, record.values()), reasons, _repeat(entries)))
+        runs = cells[_cell_of(record)]
+        reasons = "; ".join(f"seed {run.spec.seed} {run.state}: {run.reason}" for run in _without_score(runs))
+        rows.append((*map(_shortened, listing.columns, record.values()), reasons, _repeat(runs)))
     return to_csv(Listing((*listing.columns, "reasons", "repeat"), tuple(rows))) + "\n"
 
 
 def markdown_page(board: Leaderboard) -> str:
-    """The page that one reads: tables, what became of the runs without a score, commands, origin."""
+    """The page for reading: tables, runs without a score, commands, origin."""
     every = tables_of(board)
     tables = without_empty_rows(every)
     lines = [
@@ -66,13 +64,12 @@ def markdown_page(board: Leaderboard) -> str:
     ]
     for table in tables:
         lines += ["", f"## Score: {table.title}", "", to_markdown(table_listing(table))]
-    if lost := _without_score(board.entries):
+    if lost := _without_score(board.rows):
         lines += ["", "## Without a score", "", to_markdown(_reasons_listing(lost))]
     if tables:
         lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
-        made = [attempt for entry in board.entries for attempt in entry.attempts]
-        command = ["zoobench", "table", "--suite", board.source, "--publish", FOLDER]
-        lines += [f"- {line}" for line in footer(tables, made, command).lines()]
+        command = ["zoobench", "leaderboard", "publish", board.source, FOLDER]
+        lines += [f"- {line}" for line in footer(tables, board.attempts, command).lines()]
     return "\n".join(lines) + "\n"
 
 
@@ -91,12 +88,12 @@ def first_difference(committed: str, rebuilt: str) -> tuple[int, str | None, str
 
 
 def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Table]) -> list[str]:
-    counts = Counter(MISSING if entry.state is None else str(entry.state) for entry in board.entries)
+    counts = Counter(MISSING if run.state is None else str(run.state) for run in board.rows)
     states = [state for state in (*map(str, RunState), MISSING) if counts[state]]
-    seconds = sum(entry.seconds for entry in board.entries)
+    seconds = sum(run.seconds for run in board.rows)
     rows, shown_rows = (sum(len(table.rows) for table in tables) for tables in (every, shown))
     lines = [
-        f"- Runs: {', '.join(f'{counts[state]:,} {state}' for state in states)}, of {len(board.entries):,}; "
+        f"- Runs: {', '.join(f'{counts[state]:,} {state}' for state in states)}, of {len(board.rows):,}; "
         f"{duration(seconds)} of computing.",
         f"- Rows (environment, task, design, controller): {shown_rows:,} of {rows:,}; the others have no run yet.",
     ]
@@ -106,51 +103,51 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
     return lines
 
 
-def _without_score(entries: Iterable[Entry]) -> list[Entry]:
+def _without_score(runs: Iterable[BoardRow]) -> list[BoardRow]:
     """The runs that ended, or were skipped, without a result."""
     fine = (None, RunState.DONE, RunState.QUEUED, RunState.RUNNING)
-    return [entry for entry in entries if entry.state not in fine]
+    return [run for run in runs if run.state not in fine]
 
 
-def _reasons_listing(entries: Sequence[Entry]) -> Listing:
+def _reasons_listing(runs: Sequence[BoardRow]) -> Listing:
     axes = ("env", "task", "design", "controller", "method")
-    names = {axis: labels(getattr(entry.spec, axis) for entry in entries) for axis in axes}
+    names = {axis: labels(getattr(run.spec, axis) for run in runs) for axis in axes}
     rows = tuple(
         (
-            *(names[axis][getattr(entry.spec, axis)] for axis in axes),
-            entry.spec.seed,
-            str(entry.state),
-            entry.reason or "",
+            *(names[axis][getattr(run.spec, axis)] for axis in axes),
+            run.spec.seed,
+            str(run.state),
+            run.reason or "",
         )
-        for entry in entries
+        for run in runs
     )
     return Listing((*axes, "seed", "state", "reason"), rows)
 
 
 def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:
     """A command for each row; without a database in the way it makes the same numbers."""
-    exists = [entry for entry in board.entries if entry.state not in (None, RunState.SKIPPED)]
+    exists = [run for run in board.rows if run.state not in (None, RunState.SKIPPED)]
     lines = ["With `--db` and the name of a new file; one method or seed of it alone is repeated as well.", "", "```sh"]
     for table in tables:
         setting = (table.fidelity, table.frames, table.budget)
         for row in table.rows:
             place = (row.env, row.task, row.design, row.controller)
-            entries = [entry for entry in exists if _setting(entry) == setting and _row(entry) == place]
+            runs = [run for run in exists if _setting(run) == setting and _place(run) == place]
             names = (row.env.name, row.task.name, row.design.name, row.controller.name)
-            lines += [f"# {' x '.join(names)}", _repeat(entries)]
+            lines += [f"# {' x '.join(names)}", _repeat(runs)]
     return [*lines, "```"]
 
 
-def _setting(entry: Entry) -> tuple[Any, ...]:
-    return entry.spec.fidelity, entry.spec.frames, entry.spec.budget
+def _setting(run: BoardRow) -> tuple[Any, ...]:
+    return run.spec.fidelity, run.spec.frames, run.spec.budget
 
 
-def _row(entry: Entry) -> tuple[Any, ...]:
-    return entry.spec.env, entry.spec.task, entry.spec.design, entry.spec.controller
+def _place(run: BoardRow) -> tuple[Any, ...]:
+    return run.spec.env, run.spec.task, run.spec.design, run.spec.controller
 
 
-def _repeat(entries: Sequence[Entry]) -> str:
-    first, *others = (entry.spec for entry in entries)
+def _repeat(runs: Sequence[BoardRow]) -> str:
+    first, *others = (run.spec for run in runs)
     return repeat_command(first, *others)
 
 

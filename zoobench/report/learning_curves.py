@@ -11,26 +11,26 @@ from typing import TYPE_CHECKING
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
-from zoobench.report.query import SCORE, Result
+from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
-from zoobench.report.tables import Cell, Row, Spending, Table, comparable, compare, in_rows, methods_of
+from zoobench.report.tables import Row, Spending, Table, TableCell, comparable, compare, in_rows, methods_of
 from zoobench.spec import AXES, BudgetKind, Ref
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
 CURRENCIES: tuple[BudgetKind, ...] = ("substeps", "episodes", "seconds")
-"""What curves can be drawn against."""
+"""The amounts against which curves can be drawn."""
 
 COLUMNS = ("substeps", "forward_substeps", "episodes", "seconds", SCORE)
-"""What every method puts on its curve at every iteration; the score, from its first on."""
+"""The columns that every method reports at every iteration; the score from the first one on."""
 
 _SHARES = (0.125, 0.25, 0.5, 1.0)  # of what was spent, in a listing for reading
 
 
 @dataclass(frozen=True)
-class Curve:
-    """What a run had found by what it had spent; a point for each iteration.
+class LearningCurve:
+    """The score of a run's incumbent by the amount spent; a point for each iteration.
 
     Attributes:
         kind: the currency.
@@ -38,14 +38,14 @@ class Curve:
         scores: the best so far, None before the first [the task's unit].
     """
 
-    result: Result
+    result: RunResult
     kind: BudgetKind
     spent: tuple[float, ...]
     scores: tuple[float | None, ...]
 
     @property
     def reach(self) -> float:
-        """Up to which amount it says what the run had found.
+        """The amount up to which the curve is known.
 
         That of a run that has spent its budget in this currency goes to its end, though the last bit may not have held
         another iteration. One that its method's own settings have ended goes as far as it went.
@@ -60,7 +60,7 @@ class Curve:
         return self.scores[passed - 1] if passed else None
 
 
-def curves(reader: "Reader", results: Iterable[Result], kind: BudgetKind) -> dict[int, Curve]:
+def curves(reader: "Reader", results: Iterable[RunResult], kind: BudgetKind) -> dict[int, LearningCurve]:
     """The curves of these results by run id; of runs by an earlier zoobench, which kept less, there may be none.
 
     Raises:
@@ -71,16 +71,16 @@ def curves(reader: "Reader", results: Iterable[Result], kind: BudgetKind) -> dic
     for run_id, points in _points(reader, done, (kind, SCORE)).items():
         if pairs := [(point[kind], point.get(SCORE)) for _, point in sorted(points.items()) if kind in point]:
             spent, scores = zip(*pairs, strict=True)
-            found[run_id] = Curve(done[run_id], kind, spent, scores)
+            found[run_id] = LearningCurve(done[run_id], kind, spent, scores)
     return found
 
 
-def furthest(results: Iterable[Result], known: Mapping[int, Curve]) -> list[Result]:
+def furthest(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[RunResult]:
     """One run for each cell, method and seed: among those that differ by the budget, the one with the longest curve.
 
     The budget decides how far a run goes and not where, so a shorter one says nothing that the longer does not.
     """
-    best: dict[tuple[object, ...], tuple[tuple[float, str], Result]] = {}
+    best: dict[tuple[object, ...], tuple[tuple[float, str], RunResult]] = {}
     for result in results:
         spec, run = result.run.spec, result.run
         key = (*(getattr(spec, axis) for axis in AXES), spec.frames, spec.seed)
@@ -91,7 +91,7 @@ def furthest(results: Iterable[Result], known: Mapping[int, Curve]) -> list[Resu
 
 
 def spending_tables(
-    results: Iterable[Result], known: Mapping[int, Curve], kind: BudgetKind, amount: float | None = None
+    results: Iterable[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind, amount: float | None = None
 ) -> list[Table]:
     """Tables of the scores that runs had when all had spent the same, whatever their own budgets.
 
@@ -108,7 +108,7 @@ def spending_tables(
     return tables
 
 
-def points_listing(reader: "Reader", results: Iterable[Result]) -> Listing:
+def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
     """Every point of every curve, one row per iteration, for programs; references with every parameter stated."""
     done = {result.run.id: result for result in comparable(results) if result.run.state is RunState.DONE}
     rows = [
@@ -122,7 +122,7 @@ def points_listing(reader: "Reader", results: Iterable[Result]) -> Listing:
     return Listing(("run", *AXES, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
 
 
-def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind: BudgetKind) -> Listing:
+def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind) -> Listing:
     """Mean best scores at shares of what all methods of a cell have spent, for reading: a row per cell and method."""
     spending = Spending(kind, None, ())
     groups = cells(results, known)
@@ -147,24 +147,24 @@ def curves_overview(results: Sequence[Result], known: Mapping[int, Curve], kind:
     return Listing((*shown, "method", "n", f"spent [{spending.unit}]", *shares, "at all of it", "unit"), tuple(rows))
 
 
-def cells(results: Iterable[Result], known: Mapping[int, Curve]) -> list[list[Result]]:
+def cells(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[list[RunResult]]:
     """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
     able = [result for result in furthest(comparable(results), known) if result.run.id in known]
     return [group for _, members in _in_settings(able) for _, group in in_rows(members)]
 
 
-def _in_settings(results: Iterable[Result]) -> list[tuple[tuple[Ref, int], list[Result]]]:
+def _in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], list[RunResult]]]:
     """The results by fidelity and episode length, which are never mixed; sorted by name."""
-    settings: dict[tuple[Ref, int], list[Result]] = {}
+    settings: dict[tuple[Ref, int], list[RunResult]] = {}
     for result in results:
         settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
     return sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
 
 
 def _points(
-    reader: "Reader", done: Mapping[int, Result], names: Sequence[str]
+    reader: "Reader", done: Mapping[int, RunResult], names: Sequence[str]
 ) -> dict[int, dict[int, dict[str, float]]]:
-    """By run id and iteration, what these curves hold."""
+    """The values of these curves by run id and iteration."""
     found: dict[int, dict[int, dict[str, float]]] = {}
     for run_id, rows in reader.all_metrics(done, names).items() if done else ():
         points = found.setdefault(run_id, {})
@@ -174,15 +174,15 @@ def _points(
 
 
 def _row(
-    group: list[Result], methods: tuple[Ref, ...], known: Mapping[int, Curve], amount: float | None
-) -> tuple[tuple[Cell | None, ...], float | None]:
-    """The cells of a row, and at what amount."""
+    group: list[RunResult], methods: tuple[Ref, ...], known: Mapping[int, LearningCurve], amount: float | None
+) -> tuple[tuple[TableCell | None, ...], float | None]:
+    """The cells of a row, and the amount at which they are compared."""
     if amount is None:
         amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
     return compare([_read(result, known.get(result.run.id), amount) for result in group], methods), amount
 
 
-def _read(result: Result, curve: Curve | None, amount: float | None) -> Result:
+def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) -> RunResult:
     """The result as it was when this much was spent; without a score where that cannot be said."""
     if result.run.state is not RunState.DONE:
         return result
@@ -201,5 +201,5 @@ def _mean(scores: Sequence[float | None]) -> float | None:
     return interval.mean if interval is not None and interval.count == len(scores) else None
 
 
-def _unit(result: Result) -> str:
+def _unit(result: RunResult) -> str:
     return "" if result.score is None else result.score.unit

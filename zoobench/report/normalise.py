@@ -3,12 +3,12 @@
 import math
 from collections.abc import Iterable, Sequence
 
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 
 REFERENCES = ("idle_score", "random_score")
 
 
-def floor_of(results: Iterable[Result]) -> float | None:
+def floor_of(results: Iterable[RunResult]) -> float | None:
     """The score that asks for no method: the better of doing nothing and the mean random controller.
 
     Averaged over the runs of a row, which agree in it unless their scene depends on the seed; None if no run has both.

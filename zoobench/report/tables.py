@@ -14,13 +14,13 @@ from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.query import Result
+from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """The seeds of one method in one row.
 
     Attributes:
@@ -56,7 +56,7 @@ class Cell:
 
     @property
     def count(self) -> int:
-        """How many seeds stand behind the mean."""
+        """Number of seeds behind the mean."""
         return 0 if self.interval is None else self.interval.count
 
     def text(self, normalised: bool = False) -> str:
@@ -87,11 +87,11 @@ class Cell:
 
 @dataclass(frozen=True)
 class Spending:
-    """What the scores of a table were taken at that is drawn from learning curves.
+    """The amount spent at which the scores of a table were read from learning curves.
 
     Attributes:
         kind: the currency.
-        amount: what was asked for; None for the largest amount that all runs of a row have reached, in each row.
+        amount: as it was asked for; None for the largest that all runs of a row have reached, in each row.
         budgets: the runs' own.
     """
 
@@ -116,16 +116,16 @@ class Spending:
 
 @dataclass(frozen=True)
 class Row:
-    """What the methods are compared on; `cells` has one entry per method of the table, None if it was not asked.
+    """A row of a table; `cells` has one for each method of the table, None if it was not asked for.
 
-    `amount` is what each run had spent, in a table drawn from learning curves.
+    `amount` is the amount that each run had spent, in a table drawn from learning curves.
     """
 
     env: Ref
     task: Ref
     design: Ref
     controller: Ref
-    cells: tuple[Cell | None, ...]
+    cells: tuple[TableCell | None, ...]
     amount: float | None = None
 
     @property
@@ -136,7 +136,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one fidelity, episode length [control frames] and budget, or what was spent of whatever budgets."""
+    """All rows of one fidelity, episode length [control frames] and budget, or amount spent of whatever budgets."""
 
     fidelity: Ref
     frames: int
@@ -158,13 +158,13 @@ class Missing:
     spec: RunSpec
 
 
-Member = Result | Missing
-"""What a cell is made of."""
+Member = RunResult | Missing
+"""The runs of a cell."""
 
-M = TypeVar("M", Result, Member)
+M = TypeVar("M", RunResult, Member)
 
 
-def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> list[Table]:
+def score_tables(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> list[Table]:
     """The tables of these results, sorted by name, so that equal data give equal text.
 
     Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
@@ -181,7 +181,7 @@ def score_tables(results: Iterable[Result], missing: Iterable[RunSpec] = ()) -> 
     ]
 
 
-def comparable(results: Iterable[Result]) -> list[Result]:
+def comparable(results: Iterable[RunResult]) -> list[RunResult]:
     """Those that may stand in a table: no smoke runs, probes, or runs that cannot be."""
     return [
         result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
@@ -194,7 +194,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     # The controller is a column only where it tells rows apart.
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
     methods = labels(table.methods)
-    # What was spent is a column only where it is not in the title.
+    # The amount spent is a column only where it is not in the title.
     spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
     rows = [
         (
@@ -235,7 +235,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     return Listing(columns, tuple(rows))
 
 
-def _long_row(table: Table, row: Row, method: Ref, cell: Cell) -> tuple[Any, ...]:
+def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
     interval = cell.interval
     states = cell.states
     return (
@@ -260,7 +260,7 @@ def methods_of(members: Iterable[Member]) -> tuple[Ref, ...]:
 
 
 def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[M]]]:
-    """What stands in each row of a table, by environment, task, design and controller; sorted by name."""
+    """The members of each row of a table, by environment, task, design and controller; sorted by name."""
     grouped: dict[tuple[Ref, Ref, Ref, Ref], list[M]] = {}
     for member in members:
         spec = member.spec
@@ -268,7 +268,7 @@ def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[
     return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
 
 
-def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | None, ...]:
+def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[TableCell | None, ...]:
     """The cells of a row, the winner marked."""
     asked = len({member.spec.seed for member in group})
     by_method = [[member for member in group if member.spec.method == method] for method in methods]
@@ -278,16 +278,16 @@ def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[Cell | N
     if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    lots = shares(means, floor_of(member for member in group if isinstance(member, Result)))
+    lots = shares(means, floor_of(member for member in group if isinstance(member, RunResult)))
     return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
 
 
-def _cell(members: Sequence[Member], asked: int) -> Cell:
-    results = [member for member in members if isinstance(member, Result)]
+def _cell(members: Sequence[Member], asked: int) -> TableCell:
+    results = [member for member in members if isinstance(member, RunResult)]
     scores = [(result.score, result.lacks) for result in results if result.run.state is RunState.DONE]
     found = [score for score, _ in scores if score is not None and math.isfinite(score.value)]
     units = sorted({score.unit for score in found})
     states = Counter(result.run.state for result in results)
     lacks = Counter(why for score, why in scores if score is None or not math.isfinite(score.value))
     interval = t_interval([score.value for score in found])
-    return Cell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)
+    return TableCell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)

@@ -1,4 +1,4 @@
-"""The transfer matrix: how what was found in one environment does in the others."""
+"""The transfer matrix: scores of solutions in the environments where they were found and in others."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -6,7 +6,7 @@ from typing import Any
 
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
-from zoobench.report.query import SMOKE
+from zoobench.report.run_results import SMOKE
 from zoobench.report.statistics import t_interval
 from zoobench.spec import Ref
 
@@ -29,7 +29,7 @@ def transfer_matrix(documents: Iterable[Document]) -> Listing:
 
     Runs that were found for another task, at another fidelity, with another controller or budget have rows of their
     own, and a column that says so. A cell holds the mean score over runs with half of its 95 % interval, and their
-    number; the place where they were found is stressed. Smoke runs are left out.
+    number; the place where they were found is bold. Smoke runs are left out.
     """
     rows = [row for row in newest(documents) if SMOKE not in (_name(row["fidelity"]), _name(row["home"][2]))]
     envs = sorted({row["env"] for row in rows})
@@ -51,7 +51,7 @@ def transfer_matrix(documents: Iterable[Document]) -> Listing:
 
 
 def _of_row(row: Document) -> tuple[str, ...]:
-    """What the row of a matrix is about, in the order of `_ALL`."""
+    """The key of a matrix row, in the order of `_ALL`."""
     env, task, fidelity = row["home"]
     tried = (row[name] for name in ("task", "fidelity", "design", "method"))
     return (*tried, env, str(row["frames"]), task, fidelity, row.get("controller", ""), row.get("budget", ""))

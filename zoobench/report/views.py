@@ -1,7 +1,6 @@
 """Listings of runs: what `results`, `status` and `plan` print, and the card of one run."""
 
 import math
-import shlex
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,12 +8,12 @@ from typing import Any
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
-from zoobench.report.query import Result
-from zoobench.spec import AXES, Ref, RunSpec
+from zoobench.report.run_results import RunResult
+from zoobench.spec import AXES, Ref, RunSpec, repeat_command
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
-"""What is a column too where it differs."""
+"""Settings that are columns only where they differ."""
 
 
 def duration(seconds: float | None) -> str:
@@ -29,7 +28,7 @@ def duration(seconds: float | None) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
 
 
-def results_overview(results: Sequence[Result]) -> Listing:
+def results_overview(results: Sequence[RunResult]) -> Listing:
     """One row per run with its score, for reading; with a controller, frames and budget where runs differ in it."""
     specs = [result.run.spec for result in results]
     names = _short_names(specs)
@@ -52,7 +51,7 @@ def results_overview(results: Sequence[Result]) -> Listing:
     return Listing(("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
 
 
-def results_listing(results: Sequence[Result]) -> Listing:
+def results_listing(results: Sequence[RunResult]) -> Listing:
     """One row per run with everything: references with all parameters and every final value, its unit in brackets."""
     finals = sorted({(final.name, final.unit) for result in results for final in result.finals.values()})
     columns = (
@@ -62,7 +61,7 @@ def results_listing(results: Sequence[Result]) -> Listing:
     return Listing(columns, tuple(_full_row(result, finals) for result in results))
 
 
-def results_records(results: Sequence[Result]) -> list[dict[str, Any]]:
+def results_records(results: Sequence[RunResult]) -> list[dict[str, Any]]:
     """The stable JSON form of results: the run, its whole spec, and `finals` as name -> value and unit."""
     return [{**_run_record(result), "finals": _finals_record(result)} for result in results]
 
@@ -92,7 +91,7 @@ def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing
 
 
 def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
-    """What a run would do, one row per run: what is known of it, and how long it would take."""
+    """The runs of a plan, one row each, with their states and estimated times."""
     names = _short_names(specs)
     rows = [
         (*names[index], spec.seed, str(spec.budget), state, None if state == "done" else duration(seconds))
@@ -101,7 +100,7 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
     return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
 
 
-def run_card(result: Result, attempts: Sequence[AttemptRow], specs: Sequence[RunSpec] = ()) -> dict[str, Any]:
+def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[RunSpec] = ()) -> dict[str, Any]:
     """Everything that is stored about one run, as plain data.
 
     `specs` are what has to be run to repeat it, where that is more than itself.
@@ -114,25 +113,12 @@ def run_card(result: Result, attempts: Sequence[AttemptRow], specs: Sequence[Run
     }
 
 
-def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
-    """The command that makes this run again in another database, with others that differ in method or seed only."""
-    specs = (spec, *others)
-    words = ["zoobench", "run"]
-    for axis in AXES:
-        words += [f"--{axis}", ",".join(dict.fromkeys(str(getattr(each, axis)) for each in specs))]
-    words += ["--frames", str(spec.frames), "--budget", str(spec.budget)]
-    seeds = sorted({each.seed for each in specs})
-    # A bare number is a count of seeds, so one seed alone is written as a list.
-    words += ["--seeds", ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]},"]
-    return shlex.join(words)
-
-
 def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
     axes: dict[str, Mapping[Ref, str]] = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
     return [tuple(axes[axis][getattr(spec, axis)] for axis in _SHORT_AXES) for spec in specs]
 
 
-def _full_row(result: Result, finals: Sequence[tuple[str, str]]) -> tuple[Any, ...]:
+def _full_row(result: RunResult, finals: Sequence[tuple[str, str]]) -> tuple[Any, ...]:
     run, spec = result.run, result.run.spec
     values = {(final.name, final.unit): final.value for final in result.finals.values()}
     return (
@@ -142,7 +128,7 @@ def _full_row(result: Result, finals: Sequence[tuple[str, str]]) -> tuple[Any, .
     )  # fmt: skip
 
 
-def _run_record(result: Result) -> dict[str, Any]:
+def _run_record(result: RunResult) -> dict[str, Any]:
     run = result.run
     return {
         "run": run.id,
@@ -156,7 +142,7 @@ def _run_record(result: Result) -> dict[str, Any]:
     }
 
 
-def _finals_record(result: Result) -> dict[str, Any]:
+def _finals_record(result: RunResult) -> dict[str, Any]:
     # JSON holds no NaN and no infinity: such a value is null.
     return {
         name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}

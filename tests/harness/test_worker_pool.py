@@ -17,8 +17,8 @@ from tests.postgres import Server
 from zoobench.db.rows import Batch, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
-from zoobench.harness.launch import launch
 from zoobench.harness.supervise import supervise
+from zoobench.harness.worker_pool import run_all
 
 _SLOW_WALK = fake(iterations=150, pause=0.01)
 
@@ -192,9 +192,9 @@ def _family(pid: int, size: int) -> list[psutil.Process]:
 def test_runs_in_other_hands_are_waited_for(location: str) -> None:
     """A second launcher of the same runs does none of them twice."""
     ids = enqueue(location, 2)
-    other = threading.Thread(target=launch, args=(location, ids), kwargs={"child": fake(iterations=100)})
+    other = threading.Thread(target=run_all, args=(location, ids), kwargs={"child": fake(iterations=100)})
     other.start()
-    rows = launch(location, ids, child=fake(iterations=100))
+    rows = run_all(location, ids, child=fake(iterations=100))
     other.join()
     assert [(row.state, row.attempt) for row in rows] == [(RunState.DONE, 1)] * 2
 
@@ -227,7 +227,7 @@ def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path) ->
 def test_settings_that_allow_nothing_are_refused(path: Path, jobs: int, timeout: float | None) -> None:
     """Before anything is started."""
     with pytest.raises(UsageError):
-        launch(path, enqueue(path), jobs=jobs, timeout=timeout)
+        run_all(path, enqueue(path), jobs=jobs, timeout=timeout)
 
 
 class _FullDisk(Store):
@@ -265,7 +265,7 @@ def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> No
 
 
 def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
-    """A database that breaks under way ends the launch with a message, not with a silent loop."""
+    """A database that breaks under way ends the pool with a message, not with a silent loop."""
     ids = enqueue(path)
 
     def spoil(rows: list[RunRow]) -> None:
@@ -273,7 +273,7 @@ def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
             path.rename(path.with_name("moved.db"))
 
     with pytest.raises(StorageError, match="There is no database"):
-        launch(path, ids, child=_SLOW_WALK, on_update=spoil)
+        run_all(path, ids, child=_SLOW_WALK, on_update=spoil)
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""Doing a set of runs on this machine: keeps workers busy until every run is settled."""
+"""A pool of workers on this machine that does a set of runs."""
 
 import json
 import subprocess
@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from zoobench import errors
@@ -25,7 +24,7 @@ _WORKER_COMMAND = (sys.executable, "-m", "zoobench.harness.worker")
 _PATIENCE_SECONDS = GRACE_SECONDS + 5.0  # for workers to stop their children and hand their runs back
 
 
-def launch(
+def run_all(
     location: str | Path,
     run_ids: Collection[int],
     *,
@@ -34,7 +33,7 @@ def launch(
     on_update: Callable[[list[RunRow]], None] | None = None,
     child: Sequence[str] = CHILD_COMMAND,
 ) -> list[RunRow]:
-    """Do these runs with `jobs` workers and return them settled, in the order of their ids.
+    """Do these runs with `jobs` workers and return them, ended, in the order of their ids.
 
     Args:
         location: path or URL of the database.
@@ -52,17 +51,17 @@ def launch(
     if timeout is not None and not timeout > 0:
         raise UsageError(f"A time limit of {timeout:g} s allows nothing. Give a positive one.")
     orders = WorkerOrders(str(location), tuple(sorted(run_ids)), timeout, tuple(child))
-    with Interruption() as interruption, Store(location, create=False) as store, _Crew(orders) as crew:
+    with Interruption() as interruption, Store(location, create=False) as store, _WorkerPool(orders) as pool:
         while True:
             interruption.check()
             store.recover(ids=run_ids)
             rows = store.runs(ids=run_ids)
             if on_update is not None:
                 on_update(rows)
-            ours = [row for row in rows if row.state in OPEN_STATES and not crew.is_elsewhere(row)]
+            ours = [row for row in rows if row.state in OPEN_STATES and not pool.is_elsewhere(row)]
             if not any(row.state in OPEN_STATES for row in rows):
                 return rows
-            crew.staff(min(jobs, len(ours)))
+            pool.keep_at_work(min(jobs, len(ours)))
             time.sleep(POLL_SECONDS)
 
 
@@ -87,7 +86,7 @@ class _Worker:
             self.process.stdin.close()
 
     def error(self) -> ZoobenchError | None:
-        """Why an ended worker gave up. A killed one did not: another takes its place."""
+        """The reason why an ended worker gave up; None if it was killed: then another takes its place."""
         code = self.process.poll()
         if not code or code < 0:
             return None
@@ -106,8 +105,8 @@ class _Worker:
                 stream.close()
 
 
-class _Crew:
-    """The workers of one `launch`; leaving the context stops them all."""
+class _WorkerPool:
+    """The workers of one `run_all`; leaving the context stops them all."""
 
     def __init__(self, orders: WorkerOrders) -> None:
         self._orders = orders
@@ -116,9 +115,7 @@ class _Crew:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         try:
             deadline = time.monotonic() + _PATIENCE_SECONDS
             for worker in self._workers:
@@ -135,7 +132,7 @@ class _Crew:
             return False
         return Owner.parse(row.owner).pid not in {worker.process.pid for worker in self._workers}
 
-    def staff(self, count: int) -> None:
+    def keep_at_work(self, count: int) -> None:
         """Replace workers that were killed, so that `count` are at work.
 
         Raises:

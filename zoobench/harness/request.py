@@ -1,0 +1,150 @@
+"""A request for runs as it is typed, and the runs of the grid or suite that it stands for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Protocol
+
+from zoobench.errors import UsageError
+from zoobench.harness import presets, suites
+from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
+from zoobench.harness.narrowing import narrowed
+from zoobench.harness.starts import has_start, is_warm, pinned, start_notes
+from zoobench.registry import Kind
+from zoobench.spec import Budget, Ref, RunSelection, RunSpec
+
+
+class Chosen(Protocol):
+    """A fidelity with the reason for it."""
+
+    @property
+    def fidelity(self) -> Ref:
+        """The fidelity."""
+
+    @property
+    def reason(self) -> str:
+        """Why it is the one."""
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """A request for runs; an empty text or None leaves the choice to the preset, or takes all that the suite has."""
+
+    selection: RunSelection
+    seeds: str = ""
+    suite: str = ""
+    preset: str = ""
+    smoke: bool = False
+    budget: str = ""
+    frames: int | None = None
+    tolerance: float | None = None
+
+    def cells(
+        self, location: str, choose: Callable[[Ref, str, float], Chosen], say: Callable[[str], None]
+    ) -> list[RunSpec | Skip]:
+        """All runs that are asked for; with a tolerance, each environment and task at a fidelity of its own.
+
+        Args:
+            location: the database with the runs that others start from; it is opened only if there are such runs.
+            choose: gives the fidelity for an environment, the name of a task and a tolerance.
+            say: called with each choice of a fidelity and each use of a start, as a line of text.
+
+        Raises:
+            UsageError: as `grid` or `narrowed`, there is no such start, or no fidelity is within the tolerance.
+            StorageError: the database cannot be read.
+        """
+        cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
+        if warm := [cell for cell in cells if isinstance(cell, RunSpec) and is_warm(cell)]:
+            from zoobench.db.query import Reader
+
+            with Reader(location, create=False) as reader:
+                for note in start_notes(warm, reader):
+                    say(note)
+        return cells
+
+    def grid(self) -> GridSpec:
+        """The grid that is asked for, its starts as they were typed.
+
+        Raises:
+            UsageError: something cannot be read; UnknownNameError: something is not known.
+        """
+        chosen = self.selection
+        if missing := [f"--{name}" for name in ("env", "task") if not getattr(chosen, name)]:
+            raise UsageError(
+                f"Nothing is chosen by {' and '.join(missing)}. "
+                "Name some, as in --env desert --task turning, or a whole benchmark, as in --suite laptop."
+            )
+        if self.smoke and self.preset not in ("", "smoke"):
+            raise UsageError(f"--smoke is a preset, and --preset {self.preset} was given too. Leave one out.")
+
+        def refs(text: str, kind: Kind) -> list[Ref] | None:
+            return parse_selector(text, kind) if text else None
+
+        return presets.get("smoke" if self.smoke else self.preset or presets.DEFAULT).grid(
+            parse_selector(chosen.env, Kind.ENV),
+            parse_selector(chosen.task, Kind.TASK),
+            designs=refs(chosen.design, Kind.DESIGN),
+            controllers=refs(chosen.controller, Kind.CONTROLLER),
+            methods=refs(chosen.method, Kind.METHOD),
+            seeds=self._seeds(),
+            budget=self._budget(),
+            fidelity=Ref.parse(chosen.fidelity) if chosen.fidelity else None,
+            frames=self.frames,
+        )
+
+    def _cells_of_grid(
+        self, location: str, choose: Callable[[Ref, str, float], Chosen], say: Callable[[str], None]
+    ) -> list[RunSpec | Skip]:
+        grid = self.grid()
+        if any(map(has_start, grid.methods)):
+            from zoobench.db.query import Reader
+
+            with Reader(location, create=False) as reader:
+                grid = replace(grid, methods=tuple(pinned(method, reader) for method in grid.methods))
+        if self.tolerance is None:
+            return expand(grid)
+        if self.selection.fidelity or self.smoke:
+            raise UsageError("--tolerance chooses the fidelity, and one was given too. Leave one of them out.")
+        found = []
+        for env, task in product(grid.envs, grid.tasks):
+            choice = choose(env, task.name, self.tolerance)
+            say(choice.reason)
+            found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
+        return found
+
+    def _part_of_suite(self) -> list[RunSpec | Skip]:
+        settings = {"--preset": self.preset, "--smoke": self.smoke, "--tolerance": self.tolerance is not None}
+        if given := [name for name, is_given in settings.items() if is_given]:
+            raise UsageError(f"A suite states every setting. Leave {' and '.join(given)} out, or --suite.")
+        suite = suites.load(self.suite)
+        return narrowed(suite, self.selection, seeds=self._seeds(), budget=self._budget(), frames=self.frames)
+
+    def _seeds(self) -> tuple[int, ...] | None:
+        return parse_seeds(self.seeds) if self.seeds else None
+
+    def _budget(self) -> Budget | None:
+        return Budget.parse(self.budget) if self.budget else None
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Read `3` as the seeds 0, 1, 2, and `0,4,7` (or `4,` for one) as those seeds.
+
+    Raises:
+        UsageError: no whole numbers, a negative one, no seed at all, or more than `MOST_SEEDS`.
+    """
+    words = [word.strip() for word in text.split(",")]
+    try:
+        numbers = [int(word) for word in words if word]
+    except ValueError:
+        raise UsageError(f"Cannot read {text!r} as seeds. Write how many (3), or which (0,1,2).") from None
+    if any(number < 0 for number in numbers):
+        raise UsageError(f"The seeds {text!r} hold a negative number. Give whole numbers from 0 upwards.")
+    if len(words) == 1 and numbers and numbers[0] > MOST_SEEDS:
+        raise UsageError(
+            f"{text!r} means {numbers[0]:,} seeds, and {MOST_SEEDS:,} are the most. Write '{text},' for that one seed."
+        )
+    if len(words) == 1:
+        numbers = list(range(numbers[0])) if numbers else []
+    if not numbers:
+        raise UsageError(f"{text!r} means no seed at all. Give at least 1.")
+    return tuple(dict.fromkeys(numbers))

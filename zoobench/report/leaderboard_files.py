@@ -1,0 +1,103 @@
+"""Leaderboards as files: published into a folder, and compared there with what their exports give."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from zoobench.errors import UsageError
+from zoobench.files import replace_files
+from zoobench.report.leaderboard import Leaderboard, from_text
+from zoobench.report.leaderboard_pages import first_difference, pages
+
+
+@dataclass(frozen=True)
+class Publication:
+    """A leaderboard that was written.
+
+    Attributes:
+        paths: the export and the pages made from it.
+        left_out: number of runs of the earlier export that the suite does not ask for any more.
+    """
+
+    paths: tuple[Path, ...]
+    left_out: int
+
+
+def publish(board: Leaderboard, folder: Path) -> Publication:
+    """Write the export and the pages made from it; runs that only the folder's export has stay in it.
+
+    So a leaderboard grows over machines and databases: a run's key holds every setting and version, and its attempts
+    say where it was made.
+
+    Raises:
+        UsageError: the folder cannot be written, or holds something else by that name.
+    """
+    export = folder / f"{board.name}.json"
+    left_out = 0
+    if export.exists():
+        earlier = from_text(_content(export), str(export))
+        left_out = len(board.unasked(earlier))
+        board = board.completed(earlier)
+    written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board).items()}
+    try:
+        replace_files(written, make_folders=True)
+    except OSError as error:
+        raise UsageError(f"Cannot write a leaderboard into {str(folder)!r}: {error}.") from None
+    return Publication(tuple(written), left_out)
+
+
+def exports_of(folder: Path) -> list[Path]:
+    """The exports of a folder, sorted by name.
+
+    Raises:
+        UsageError: there is none.
+    """
+    found = sorted(folder.glob("*.json"))
+    if not found:
+        raise UsageError(
+            f"There is no export (*.json) in {str(folder)!r}. `zoobench leaderboard publish SUITE DIR` writes one."
+        )
+    return found
+
+
+def differences(folder: Path) -> list[str]:
+    """The differences between the pages of a folder and those rebuilt from its exports, byte for byte.
+
+    Of every file the first differing line; a page or an export that is missing is a difference too.
+
+    Raises:
+        UsageError: there is no export, or one cannot be read.
+    """
+    exports = exports_of(folder)
+    alone = sorted(path for path in folder.glob("*.csv") if path.with_suffix(".json") not in exports)
+    found = [difference for path in exports for difference in _of_export(path)]
+    return [*found, *(f"{page} has no export {page.with_suffix('.json').name}" for page in alone)]
+
+
+def _of_export(export: Path) -> list[str]:
+    found = []
+    for ending, rebuilt in pages(from_text(_content(export), str(export))).items():
+        page = export.with_suffix(ending)
+        if not page.exists():
+            found.append(f"{page} is missing")
+        elif difference := first_difference(_content(page), rebuilt):
+            line, old, new = difference
+            column = next((place for place, (a, b) in enumerate(zip(old or "", new or "", strict=False)) if a != b), 0)
+            found.append(
+                f"{page}, line {line} differs: there is {_around(old, column)}, from the export {_around(new, column)}"
+            )
+    return found
+
+
+def _content(path: Path) -> str:
+    try:
+        return path.read_bytes().decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"Cannot read {str(path)!r}: {error}.") from None
+
+
+def _around(line: str | None, column: int) -> str:
+    """The part of a line, which may be very long, around a column."""
+    if line is None:
+        return "nothing any more"
+    first, last = max(column - 30, 0), column + 60
+    return repr("..." * (first > 0) + line[first:last] + "..." * (last < len(line)))
