@@ -1,5 +1,6 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -9,6 +10,12 @@ import pytest
 
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The fast tests, and the processes that they start, spend more time on compiling kernels than on running them."""
+    if config.option.markexpr == "not slow":
+        os.environ["ZOOBENCH_QUICK_COMPILE"] = "1"
 
 
 @pytest.fixture(scope="session", autouse=True)
