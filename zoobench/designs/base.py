@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -85,7 +86,11 @@ class Shape:
     upper: tuple[float, float, float]
 
     def volume(self) -> float:
-        """The true volume [m^3], by counting a fine lattice."""
+        """The true volume [m^3], by counting a fine lattice once."""
+        return self._volume
+
+    @cached_property
+    def _volume(self) -> float:
         lower, upper = np.array(self.lower), np.array(self.upper)
         spacing = float((upper - lower).max()) / _MEASURE_CELLS
         points = fill_box(lower, upper, spacing, 1)

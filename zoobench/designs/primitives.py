@@ -110,10 +110,10 @@ class Primitives:
         )
         return np.array([-length / 2, 0.0, -width / 2]), np.array([length / 2, height, width / 2])
 
-    @cached_property
+    @property
     def volumes(self) -> Array:
         """The true volume of each primitive `[primitive_count]` [m^3]."""
-        return np.array([animal.shape.volume() for animal in self.animals])
+        return _volumes(self)
 
     def workspace(self, fidelity: Fidelity) -> Body:
         """The box filled with particles, each of the stiffest tissue; where the primitives' heads and tails are, on
@@ -172,6 +172,11 @@ def _animal(name: str, length: float) -> Animal:
             f"Choose animals made of parts, as {DEFAULT_PRIMITIVES}."
         )
     return made
+
+
+@lru_cache(maxsize=8)
+def _volumes(primitives: Primitives) -> Array:
+    return np.array([animal.shape.volume() for animal in primitives.animals])
 
 
 @lru_cache(maxsize=8)
