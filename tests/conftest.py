@@ -18,6 +18,25 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ["ZOOBENCH_QUICK_COMPILE"] = "1"
 
 
+_OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
+_OF_SCENES = ("sim", "verify")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """The first half begins with the cells of the benchmark, the second with scenes of the tests' own.
+
+    Each of two workers begins with a half and takes over what the other leaves at its end. Kernels are shared by tests
+    within these groups and seldom between them, so that few are compiled twice.
+    """
+    groups: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        groups.setdefault(item.path.relative_to(config.rootpath / "tests").parts[0], []).append(item)
+    cells, scenes = ([item for name in names for item in groups.pop(name, [])] for names in (_OF_CELLS, _OF_SCENES))
+    others = [item for group in groups.values() for item in group]
+    share = max(len(items) // 2 - len(cells), 0)
+    items[:] = cells + others[:share] + scenes + others[share:]
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _end_runtime() -> Iterator[None]:
     yield
