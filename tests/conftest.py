@@ -1,5 +1,6 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -9,6 +10,31 @@ import pytest
 
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The fast tests, and the processes that they start, spend more time on compiling kernels than on running them."""
+    if config.option.markexpr == "not slow":
+        os.environ["ZOOBENCH_QUICK_COMPILE"] = "1"
+
+
+_OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
+_OF_SCENES = ("sim", "verify")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """The first half begins with the cells of the benchmark, the second with scenes of the tests' own.
+
+    Each of two workers begins with a half and takes over what the other leaves at its end. Kernels are shared by tests
+    within these groups and seldom between them, so that few are compiled twice.
+    """
+    groups: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        groups.setdefault(item.path.relative_to(config.rootpath / "tests").parts[0], []).append(item)
+    cells, scenes = ([item for name in names for item in groups.pop(name, [])] for names in (_OF_CELLS, _OF_SCENES))
+    others = [item for group in groups.values() for item in group]
+    share = max(len(items) // 2 - len(cells), 0)
+    items[:] = cells + others[:share] + scenes + others[share:]
 
 
 @pytest.fixture(scope="session", autouse=True)

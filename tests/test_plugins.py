@@ -84,7 +84,7 @@ BROKEN = {
     "exits": ("raise SystemExit('a script, not a module')\n", "a script, not a module"),
     "taken_name": (_REGISTER.format("random"), "registered already"),
     "odd_name": (_REGISTER.format("Odd Name"), "kebab-case"),
-    "loose": (_REGISTER.format("loose").replace("()", "(**anything)"), "name every parameter"),
+    "loose": (_REGISTER.format("loose").replace("()", "(**anything)"), "Name every parameter"),
     "absent": (None, "No module named"),
 }
 """Modules of a distribution in which nothing works, and what the doctor is to say of each."""

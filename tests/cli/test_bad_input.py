@@ -46,7 +46,7 @@ def digest(path: Path) -> str:
         ([*RUN, "--budget", "-5"], "positive"),
         ([*RUN, "--budget", "1e999"], "finite"),
         ([*RUN, "--seeds", f"{2**64},"], "seed=18446744073709551616 is too large"),
-        ([*RUN, "--frames", str(2**40)], "frames=1099511627776 is more"),
+        ([*RUN, "--frames", str(2**40)], "frames=1099511627776 is too large"),
         ([*RUN, "--method", "diffphysics[restarts=0]"], "at least 1 restart"),
         ([*RUN, "--fidelity", "draft[courant=2]"], "Courant"),
         ([*RUN, "--frames", "0"], "Give at least 1"),

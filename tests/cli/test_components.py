@@ -79,9 +79,9 @@ def test_show_prints_no_csv(zoobench: Command) -> None:
 
 def test_show_a_design_gives_its_card(zoobench: Command) -> None:
     """Size, mass, muscles and particles at every fidelity; a parameter changes them."""
-    (card,) = json.loads(zoobench("show", "fish[length=0.2]", "--format", "json").out)
+    (card,) = json.loads(zoobench("show", "fish[length=0.08]", "--format", "json").out)
     body = card["body"]
-    assert body["size"] == pytest.approx([0.2, 0.1, 0.1], abs=0.004)
+    assert body["size"] == pytest.approx([0.08, 0.04, 0.04], abs=0.004)
     assert list(body["particles"]) == sorted(body["particles"], key=lambda name: body["particles"][name])
     assert set(body["particles"]) == set(registry.names(registry.Kind.FIDELITY))
     assert sum(body["muscles"].values()) + body["passive"] == pytest.approx(1.0)

@@ -21,6 +21,7 @@ SPACING = 0.0015
 SMOKE, DRAFT, PAPER = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 128)
 
 
+@cache
 def animal(name: str, **params: float) -> Animal:
     """A registered animal."""
     made = registry.create(Kind.DESIGN, Ref(name, params=tuple(params.items())))

@@ -29,7 +29,7 @@ def render(
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Make a film of a run that is done: its best episode, simulated again.
+    """Film the best episode of a run, simulated again.
 
     Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and the path of the
     target. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk)

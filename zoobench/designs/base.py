@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -107,7 +108,11 @@ class Shape:
         return cls(inside, (-length / 2, 0.0, -width / 2), (length / 2, height, width / 2))
 
     def volume(self) -> float:
-        """The volume [m^3], measured on a fine lattice."""
+        """The volume [m^3], measured once on a fine lattice."""
+        return self._volume
+
+    @cached_property
+    def _volume(self) -> float:
         lower, upper = np.array(self.lower), np.array(self.upper)
         spacing = float((upper - lower).max()) / _MEASURE_CELLS
         points = fill_box(lower, upper, spacing, 1)

@@ -109,10 +109,10 @@ class Primitives:
         )
         return np.array([-length / 2, 0.0, -width / 2]), np.array([length / 2, height, width / 2])
 
-    @cached_property
+    @property
     def volumes(self) -> Array:
         """The volume of each primitive `[primitive_count]` [m^3]."""
-        return np.array([animal.shape.volume() for animal in self.animals])
+        return _volumes(self)
 
     def workspace(self, fidelity: Fidelity) -> Body:
         """The box filled with particles of the stiffest tissue; head and tail are at the mean place of the primitives'.
@@ -170,6 +170,11 @@ def _animal(name: str, length: float) -> Animal:
             f"Choose animals made of parts, as {DEFAULT_PRIMITIVES}."
         )
     return made
+
+
+@lru_cache(maxsize=8)
+def _volumes(primitives: Primitives) -> Array:
+    return np.array([animal.shape.volume() for animal in primitives.animals])
 
 
 @lru_cache(maxsize=8)

@@ -1,7 +1,9 @@
 """Taichi's runtime in this process: started once per precision, stopped so that the compile cache is written."""
 
+import ast
 import atexit
 import contextlib
+import functools
 import os
 import time
 from pathlib import Path
@@ -10,6 +12,8 @@ from typing import Literal
 import numpy as np
 import taichi as ti
 import torch
+from taichi.lang import kernel_impl
+from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
 from zoobench.errors import UsageError
 
@@ -34,6 +38,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
     On the CPU with one thread only: the sums of two threads on one grid node would depend on their order.
     With `debug`, or ZOOBENCH_DEBUG in the environment, every access to an array is checked against its bounds.
+    With ZOOBENCH_QUICK_COMPILE in the environment kernels give the same numbers, compile twice as fast and run slower.
 
     Returns:
         the generation of the runtime: a solver made under an older one must not be used again.
@@ -63,6 +68,9 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
+    quick = bool(os.environ.get("ZOOBENCH_QUICK_COMPILE"))
+    if quick:
+        _shorten_positions()
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
@@ -72,11 +80,23 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         fast_math=False,
         # the optimisation over the control-flow graph triples the compile time and gains nothing measurable
         cfg_optimization=False,
+        advanced_optimization=not quick,
         debug=debug,
         offline_cache=cache,
         offline_cache_file_path=str(cache_folder()),
         log_level=ti.ERROR,
     )
+
+
+def _shorten_positions() -> None:
+    """Name syntax nodes by file and line alone: to quote and read their sources takes half of Taichi's front end."""
+
+    def position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
+        return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
+
+    ASTTransformerContext.get_pos_info = position
+    for name in ("getsourcefile", "getsourcelines"):
+        setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
 
 
 def _drop_stale_lock() -> None:
