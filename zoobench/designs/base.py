@@ -1,4 +1,4 @@
-"""The protocol of designs, and the body: particles at rest with the properties for simulator and tasks."""
+"""The protocol of designs, and the body: particles at rest with the labels for tasks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.scene import BodyParticles, uniform_arrays
 
 Mask = NDArray[np.bool_]
 
@@ -19,29 +20,15 @@ _MEASURE_CELLS = 100  # along the longest edge when a volume is measured: an err
 
 
 @dataclass(frozen=True)
-class Body:
+class Body(BodyParticles):
     """A robot at rest, relative to the point on the ground below its centre; x is ahead, y up, z to the right.
 
     Attributes:
-        positions: `[particle_count, 3]` [m].
-        volumes: `[particle_count]` rest volumes [m^3].
-        stiffness: `[particle_count]` multiplier of Young's modulus [-].
-        density_ratio: `[particle_count]` multiplier of the density [-].
-        occupancy: `[particle_count]` in [0, 1]; 0 is empty space.
-        muscle_membership: `[particle_count, muscle_count]` share of each muscle [-].
-        fibres: `[particle_count, 3]` unit directions of contraction.
         head, tail: `[particle_count]` labels that define the heading.
         muscles: names of the muscles.
         malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
     """
 
-    positions: Array
-    volumes: Array
-    stiffness: Array
-    density_ratio: Array
-    occupancy: Array
-    muscle_membership: Array
-    fibres: Array
     head: Mask
     tail: Mask
     muscles: tuple[str, ...]
@@ -52,30 +39,8 @@ class Body:
         cls, sample: tuple[Array, Array], membership: Array, muscles: tuple[str, ...], *, head: Mask, tail: Mask
     ) -> "Body":
         """A body of muscle alone with fibres ahead; `sample` has positions and volumes, the others are as above."""
-        positions, volumes = sample
-        ones = np.ones(len(positions))
-        return cls(
-            positions=positions,
-            volumes=volumes,
-            stiffness=ones,
-            density_ratio=ones,
-            occupancy=ones,
-            muscle_membership=membership,
-            fibres=np.tile([1.0, 0.0, 0.0], (len(positions), 1)),
-            head=head,
-            tail=tail,
-            muscles=muscles,
-        )
-
-    @property
-    def particle_count(self) -> int:
-        """Number of particles, empty ones included."""
-        return len(self.positions)
-
-    @property
-    def muscle_count(self) -> int:
-        """Number of muscles."""
-        return len(self.muscles)
+        arrays = uniform_arrays(len(membership))
+        return cls(*sample, muscle_membership=membership, muscles=muscles, head=head, tail=tail, **arrays)
 
     def masses(self, density: float) -> Array:
         """Masses of the particles `[particle_count]` [kg] at this density of muscle [kg/m^3]."""

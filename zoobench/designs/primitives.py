@@ -3,7 +3,7 @@
 The common part of the spaces that mix animals (SDF-Lerp and the Wasserstein barycenter), which differ in the geometry.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
@@ -132,19 +132,12 @@ class Primitives:
         count, names = len(positions), self.muscles
         neck = np.mean([animal.scale * animal.neck for animal in self.animals])
         rump = np.mean([animal.scale * animal.rump for animal in self.animals])
-        return Body(
-            positions=positions,
-            volumes=np.full(count, particle_volume(fidelity.grid_spacing, fidelity.particles_per_cell)),
-            stiffness=np.full(count, self.stiffest),
-            density_ratio=np.ones(count),  # a form has the density of muscle
-            occupancy=np.ones(count),
-            muscle_membership=np.full((count, len(names)), 1.0 / len(names)),
-            fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
-            head=positions[:, 0] > neck,
-            tail=positions[:, 0] < rump,
-            muscles=names,
-            malleable=True,
-        )
+        volumes = np.full(count, particle_volume(fidelity.grid_spacing, fidelity.particles_per_cell))
+        membership = np.full((count, len(names)), 1.0 / len(names))
+        head, tail = positions[:, 0] > neck, positions[:, 0] < rump
+        # a form has the density of muscle
+        body = Body.uniform((positions, volumes), membership, names, head=head, tail=tail)
+        return replace(body, stiffness=np.full(count, self.stiffest), malleable=True)
 
     def tissues(self, body: Body) -> Tissues:
         """Properties of each primitive at the particles of `body`, cached for each workspace."""

@@ -12,6 +12,7 @@ from zoobench.errors import UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import uniform_arrays
 from zoobench.spec import Ref
 
 FEATURES = 7
@@ -66,9 +67,8 @@ class BasedSpace:
             SceneError: the fidelity is too coarse for the base.
         """
         body = base_design(self.base).body(fidelity)
-        ones = np.ones(body.particle_count)
-        ahead = np.tile([1.0, 0.0, 0.0], (body.particle_count, 1))
-        return replace(body, stiffness=ones, occupancy=ones, fibres=ahead, malleable=True)
+        arrays = uniform_arrays(body.particle_count) | {"density_ratio": body.density_ratio}
+        return replace(body, **arrays, malleable=True)
 
 
 def extent(body: Body) -> tuple[Array, Array]:

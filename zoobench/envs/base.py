@@ -97,17 +97,7 @@ class Environment:
                 f"A body of {extent} m does not fit into the arena of {self.arena} m with its floor at "
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
-        robot = ElasticBody(
-            material=self.robot,
-            positions=positions,
-            volumes=body.volumes,
-            stiffness=body.stiffness,
-            density_ratio=body.density_ratio,
-            occupancy=body.occupancy,
-            muscle_membership=body.muscle_membership,
-            fibres=body.fibres,
-            velocities=np.zeros_like(positions),
-        )
+        robot = ElasticBody.placed(self.robot, body, positions)
         return Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),

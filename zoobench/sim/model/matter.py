@@ -47,35 +47,52 @@ def lame_parameters(youngs_modulus: float, poissons_ratio: float) -> tuple[float
 
 
 @dataclass(frozen=True)
-class ElasticMaterial:
-    """Neo-Hookean matter with active fibres.
+class _Solid:
+    """Elastic moduli and density, the first fields of every material but water.
 
     Attributes:
-        youngs_modulus: E [Pa] at stiffness 1.
+        youngs_modulus: E [Pa]; of a body at stiffness 1.
         poissons_ratio: nu [-].
         density: rho [kg/m^3].
-        muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
-        viscosity: eta [Pa s] of the Kelvin-Voigt stress 2 eta D, which damps oscillations; 0 for undamped matter.
     """
 
     youngs_modulus: float
     poissons_ratio: float
     density: float
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """(mu, lambda) [Pa]."""
+        return lame_parameters(self.youngs_modulus, self.poissons_ratio)
+
+    @property
+    def kappa(self) -> float:
+        """Stiffness of the isolated particle, 2 mu + 3 lambda in Hencky strain [Pa]; yield only lowers it."""
+        mu, lam = self.lame
+        return 2.0 * mu + 3.0 * lam
+
+
+@dataclass(frozen=True)
+class ElasticMaterial(_Solid):
+    """Neo-Hookean matter with active fibres.
+
+    Attributes:
+        muscle_strength: s [Pa], the active stress at full actuation; 0 for passive matter.
+        viscosity: eta [Pa s] of the Kelvin-Voigt stress 2 eta D, which damps oscillations; 0 for undamped matter.
+    """
+
     muscle_strength: float = 0.0
     viscosity: float = 0.0
 
 
 @dataclass(frozen=True)
-class SandMaterial:
+class SandMaterial(_Solid):
     """Drucker-Prager sand with Hencky elasticity (Klar et al. 2016).
 
     Attributes:
         friction_angle: phi [degrees], as measured in triaxial compression.
     """
 
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
     friction_angle: float
     law = Law.SAND
 
@@ -91,41 +108,28 @@ class SandMaterial:
     @property
     def constants(self) -> Constants:
         """(mu, lambda, alpha)."""
-        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.cone_slope, 0.0, 0.0)
-
-    @property
-    def kappa(self) -> float:
-        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]; the plastic return only lowers it."""
-        return _hencky_kappa(self.constants)
+        return (*self.lame, self.cone_slope, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class ClayMaterial:
+class ClayMaterial(_Solid):
     """Plasticine: von Mises with Hencky elasticity.
 
     Attributes:
         yield_stress: Frobenius norm of the deviatoric Kirchhoff stress at yield [Pa]; sqrt(2/3) of the uniaxial one.
     """
 
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
     yield_stress: float
     law = Law.CLAY
 
     @property
     def constants(self) -> Constants:
         """(mu, lambda, yield stress)."""
-        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.yield_stress, 0.0, 0.0)
-
-    @property
-    def kappa(self) -> float:
-        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]."""
-        return _hencky_kappa(self.constants)
+        return (*self.lame, self.yield_stress, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class MudMaterial:
+class MudMaterial(_Solid):
     """Wet mud: Bingham-like in shear, a fluid in volume (pressure K (1 - J), no tension).
 
     Attributes:
@@ -133,9 +137,6 @@ class MudMaterial:
         viscosity: eta [Pa s].
     """
 
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
     yield_stress: float
     viscosity: float
     law = Law.MUD
@@ -143,16 +144,11 @@ class MudMaterial:
     @property
     def constants(self) -> Constants:
         """(mu, lambda, yield stress, 0, viscosity)."""
-        return (*lame_parameters(self.youngs_modulus, self.poissons_ratio), self.yield_stress, 0.0, self.viscosity)
-
-    @property
-    def kappa(self) -> float:
-        """Stiffness of the isolated particle, 2 mu + 3 lambda [Pa]."""
-        return _hencky_kappa(self.constants)
+        return (*self.lame, self.yield_stress, 0.0, self.viscosity)
 
 
 @dataclass(frozen=True)
-class SnowMaterial:
+class SnowMaterial(_Solid):
     """Snow after Stomakhin et al. 2013.
 
     Attributes:
@@ -161,9 +157,6 @@ class SnowMaterial:
         hardening: xi; the moduli grow as exp(xi (1 - J_P)).
     """
 
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
     critical_compression: float
     critical_stretch: float
     hardening: float
@@ -172,13 +165,13 @@ class SnowMaterial:
     @property
     def constants(self) -> Constants:
         """(mu, lambda, theta_c, theta_s, xi)."""
-        mu, lam = lame_parameters(self.youngs_modulus, self.poissons_ratio)
-        return (mu, lam, self.critical_compression, self.critical_stretch, self.hardening)
+        return (*self.lame, self.critical_compression, self.critical_stretch, self.hardening)
 
     @property
     def kappa(self) -> float:
         """Stiffness of the isolated particle [Pa] at the most hardening: corotated, at the largest elastic stretch."""
-        mu, lam, s = self.constants[0], self.constants[1], 1.0 + self.critical_stretch
+        mu, lam = self.lame
+        s = 1.0 + self.critical_stretch
         hardest = math.exp(self.hardening * (1.0 - SMALLEST_PLASTIC))
         return hardest * (2.0 * mu * (2.0 * s**2 - s) + 3.0 * lam * (2.0 * s**6 - s**3))
 
@@ -212,7 +205,3 @@ class WaterMaterial:
 
 
 Medium = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial | WaterMaterial
-
-
-def _hencky_kappa(constants: Constants) -> float:
-    return 2.0 * constants[0] + 3.0 * constants[1]

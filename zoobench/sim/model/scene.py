@@ -5,6 +5,7 @@ SI units; y is up; the ground plane is y = 0.
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,23 +42,19 @@ _MEDIUM_EFFECTS = {
 
 
 @dataclass(frozen=True)
-class ElasticBody:
-    """Matter that keeps its shape: a robot or a block. Arrays run over its particles.
+class BodyParticles:
+    """Particles of a body at rest, as designs make them and the simulator takes them.
 
     Attributes:
-        material: the constitutive law's constants.
         positions: `[particle_count, 3]` [m].
         volumes: `[particle_count]` rest volume that each particle stands for [m^3].
-        stiffness: `[particle_count]` multiplier of E [-].
-        density_ratio: `[particle_count]` multiplier of rho [-].
-        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 takes no part.
-        muscle_membership: `[particle_count, muscle_count]` soft share of each muscle [-].
-        fibres: `[particle_count, 3]` unit muscle direction in the rest pose.
-        velocities: `[particle_count, 3]` initial velocity [m/s].
-        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+        stiffness: `[particle_count]` multiplier of Young's modulus [-].
+        density_ratio: `[particle_count]` multiplier of the density [-].
+        occupancy: `[particle_count]` in [0, 1]; scales mass and volume together, 0 is empty space.
+        muscle_membership: `[particle_count, muscle_count]` share of each muscle [-].
+        fibres: `[particle_count, 3]` unit directions of contraction.
     """
 
-    material: ElasticMaterial
     positions: Array
     volumes: Array
     stiffness: Array
@@ -65,12 +62,10 @@ class ElasticBody:
     occupancy: Array
     muscle_membership: Array
     fibres: Array
-    velocities: Array
-    velocity_gradients: Array | None = None
 
     @property
     def particle_count(self) -> int:
-        """Number of particles."""
+        """Number of particles, empty ones included."""
         return len(self.positions)
 
     @property
@@ -78,20 +73,44 @@ class ElasticBody:
         """Number of muscles; 0 for passive matter."""
         return int(self.muscle_membership.shape[1])
 
+
+def uniform_arrays(count: int) -> dict[str, Any]:
+    """Stiffness, density ratio, occupancy and fibres of `count` full particles of muscle with fibres ahead."""
+    ones = np.ones(count)
+    return {
+        "stiffness": ones,
+        "density_ratio": ones,
+        "occupancy": ones,
+        "fibres": np.tile([1.0, 0.0, 0.0], (count, 1)),
+    }
+
+
+@dataclass(frozen=True)
+class ElasticBody(BodyParticles):
+    """Matter that keeps its shape, in a scene: a robot or a block.
+
+    Attributes:
+        material: the constitutive law's constants.
+        velocities: `[particle_count, 3]` initial velocity [m/s].
+        velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+    """
+
+    material: ElasticMaterial
+    velocities: Array
+    velocity_gradients: Array | None = None
+
+    @classmethod
+    def placed(cls, material: ElasticMaterial, particles: BodyParticles, positions: Array) -> "ElasticBody":
+        """These particles at rest at other positions `[particle_count, 3]` [m]."""
+        arrays = {item.name: getattr(particles, item.name) for item in fields(BodyParticles)}
+        return cls(material=material, velocities=np.zeros_like(positions), **{**arrays, "positions": positions})
+
     @classmethod
     def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
         """A body at rest without muscles, all of one kind: the block of the validation cases."""
-        count = len(positions)
-        return cls(
-            material=material,
-            positions=positions,
-            volumes=volumes,
-            stiffness=np.ones(count),
-            density_ratio=np.ones(count),
-            occupancy=np.ones(count),
-            muscle_membership=np.zeros((count, 0)),
-            fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
-            velocities=np.zeros((count, 3)),
+        membership, arrays = np.zeros((len(positions), 0)), uniform_arrays(len(positions))
+        return cls.placed(
+            material, BodyParticles(positions, volumes, muscle_membership=membership, **arrays), positions
         )
 
 
