@@ -12,8 +12,7 @@ def travelling_wave(frames: int, muscle_count: int) -> Array:
     """Full actuation at 20 rad/s, with phases spread evenly over the muscles `[frames, 1, muscle_count]`."""
     times = np.arange(frames)[:, None, None] * FRAME_SECONDS
     phases = np.linspace(0, 2 * np.pi, muscle_count, endpoint=False)
-    actuation: Array = np.sin(20 * times + phases)
-    return actuation
+    return np.sin(20 * times + phases)
 
 
 def random_actuation(controller: Controller, muscle_count: int, frames: int, worlds: int, seed: int) -> Array:
@@ -32,5 +31,4 @@ def random_actuation(controller: Controller, muscle_count: int, frames: int, wor
     rng = np.random.default_rng(seed)
     parameters = torch.as_tensor(np.array([controller.initial(rng, muscle_count) for _ in range(worlds)]))
     times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
-    actuation: Array = controller.actuation(parameters, times, muscle_count).numpy()
-    return actuation
+    return controller.actuation(parameters, times, muscle_count).numpy()

@@ -78,8 +78,7 @@ class Built:
             return np.zeros(self.row.shape[1])
         weights = [torch.as_tensor(adjoints[name]) for name in graded]
         (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights)
-        found: Array = gradient[0].numpy()
-        return found
+        return gradient[0].numpy()
 
 
 @dataclass(frozen=True)

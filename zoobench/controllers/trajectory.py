@@ -43,8 +43,7 @@ class Trajectory:
         waves = SineBasis()
         parameters = torch.as_tensor(waves.initial(rng, muscle_count))[None]
         times = torch.arange(self.frames, dtype=torch.float64) * FRAME_SECONDS
-        drawn: NDArray[np.float64] = torch.atanh(waves.actuation(parameters, times, muscle_count)).numpy().reshape(-1)
-        return drawn
+        return torch.atanh(waves.actuation(parameters, times, muscle_count)).numpy().reshape(-1)
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity `[frames, worlds, muscle_count]`."""

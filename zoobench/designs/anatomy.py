@@ -56,8 +56,7 @@ def in_a_row(names: Sequence[str], rear: float, front: float) -> Muscles:
 
     def shares(points: Array) -> Array:
         place = np.floor((points[:, 0] - rear) / (front - rear) * len(names)).astype(int)
-        found: Array = np.eye(len(names) + 1)[np.clip(place, 0, len(names)), :-1]
-        return found
+        return np.eye(len(names) + 1)[np.clip(place, 0, len(names)), :-1]
 
     return Muscles(tuple(names), shares)
 
@@ -173,8 +172,7 @@ class Animal:
 
     def stiffness(self, points: Array) -> Array:
         """Stiffness relative to muscle `[n]` [-] at points `[n, 3]` [m]."""
-        found: Array = self._tissue(points / self.scale) @ [part.stiffness for part in self.parts]
-        return found
+        return self._tissue(points / self.scale) @ [part.stiffness for part in self.parts]
 
     def membership(self, points: Array) -> Array:
         """Share of each muscle `[n, muscle_count]` [-] at points `[n, 3]` [m]; their sum is less than 1 in passive

@@ -83,8 +83,7 @@ class _Grid:
     @property
     def centres(self) -> Array:
         """Centres of the voxels `[voxel_count, 3]` [m]."""
-        found: Array = self.lower + self.edge * (np.indices(self.counts).reshape(3, -1).T + 0.5)
-        return found
+        return self.lower + self.edge * (np.indices(self.counts).reshape(3, -1).T + 0.5)
 
     def kernels(self, width: float) -> "list[Tensor]":
         """Gaussians of this width [voxels] along the axes; that across the plane of symmetry includes the left side."""

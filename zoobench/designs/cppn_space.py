@@ -30,7 +30,7 @@ def cppn_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
     """
-    return NetworkSpace(base=base, connected=connected, network=_NETWORK, draw=_draw)
+    return NetworkSpace(base=base, connected=connected, network=_NETWORK)
 
 
 def _draw(rng: np.random.Generator) -> Array:
@@ -58,4 +58,4 @@ def _hidden(parameters: "Tensor", places: "Tensor") -> "Tensor":
 
 _LAYERS = tuple(Affine(FEATURES + number * _NODES, _NODES) for number in range(_DEPTH))
 _COUNTS = [layer.parameter_count + _NODES for layer in _LAYERS]
-_NETWORK = Network(_hidden, hidden_count=sum(_COUNTS), head_inputs=FEATURES + _DEPTH * _NODES, rate_scale=0.2)
+_NETWORK = Network(_hidden, _draw, hidden_count=sum(_COUNTS), head_inputs=FEATURES + _DEPTH * _NODES, rate_scale=0.2)

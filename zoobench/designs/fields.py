@@ -75,5 +75,4 @@ def rows_like(membership: Array, rng: np.random.Generator) -> Array:
     """
     count, muscle_count = membership.shape
     means = np.hstack([np.tile([FULL, FIRM], (count, 1)), _OWN_MUSCLE * membership])
-    rows: Array = means + rng.normal(0.0, SPREAD, (count, 2 + muscle_count))
-    return rows
+    return means + rng.normal(0.0, SPREAD, (count, 2 + muscle_count))

@@ -28,7 +28,7 @@ def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpa
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
     """
-    return NetworkSpace(base=base, connected=connected, network=_NETWORK, draw=_draw)
+    return NetworkSpace(base=base, connected=connected, network=_NETWORK)
 
 
 def _draw(rng: "np.random.Generator") -> "Array":
@@ -48,4 +48,4 @@ def _hidden(parameters: "Tensor", places: "Tensor") -> "Tensor":
 
 _LAYERS = (Affine(FEATURES, _WIDTH), Affine(_WIDTH, _WIDTH))
 _COUNTS = [layer.parameter_count for layer in _LAYERS]
-_NETWORK = Network(_hidden, hidden_count=sum(_COUNTS), head_inputs=_WIDTH, rate_scale=0.07)
+_NETWORK = Network(_hidden, _draw, hidden_count=sum(_COUNTS), head_inputs=_WIDTH, rate_scale=0.07)

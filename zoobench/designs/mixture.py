@@ -48,8 +48,8 @@ class Mixture:
         return _BLOCKS * self.primitives.count
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """Standard normal coefficients `[parameter_count]`."""
-        return self.primitives.draw(rng, _BLOCKS)
+        """Standard normal coefficients `[parameter_count]`: one primitive often dominates, and none is out of reach."""
+        return rng.normal(size=self.parameter_count(body))
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`; each world is computed by itself, since the rounding

@@ -42,10 +42,11 @@ class Affine:
 
 @dataclass(frozen=True)
 class Network:
-    """A network over space: hidden layers, and an affine head that gives a row of numbers for each particle.
+    """Hidden layers of a network over space, and the size of the affine head that gives a row of numbers.
 
     Attributes:
         hidden: maps parameters `[hidden_count]` and features `[n, 7]` to the inputs of the head `[n, head_inputs]`.
+        draw: gives parameters of the hidden layers from their prior `[hidden_count]`.
         hidden_count, head_inputs: see `hidden`.
         rate_scale: factor from the parameters to the network's weights, and so of an optimiser's learning rate. Every
             weight acts on all particles, so that their steps add up; with this factor a step of Adam changes the body
@@ -53,47 +54,10 @@ class Network:
     """
 
     hidden: Callable[["Tensor", "Tensor"], "Tensor"]
+    draw: Callable[[np.random.Generator], Array]
     hidden_count: int
     head_inputs: int
     rate_scale: float
-
-    def parameter_count(self, body: Body) -> int:
-        """Number of parameters of hidden layers and head."""
-        return self.hidden_count + self._head(body).parameter_count
-
-    def form(self, parameters: "Tensor", body: Body) -> Form:
-        """The forms for `parameters` `[worlds, parameter_count]`."""
-        import torch
-
-        places, head = torch.as_tensor(features(body)), self._head(body)
-
-        def field(row: "Tensor") -> "Tensor":
-            numbers = self.rate_scale * row
-            return head(numbers[self.hidden_count :], self.hidden(numbers[: self.hidden_count], places))
-
-        return grow(parameters, body, field)
-
-    def initial(self, numbers: Array, rng: np.random.Generator, body: Body) -> Array:
-        """Parameters `[parameter_count]` with these weights of the hidden layers `[hidden_count]` and a random head.
-
-        Every output of the head is normalised to a mean and a deviation over the workspace: occupancy and stiffness
-        as in the priors of the other spaces, and muscles that differ from place to place. With equal muscles everywhere
-        a body could only expand and contract.
-        """
-        import torch
-
-        inputs = self.hidden(torch.as_tensor(numbers), torch.as_tensor(features(body))).numpy()
-        muscle_count = body.muscle_count
-        weights = rng.normal(size=(self.head_inputs, 2 + muscle_count))
-        outputs = inputs @ weights / math.sqrt(self.head_inputs)
-        deviations = outputs.std(axis=0)
-        wanted = np.array([SPREAD, SPREAD, *[_MUSCLE_SPREAD] * muscle_count])
-        scale = wanted / np.where(deviations > 0.0, deviations, 1.0)
-        bias = np.array([FULL, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
-        return np.concatenate([numbers, (scale * weights).ravel(), bias]) / self.rate_scale
-
-    def _head(self, body: Body) -> Affine:
-        return Affine(self.head_inputs, width_of(body))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,20 +66,45 @@ class NetworkSpace(BasedSpace):
 
     Attributes:
         network: gives every particle its row of numbers.
-        draw: gives weights of the network's hidden layers from their prior `[hidden_count]`.
     """
 
     network: Network
-    draw: Callable[[np.random.Generator], Array]
 
     def parameter_count(self, body: Body) -> int:
         """Number of parameters of hidden layers and head."""
-        return self.network.parameter_count(body)
+        return self.network.hidden_count + self._head(body).parameter_count
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
-        """A draw from the prior `[parameter_count]`."""
-        return self.network.initial(self.draw(rng), rng, body)
+        """A draw from the prior `[parameter_count]`: hidden layers from theirs, and a random head.
+
+        Every output of the head is normalised to a mean and a deviation over the workspace: occupancy and stiffness
+        as in the priors of the other spaces, and muscles that differ from place to place. With equal muscles everywhere
+        a body could only expand and contract.
+        """
+        import torch
+
+        network, muscle_count = self.network, body.muscle_count
+        numbers = network.draw(rng)
+        inputs = network.hidden(torch.as_tensor(numbers), torch.as_tensor(features(body))).numpy()
+        weights = rng.normal(size=(network.head_inputs, 2 + muscle_count))
+        outputs = inputs @ weights / math.sqrt(network.head_inputs)
+        deviations = outputs.std(axis=0)
+        wanted = np.array([SPREAD, SPREAD, *[_MUSCLE_SPREAD] * muscle_count])
+        scale = wanted / np.where(deviations > 0.0, deviations, 1.0)
+        bias = np.array([FULL, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
+        return np.concatenate([numbers, (scale * weights).ravel(), bias]) / network.rate_scale
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
-        return self.network.form(parameters, body)
+        import torch
+
+        network, places, head = self.network, torch.as_tensor(features(body)), self._head(body)
+
+        def field(row: "Tensor") -> "Tensor":
+            numbers = network.rate_scale * row
+            return head(numbers[network.hidden_count :], network.hidden(numbers[: network.hidden_count], places))
+
+        return grow(parameters, body, field)
+
+    def _head(self, body: Body) -> Affine:
+        return Affine(self.network.head_inputs, width_of(body))

@@ -143,12 +143,6 @@ class Primitives:
         """Properties of each primitive at the particles of `body`, cached for each workspace."""
         return _tissues(self, body.positions.tobytes())
 
-    def draw(self, rng: np.random.Generator, blocks: int) -> Array:
-        """Coefficients before the softmax from the prior, standard normal `[blocks * primitive_count]`: one primitive
-        often dominates, and none is out of reach."""
-        found: Array = rng.normal(size=blocks * self.count)
-        return found
-
 
 def _animal(name: str, length: float) -> Animal:
     """The registered animal with this name and length."""

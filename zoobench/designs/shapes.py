@@ -25,8 +25,7 @@ def ellipsoid(centre: Point, radii: Point) -> Distance:
         scaled = (points - centre) / radii
         size = np.linalg.norm(scaled, axis=1)
         gradient = np.linalg.norm(scaled / radii, axis=1)
-        found: Array = np.where(gradient > 0.0, size * (size - 1.0) / np.maximum(gradient, 1e-12), -min(radii))
-        return found
+        return np.where(gradient > 0.0, size * (size - 1.0) / np.maximum(gradient, 1e-12), -min(radii))
 
     return distance
 
@@ -98,8 +97,7 @@ def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) 
 
     def distance(points: Array) -> Array:
         place = plane.project(points)
-        found: Array = np.maximum(_polygon(corners, place[:, :2]), np.abs(place[:, 2]) - thickness / 2)
-        return found
+        return np.maximum(_polygon(corners, place[:, :2]), np.abs(place[:, 2]) - thickness / 2)
 
     return distance
 

@@ -92,8 +92,7 @@ class Mesh:
 
 
 def _cross(first: Array, second: Array) -> Array:
-    found: Array = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    return found
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
 
 def load(name: str) -> Mesh:

@@ -71,8 +71,7 @@ class VoxelSpace(BasedSpace):
         """Means in every voxel `[voxel_count, n]` of values of the particles `[particle_count, n]`."""
         voxels = self._voxels(body)
         sums = np.stack([np.bincount(voxels, column) for column in values.T], axis=1)
-        found: Array = sums / np.bincount(voxels)[:, None]
-        return found
+        return sums / np.bincount(voxels)[:, None]
 
     def _voxels(self, body: Body) -> NDArray[np.int64]:
         """The number of each particle's voxel `[particle_count]`, among voxels with particles."""

@@ -70,8 +70,7 @@ def rest_strains(material: Medium, load: Array) -> Array:
             # |dev tau| = 2 mu sqrt(2/3) shear
             shear = np.minimum(shear, material.yield_stress / (2.0 * mu * np.sqrt(2.0 / 3.0)))
         mean = (load - 2.0 * mu * 2.0 / 3.0 * shear) / bulk
-    strains: Array = -mean[:, None] / 3.0 + shear[:, None] * deviator
-    return strains
+    return -mean[:, None] / 3.0 + shear[:, None] * deviator
 
 
 def lifted(bed: MediumBed, terrain: Terrain) -> MediumBed:

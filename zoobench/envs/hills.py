@@ -60,8 +60,7 @@ def perlin(x: Array, z: Array, *, seed: int, octaves: int = 1) -> Array:
         share, scale = 0.5**octave, 2.0**octave
         total += share * _octave(scale * x, scale * z, seed, octave)
         bound += share * _LARGEST_NOISE
-    noise: Array = total / bound
-    return noise
+    return total / bound
 
 
 def _octave(x: Array, z: Array, seed: int, octave: int) -> Array:
@@ -80,8 +79,7 @@ def _octave(x: Array, z: Array, seed: int, octave: int) -> Array:
 def _plane(column: Array, row: Array, u: Array, w: Array, seed: int, octave: int) -> Array:
     """The corner's unit gradient times the distance vector from the corner."""
     angle = 2.0 * np.pi * _uniform(column, row, seed, octave)
-    plane: Array = np.cos(angle) * u + np.sin(angle) * w
-    return plane
+    return np.cos(angle) * u + np.sin(angle) * w
 
 
 def _fade(t: Array) -> Array:
@@ -94,8 +92,7 @@ def _uniform(column: Array, row: Array, seed: int, octave: int) -> Array:
     key = _mix(np.full(column.shape, seed, np.uint64))
     for part in (np.full(column.shape, octave, np.uint64), column.astype(np.int64), row.astype(np.int64)):
         key = _mix(key ^ part.astype(np.uint64))
-    top: Array = (key >> np.uint64(11)).astype(np.float64) * 2.0**-53
-    return top
+    return (key >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
 def _mix(key: Hashes) -> Hashes:

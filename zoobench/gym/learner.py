@@ -107,8 +107,7 @@ class Learner:
     @property
     def actor(self) -> Array:
         """The policy's parameters."""
-        found: Array = parameters_to_vector(self._actor()).detach().double().numpy()
-        return found
+        return parameters_to_vector(self._actor()).detach().double().numpy()
 
     @property
     def deviation(self) -> float:

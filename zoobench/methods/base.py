@@ -173,10 +173,10 @@ def resume(problem: Problem, context: RunContext) -> Incumbent:
     return Incumbent.from_state(state["champion"])
 
 
-def keep(problem: Problem, context: RunContext, incumbent: Incumbent) -> None:
-    """Checkpoint a method whose only state is the incumbent."""
+def keep(problem: Problem, context: RunContext, incumbent: Incumbent, **state: Any) -> None:
+    """Checkpoint the incumbent, meter and generator, and further `state` of the method as plain data."""
     meter, rng = problem.meter.state(), context.rng.bit_generator.state
-    context.checkpoint(pack({"champion": incumbent.state(), "meter": meter, "rng": rng}))
+    context.checkpoint(pack({"champion": incumbent.state(), "meter": meter, "rng": rng, **state}))
 
 
 def pack(state: Mapping[str, Any]) -> bytes:

@@ -10,48 +10,26 @@ from zoobench.arrays import Array
 _LARGEST_EXPONENT = 60.0  # patterns are clipped to [-1, 1] afterwards
 
 
-def _sigmoid(drive: Array) -> Array:
-    return 1.0 / (1.0 + np.exp(-np.clip(5.0 * drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT)))
+_SELU_SCALE, _SELU_ALPHA = 1.0507009873554805, 1.6732632423543772  # Klambauer et al. 2017
 
 
-def _tanh(drive: Array) -> Array:
-    return np.tanh(2.5 * drive)
-
-
-def _sin(drive: Array) -> Array:
-    return np.sin(np.clip(5.0 * drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
-
-
-def _gaussian(drive: Array) -> Array:
-    return np.exp(-5.0 * np.clip(drive, -3.4, 3.4) ** 2)
+def _held(drive: Array) -> Array:
+    return np.clip(drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT)
 
 
 def _selu(drive: Array) -> Array:
-    scale, alpha = 1.0507009873554805, 1.6732632423543772  # Klambauer et al. 2017
-    return scale * np.where(drive > 0.0, drive, alpha * np.expm1(np.minimum(drive, 0.0)))
-
-
-def _abs(drive: Array) -> Array:
-    return np.abs(drive)
-
-
-def _log(drive: Array) -> Array:
-    return np.log(np.maximum(drive, 1e-7))
-
-
-def _exp(drive: Array) -> Array:
-    return np.exp(np.clip(drive, -_LARGEST_EXPONENT, _LARGEST_EXPONENT))
+    return _SELU_SCALE * np.where(drive > 0.0, drive, _SELU_ALPHA * np.expm1(np.minimum(drive, 0.0)))
 
 
 ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
-    "sigmoid": _sigmoid,
-    "tanh": _tanh,
-    "sin": _sin,
-    "gaussian": _gaussian,
+    "sigmoid": lambda drive: 1.0 / (1.0 + np.exp(-_held(5.0 * drive))),
+    "tanh": lambda drive: np.tanh(2.5 * drive),
+    "sin": lambda drive: np.sin(_held(5.0 * drive)),
+    "gaussian": lambda drive: np.exp(-5.0 * np.clip(drive, -3.4, 3.4) ** 2),
     "selu": _selu,
-    "abs": _abs,
-    "log": _log,
-    "exp": _exp,
+    "abs": lambda drive: np.abs(drive),
+    "log": lambda drive: np.log(np.maximum(drive, 1e-7)),
+    "exp": lambda drive: np.exp(_held(drive)),
 }
 """The activation functions of the specification (F.3): neat-python's, for arrays."""
 

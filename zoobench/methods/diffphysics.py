@@ -12,7 +12,8 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
-from zoobench.methods.base import Incumbent, RunContext, Solution, pack, report, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, keep, report, resume, unpack
+from zoobench.methods.generations import goes_on
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -52,32 +53,22 @@ class DiffPhysics:
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Ascend until the iterations or the budget are spent; the first iteration is always tried."""
         if (stored := context.restore()) is not None:
-            ascent = _Ascent.from_state(self, unpack(stored), problem, context)
+            ascent = _Ascent.from_state(self, unpack(stored), resume(problem, context))
         else:
             ascent = _Ascent(self, _distinct([problem.initial(context.rng) for _ in range(self.restarts)]))
-        while self._goes_on(problem, len(ascent.points)):
+        while goes_on(problem, len(ascent.points), self.iterations, gradient=True):
             results = problem.loss_and_grad_batch(ascent.points)
             problem.meter.iterations += 1
             ascent.step(results, lambda: problem.initial(context.rng))
             self._report(problem, context, ascent, results)
-            context.checkpoint(pack(ascent.state(problem, context)))
+            keep(problem, context, ascent.incumbent, **ascent.state())
             if context.should_stop():
                 break
         facts = {**ascent.counts(), **ascent.best_scores()}
         return ascent.incumbent.solution(iterations=problem.meter.iterations, **facts)
 
-    def _goes_on(self, problem: Problem, restarts: int) -> bool:
-        done = problem.meter.iterations
-        if done == 0 or done == self.iterations:
-            return done == 0
-        return problem.affords(restarts, gradient=True)
-
     def _report(
-        self,
-        problem: Problem,
-        context: RunContext,
-        ascent: "_Ascent",
-        results: Sequence[tuple[Evaluation, Array]],
+        self, problem: Problem, context: RunContext, ascent: "_Ascent", results: Sequence[tuple[Evaluation, Array]]
     ) -> None:
         readings = ascent.counts()
         norms = [norm for _, gradient in results if np.isfinite(norm := _length(gradient))]
@@ -168,29 +159,22 @@ class _Ascent:
         with torch.no_grad():
             self._points[index].copy_(torch.as_tensor(target))
 
-    def state(self, problem: Problem, context: RunContext) -> dict[str, Any]:
-        """Plain data to continue from bit for bit."""
+    def state(self) -> dict[str, Any]:
+        """Plain data to continue from bit for bit, without the incumbent."""
         return {
             "points": [point.detach() for point in self._points],
             "adam": self._adam.state_dict(),
-            "champion": self.incumbent.state(),
             "own_best": [best.state() for best in self._own_best],
             "clipped": self._clipped,
             "unusable": self._unusable,
-            "meter": problem.meter.state(),
-            "rng": context.rng.bit_generator.state,
         }
 
     @classmethod
-    def from_state(
-        cls, method: DiffPhysics, state: Mapping[str, Any], problem: Problem, context: RunContext
-    ) -> "_Ascent":
-        """The inverse of `state`; also restores the problem's meter and the context's generator."""
+    def from_state(cls, method: DiffPhysics, state: Mapping[str, Any], incumbent: Incumbent) -> "_Ascent":
+        """The inverse of `state`."""
         ascent = cls(method, [point.numpy() for point in state["points"]])
         ascent._adam.load_state_dict(state["adam"])
-        ascent.incumbent = Incumbent.from_state(state["champion"])
+        ascent.incumbent = incumbent
         ascent._own_best = [Incumbent.from_state(best) for best in state["own_best"]]
         ascent._clipped, ascent._unusable = state["clipped"], state["unusable"]
-        problem.meter.restore(state["meter"])
-        context.rng.bit_generator.state = state["rng"]
         return ascent

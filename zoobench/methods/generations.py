@@ -38,8 +38,8 @@ class AskAndTell(Protocol):
         ...
 
     def facts(self) -> dict[str, float]:
-        """Values for the solution."""
-        ...
+        """Values for the solution; by default the readings at the end."""
+        return self.readings()
 
 
 def evolve(
@@ -65,7 +65,7 @@ def evolve(
     incumbent = Incumbent.from_state(state["champion"]) if state else Incumbent()
     if state:
         problem.meter.restore(state["meter"])
-    while _goes_on(problem, population, generations):
+    while goes_on(problem, population, generations):
         points = optimiser.ask()
         evaluations = problem.evaluate_batch(points)
         problem.meter.iterations += 1
@@ -92,11 +92,15 @@ def _stored(context: RunContext) -> dict[str, Any]:
     return {} if data is None else unpack(data)
 
 
-def _goes_on(problem: Problem, population: int, generations: int) -> bool:
+def goes_on(problem: Problem, evaluations: int, iterations: int, *, gradient: bool = False) -> bool:
+    """Whether another iteration of so many evaluations is affordable, and fewer than `iterations`, if not 0, are done.
+
+    The first is always tried, so that the problem reports a budget too small for it.
+    """
     done = problem.meter.iterations
-    if done == 0 or done == generations:
-        return done == 0  # the first generation is always tried, so that the problem reports a budget too small for it
-    return problem.affords(population)
+    if done == 0 or done == iterations:
+        return done == 0
+    return problem.affords(evaluations, gradient=gradient)
 
 
 def _readings(evaluations: Sequence[Evaluation]) -> dict[str, float]:

@@ -17,7 +17,7 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cppn import ACTIVATIONS, patterns
-from zoobench.methods.generations import Told, evolve, scores_of
+from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
 _ALL_FAILED = -1e6
@@ -68,7 +68,7 @@ def check_generations(population: int, generations: int) -> None:
         )
 
 
-class Bodies:
+class Bodies(AskAndTell):
     """NEAT's population as an `AskAndTell` of the design space's parameters.
 
     Args:
@@ -122,23 +122,17 @@ class Bodies:
             "connections": float(connections),
         }
 
-    def facts(self) -> dict[str, float]:
-        """The same, at the end."""
-        return self.readings()
 
-
-class _Neat:
-    """`Bodies` with one controller, drawn once."""
+class _Neat(Bodies):
+    """The bodies with one controller, drawn once."""
 
     def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
-        self._bodies = Bodies(problem, rng, population)
+        super().__init__(problem, rng, population)
         self._control = problem.initial(rng)[: problem.robot.control_count]
-        self.digest, self.tell = self._bodies.digest, self._bodies.tell
-        self.readings, self.facts = self._bodies.readings, self._bodies.facts
 
     def ask(self) -> list[Array]:
         """The next generation, `[parameter_count]` each."""
-        return [np.concatenate([self._control, body]) for body in self._bodies.ask()]
+        return [np.concatenate([self._control, body]) for body in super().ask()]
 
 
 class _RandomStream:

@@ -12,7 +12,7 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.methods.base import Incumbent, RunContext, Solution, pack, report, resume, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, keep, report, resume, unpack
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Ppo:
             self._check_first_buffer(training)
             while self._goes_on(training) and training.step():
                 self._report(training)
-                context.checkpoint(pack(training.state()))
+                keep(problem, context, incumbent, **training.state())
                 if context.should_stop():
                     break
         return training.solution()
@@ -190,15 +190,8 @@ class _Training:
         )
 
     def state(self) -> dict[str, Any]:
-        """Plain data for a checkpoint."""
-        return {
-            "champion": self.incumbent.state(),
-            "meter": self.problem.meter.state(),
-            "rng": self.context.rng.bit_generator.state,
-            "learner": self.learner.state(),
-            "failures": self.session.failures,
-            "resumed": self._resumed,
-        }
+        """Plain data for a checkpoint, without the incumbent."""
+        return {"learner": self.learner.state(), "failures": self.session.failures, "resumed": self._resumed}
 
     def load(self, state: dict[str, Any]) -> None:
         """Restore learner and counts from `state`; `resume` restores the rest."""

@@ -14,7 +14,7 @@ from zoobench.errors import UsageError
 from zoobench.methods.archive import Archive
 from zoobench.methods.base import RunContext, Solution
 from zoobench.methods.cmaes import SEPARABLE, check_strategy
-from zoobench.methods.generations import Told, evolve, scores_of
+from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
 
@@ -71,17 +71,14 @@ class QualityDiversity:
         return replace(solution, archive=created[-1].archive())
 
 
-class _Illumination:
+class _Illumination(AskAndTell):
     """The archive and its evolution strategy, as an `AskAndTell` that is told score, volume and elongation."""
 
     def __init__(self, method: QualityDiversity, problem: Problem, rng: np.random.Generator) -> None:
         self._method, self._problem, self._rng = method, problem, rng
         self._volume = float(problem.body.volumes.sum())
         self._archive = _ribs().archives.GridArchive(
-            solution_dim=problem.parameter_count,
-            dims=[method.cells] * 2,
-            ranges=[(0.0, 1.0)] * 2,
-            seed=self._seed(),
+            solution_dim=problem.parameter_count, dims=[method.cells] * 2, ranges=[(0.0, 1.0)] * 2, seed=self._seed()
         )
         self._begin()
 
@@ -124,10 +121,6 @@ class _Illumination:
             "coverage": len(scores) / self._method.cells**2,
             "qd_score": float(np.maximum(scores, 0.0).sum()),
         }
-
-    def facts(self) -> dict[str, float]:
-        """The same, at the end."""
-        return self.readings()
 
     def archive(self) -> Archive:
         """All elites by falling score, equal ones by their cell."""

@@ -38,13 +38,7 @@ class Launcher:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        fidelity: Fidelity,
-        worlds: int,
-        real: torch.dtype,
-        device: str,
-        parallel: bool,
+        self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
     ) -> None:
         self._scene, self._fidelity = scene, fidelity
         self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel

@@ -84,6 +84,8 @@ class Motion:
 class Task(Protocol):
     """A task. All functions are differentiable and computed over all worlds at once.
 
+    A task that derives from this class inherits the mean reward as its score and objective.
+
     Attributes:
         unit: of score, reward and objective.
     """
@@ -100,11 +102,11 @@ class Task(Protocol):
 
     def score(self, motion: Motion) -> "Tensor":
         """The episode's score `[worlds]`, as shown in tables; higher is better."""
-        ...
+        return self.reward(motion).mean(dim=0)
 
     def objective(self, motion: Motion) -> "Tensor":
         """The quantity that gradient methods maximise `[worlds]`: the score or a smoother substitute."""
-        ...
+        return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Readings of the episode by name, each `[worlds]` with its unit."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.readings import common_readings
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @register(Kind.TASK, "movement-speed", tags=("locomotion",))
 @dataclass(frozen=True, kw_only=True)
-class MovementSpeed:
+class MovementSpeed(Task):
     """Move as fast as possible along one direction.
 
     The score is the velocity of the particles, averaged by occupancy, projected on the target direction and averaged
@@ -32,14 +32,6 @@ class MovementSpeed:
     def reward(self, motion: Motion) -> "Tensor":
         """Mean particle velocity along the target at the end of every frame `[frames, worlds]` [m/s]."""
         return motion.mean_over_existing(motion.velocities[1:]) @ self._target(motion)
-
-    def score(self, motion: Motion) -> "Tensor":
-        """The reward averaged over frames `[worlds]` [m/s]."""
-        return self.reward(motion).mean(dim=0)
-
-    def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which is smooth."""
-        return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The heading's deviation from the target direction, and the common readings."""

@@ -4,13 +4,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, islice
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.tasks.quintic import Quintic
+from zoobench.tasks.quintic import quintic
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly
 
 PathShape = Literal["straight", "arc", "s-curve", "random"]
 
@@ -57,20 +60,20 @@ class Path:
 
     def positions(self, times: Array) -> Array:
         """Positions of the target `[times, 3]` [m] at `times` from 0 [s]."""
-        return self._through(times).position(times)
+        return np.asarray(self._through(times)(times))
 
     def velocities(self, times: Array) -> Array:
         """Velocities of the target `[times, 3]` [m/s], the first derivative of `positions`."""
-        return self._through(times).velocity(times)
+        return np.asarray(self._through(times).derivative()(times))
 
     def states(self, number: int) -> Array:
-        """The first states of the path, `INTERVAL` apart `[number, 3, 3]`, as `Quintic` takes them."""
+        """The first states of the path, `INTERVAL` apart `[number, 3, 3]`, as `quintic` takes them."""
         return np.array(list(islice(self._random() if self.shape == "random" else self._curve(), number)))
 
-    def _through(self, times: Array) -> Quintic:
+    def _through(self, times: Array) -> "BPoly":
         # one more state than needed, so that rounding cannot end the path before the last time
         number = math.ceil(float(times.max()) / INTERVAL) + 2
-        return Quintic(INTERVAL * np.arange(float(number)), self.states(number))
+        return quintic(INTERVAL * np.arange(float(number)), self.states(number))
 
     def _curve(self) -> Iterator[Array]:
         """States of a curve with constant `speed` after the run-up."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import UP, Motion
+from zoobench.tasks.base import UP, Motion, Task
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ _AXIS_RADIUS = 1e-9  # [m] nearer to the axis a particle has no tangent: its vel
 
 @register(Kind.TASK, "turning", tags=("locomotion",))
 @dataclass(frozen=True, kw_only=True)
-class Turning:
+class Turning(Task):
     """Turn counter-clockwise, seen from above, as fast as possible.
 
     With r the position relative to the centre of mass and e_y the upward direction, every particle's velocity is
@@ -37,14 +37,6 @@ class Turning:
         # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
         tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
         return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
-
-    def score(self, motion: Motion) -> "Tensor":
-        """The reward averaged over frames `[worlds]` [m/s]."""
-        return self.reward(motion).mean(dim=0)
-
-    def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which is smooth off the axis."""
-        return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Tangential velocity, net angle of rotation, and the common readings."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.heading import heading, heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
@@ -22,7 +22,7 @@ _HEADING_TOLERANCE = math.radians(15.0)
 
 @register(Kind.TASK, "velocity-tracking", tags=("locomotion", "path"))
 @dataclass(frozen=True, kw_only=True)
-class VelocityTracking:
+class VelocityTracking(Task):
     """Match heading and speed of a target that moves along a path.
 
     The target's velocity u is the first derivative of a path of quintic polynomials. With the robot's heading h and the
@@ -70,14 +70,6 @@ class VelocityTracking:
         direction = speed - (ahead * target).sum(dim=-1)
         penalty: Tensor = (1.0 - self.direction_weight) * magnitude + self.direction_weight * direction
         return -penalty
-
-    def score(self, motion: Motion) -> "Tensor":
-        """The reward averaged over frames `[worlds]` [m/s]."""
-        return self.reward(motion).mean(dim=0)
-
-    def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which is smooth except at the exact speed."""
-        return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Errors of speed and heading, success, and the common readings.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"))
 @dataclass(frozen=True, kw_only=True)
-class WaypointFollowing:
+class WaypointFollowing(Task):
     """Follow a target that moves along a path.
 
     The path of quintic polynomials begins at the robot's centre of mass. The reward of a frame is the negated
@@ -58,14 +58,6 @@ class WaypointFollowing:
         error = (motion.centre_of_mass() - self.targets(motion))[1:, :, [0, 2]]
         distance: Tensor = torch.linalg.vector_norm(error, dim=-1)
         return -distance
-
-    def score(self, motion: Motion) -> "Tensor":
-        """The reward averaged over frames `[worlds]` [m]."""
-        return self.reward(motion).mean(dim=0)
-
-    def objective(self, motion: Motion) -> "Tensor":
-        """The score itself, which is smooth except at the waypoint."""
-        return self.score(motion)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Errors of position and heading, success, and the common readings.

@@ -13,13 +13,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import behind_wall, contact, contact_adjoint, press, press_adjoint
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio, scatter_ratio_adjoint
-from zoobench.sim.kernels.elastic import (
-    fibre_stress,
-    fibre_stress_adjoint,
-    neo_hookean,
-    neo_hookean_adjoint,
-    viscous,
-)
+from zoobench.sim.kernels.elastic import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
 from zoobench.sim.kernels.flip import FLIP_SHARE, gather_velocity, gather_velocity_adjoint
 from zoobench.sim.kernels.linalg import identity, matmul
 from zoobench.sim.kernels.media import WATER, deform_medium, deform_medium_adjoint, medium_stress, medium_stress_adjoint
@@ -78,18 +72,9 @@ def to_grid(
 
 @ti.func
 def update_node(
-    grid: ti.template(),
-    target: ti.template(),
-    g,
-    i,
-    j,
-    k,
-    dt_g,
-    mu_ground,
-    terrain: ti.template(),
-    ground: ti.template(),
-    law: ti.template(),
-):
+    grid: ti.template(), target: ti.template(), g, i, j, k, dt_g, mu_ground,
+    terrain: ti.template(), ground: ti.template(), law: ti.template(),
+):  # fmt: skip
     """Momentum to velocity with gravity and contact, from `grid` to `target` (maybe the same); `dt_g` is dt g [m/s]."""
     q = grid[g, i, j, k]
     if q[3] > 0.0:
@@ -226,22 +211,10 @@ def from_grid_adjoint(
         place_adjoint += gather_velocity_adjoint(
             before, before_adjoint, g, x[s, w, p], -FLIP_SHARE * v_adj[0, w, p], inverse_spacing, width
         )
-    x_adj[0, w, p] = (
-        new_x_adjoint
-        + place_adjoint
-        + gather_adjoint(
-            grid_velocity,
-            grid_adjoint,
-            g,
-            x[s, w, p],
-            velocity,
-            v_adj[0, w, p] + dt * new_x_adjoint,
-            affine_adjoint,
-            inverse_spacing,
-            width,
-            transfer,
-        )
-    )
+    x_adj[0, w, p] = new_x_adjoint + place_adjoint + gather_adjoint(
+        grid_velocity, grid_adjoint, g, x[s, w, p], velocity, v_adj[0, w, p] + dt * new_x_adjoint, affine_adjoint,
+        inverse_spacing, width, transfer,
+    )  # fmt: skip
 
 
 @ti.func

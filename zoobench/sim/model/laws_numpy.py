@@ -105,16 +105,14 @@ def medium_update(material: Yielding | SnowMaterial, b: Array, history: Array) -
 def water_pressure(material: WaterMaterial, J: Array) -> Array:
     """Kirchhoff pressure [Pa] J p of the Tait equation p = K/gamma (J^-gamma - 1) at the volume ratio J; no tension."""
     bulk, gamma = material.bulk_modulus, material.exponent
-    result: Array = np.maximum(bulk / gamma * (J ** (1.0 - gamma) - J), 0.0)
-    return result
+    return np.maximum(bulk / gamma * (J ** (1.0 - gamma) - J), 0.0)
 
 
 def water_ratio(J: Array, growth: Array, rho: Array, share: float) -> Array:
     """New volume ratio of water from the old one, det(I + dt C) and the relative density (see `water.water_ratio`)."""
     held = np.minimum(J * growth, np.clip(1.0 / rho, 1.0, LARGEST_RATIO))
     surplus = np.maximum(rho * J - 1.0 - TOLERATED_SURPLUS, 0.0)
-    result: Array = np.maximum(held - share * surplus, np.minimum(held, SMALLEST_RATIO))
-    return result
+    return np.maximum(held - share * surplus, np.minimum(held, SMALLEST_RATIO))
 
 
 def principal_stress(material: Medium, strain: Array, plastic: Array | float = 1.0) -> Array:

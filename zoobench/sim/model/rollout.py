@@ -84,8 +84,7 @@ class Rollout:
         particles (`muscle_potential`). The activity a is held through a frame, so that the work of that stress over it
         is -a times the change of Q, whatever the motion in between.
         """
-        work: NDArray[np.float64] = -self.actuation * np.diff(self.muscle_potential, axis=0)
-        return work
+        return -self.actuation * np.diff(self.muscle_potential, axis=0)
 
 
 @dataclass(frozen=True)
