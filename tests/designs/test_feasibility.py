@@ -149,7 +149,7 @@ def test_what_is_one_particle_thin_is_a_fault(place: tuple[slice | int, slice | 
     """The message has the thickness found and needed."""
     _, (report,) = feasible(form_of(filled(place)), box()[0], connected=True)
     assert report.thickness == 1
-    assert "nowhere more than 1 particle of 10 mm across, and 2 are needed" in report.fault
+    assert "it is 1 particle of 10 mm across at its thickest, and 2 are needed" in report.fault
 
 
 def test_a_body_of_few_particles_has_a_report() -> None:

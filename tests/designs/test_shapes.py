@@ -5,7 +5,6 @@ import pytest
 
 from zoobench.designs.base import Shape
 from zoobench.designs.shapes import (
-    FLAT,
     UPRIGHT,
     Distance,
     Plane,
@@ -61,7 +60,8 @@ def test_a_fin_is_a_prism_over_its_outline() -> None:
     area = 0.06 * 0.04 - 0.5 * 0.06 * 0.025
     for plane in (UPRIGHT, Plane((0.004, 0.0, 0.002), (1.0, 0.3, 0.2), (0.0, 1.0, 0.5))):
         assert volume(fin(plane, outline, 0.0096), 0.04) == pytest.approx(area * 0.0096, rel=3e-2)
-    square = fin(FLAT, [(-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01)], 0.02)
+    level = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    square = fin(level, [(-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01)], 0.02)
     assert square(np.array([[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.015, 0.0]])) == pytest.approx(
         [-0.01, 0.02, 0.005]
     )

@@ -9,7 +9,7 @@ import trimesh
 from zoobench import registry
 from zoobench.designs.base import Body
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.designs.workspace import BasedSpace, extent, features
+from zoobench.designs.workspace import BasedSpace, extent, features_at
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -70,7 +70,7 @@ def test_the_box_is_the_body_however_it_is_sampled(base: str) -> None:
 def test_the_features_of_a_network() -> None:
     """Coordinates within half a particle of the box's faces, and the distances of the formulas."""
     body = workspace("block", DRAFT)
-    seen = features(body)
+    seen = features_at(body.positions, body)
     assert seen.shape == (body.particle_count, 7)
     np.testing.assert_allclose(np.abs(seen[:, :3]).max(axis=0), [11 / 12, 5 / 6, 5 / 6], atol=0.01)
     np.testing.assert_allclose(seen[:, :3].mean(axis=0), 0.0, atol=1e-12)

@@ -43,9 +43,8 @@ class FeedbackLoops:
         if frame == 0:
             self._start = positions.copy()
         with torch.no_grad():
-            return np.stack(
-                [self._respond(frame, world, *self._state(world, positions, velocities)) for world in self._worlds()]
-            )
+            states = [self._state(world, positions, velocities) for world in range(len(self._built))]
+            return np.stack([self._respond(frame, world, *state) for world, state in enumerate(states)])
 
     def adjoint(self, rollout: "Rollout") -> "FeedbackAdjoint":
         """The adjoint of `act`: from the adjoint of a frame's activity `[worlds, muscle_count]` to that of the state.
@@ -56,7 +55,7 @@ class FeedbackLoops:
 
         def frame_adjoint(frame: int, activity_adjoint: Array) -> tuple[Array, Array]:
             state_adjoints = []
-            for world in self._worlds():
+            for world in range(len(self._built)):
                 state = self._state(world, rollout.positions[frame], rollout.velocities[frame])
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
@@ -71,9 +70,6 @@ class FeedbackLoops:
 
         self._start = rollout.positions[0]
         return frame_adjoint
-
-    def _worlds(self) -> range:
-        return range(len(self._built))
 
     @staticmethod
     def _state(world: int, *parts: "FloatArray") -> list["Tensor"]:

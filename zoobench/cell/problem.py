@@ -206,7 +206,10 @@ class Problem:
         rollout = solver.run(activity, body, progress=show, feedback=loops.act if loops else None)
         # a torn robot has no score: otherwise it could win by throwing off a piece
         broken = {**rollout.tears, **rollout.divergences}
-        motions = [self._motion(rollout, world, gradient) for world in range(len(built))]
+        motions = [
+            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient)
+            for world in range(len(built))
+        ]
         gradients = np.full((len(built), self.parameter_count), math.nan)
         if gradient:
             adjoints = self._adjoints(solver, rollout, motions, loops)
@@ -230,10 +233,6 @@ class Problem:
                 rollout.actuation[:, world].astype(np.float64),
                 {name: array[world] for name, array in rollout.body.items()},
             )
-
-    def _motion(self, rollout: "Rollout", world: int, gradient: bool) -> Motion:
-        worlds = slice(world, world + 1)
-        return motion_of(rollout, self.body, self.density, worlds, gradient=gradient)
 
     def _adjoints(
         self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None

@@ -14,7 +14,6 @@ from zoobench.cell.problem import Problem
 from zoobench.controllers.base import observation_count
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
 from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -166,37 +165,31 @@ class Session:
 
     def _observations(self) -> Array:
         """Of all worlds `[worlds, observation_count]`."""
-        return np.stack([self._observe(world) for world in range(self.worlds)])
-
-    def _observe(self, world: int) -> Array:
         import torch
 
-        start = self._starts[world].positions[1, 0]
-        occupancy = torch.as_tensor(self._problem.body.occupancy)
-        observation = self._observation_model.observe(*self._state(world), start, occupancy)
-        return np.asarray(observation.numpy(), dtype=np.float64)
-
-    def _reward(self, world: int) -> float:
-        """Reward of the last frame, from a motion of two states: start and present."""
-        return float(self._problem.task.reward(self._motion(world))[-1, 0])
+        observe, occupancy = self._observation_model.observe, torch.as_tensor(self._problem.body.occupancy)
+        starts = [start.positions[1, 0] for start in self._starts]
+        return np.stack([observe(*self._state(world), start, occupancy).numpy() for world, start in enumerate(starts)])
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
-    def _motion(self, world: int) -> Motion:
+    def _reward(self, world: int) -> float:
+        """Reward of the last frame, from a motion of two states: start and present."""
         import torch
 
         start = self._starts[world]
         positions, velocities = self._state(world)
-        return replace(
+        motion = replace(
             start,
             positions=torch.stack([start.positions[1], positions[None]]),
             velocities=torch.stack([start.velocities[1], velocities[None]]),
             muscle_work=torch.as_tensor(self._playback.rollout.muscle_work[:, world : world + 1]),
             numbers=torch.tensor([0, int(self._playback.frames[world])]),
         )
+        return float(self._problem.task.reward(motion)[-1, 0])
 
     def _state(self, world: int) -> "tuple[Tensor, Tensor]":
         """Present positions [m] and velocities [m/s], `[particle_count, 3]` each."""

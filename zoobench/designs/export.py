@@ -7,6 +7,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
+from zoobench.designs.solid_mesh import Mesh
 from zoobench.errors import UsageError
 
 FORMATS = ("npz", "pcd", "ply", "stl")
@@ -131,8 +132,7 @@ def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...]
     for _ in range(12):
         level = (low + high) / 2
         vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")
-        a, b, c = (vertices[faces[:, n]].astype(np.float64) for n in range(3))
-        volume = float((a * np.cross(b, c)).sum() / 6.0)
+        volume = Mesh(vertices.astype(np.float64), faces).volume()
         low, high = (level, high) if abs(volume) > target else (low, level)
     found: Array = vertices.astype(np.float64) + lower
     turned = faces if volume > 0.0 else faces[:, ::-1]

@@ -11,7 +11,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import FIRM, FULL, SPREAD, grow, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import BasedSpace, features
+from zoobench.designs.workspace import BasedSpace, features_at
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -85,7 +85,7 @@ class NetworkSpace(BasedSpace):
 
         network, muscle_count = self.network, body.muscle_count
         numbers = network.draw(rng)
-        inputs = network.hidden(torch.as_tensor(numbers), torch.as_tensor(features(body))).numpy()
+        inputs = network.hidden(torch.as_tensor(numbers), torch.as_tensor(features_at(body.positions, body))).numpy()
         weights = rng.normal(size=(network.head_inputs, 2 + muscle_count))
         outputs = inputs @ weights / math.sqrt(network.head_inputs)
         deviations = outputs.std(axis=0)
@@ -98,7 +98,7 @@ class NetworkSpace(BasedSpace):
         """The forms for `parameters` `[worlds, parameter_count]`."""
         import torch
 
-        network, places, head = self.network, torch.as_tensor(features(body)), self._head(body)
+        network, places, head = self.network, torch.as_tensor(features_at(body.positions, body)), self._head(body)
 
         def field(row: "Tensor") -> "Tensor":
             numbers = network.rate_scale * row

@@ -9,7 +9,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import BasedSpace, features
+from zoobench.designs.workspace import BasedSpace
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class ParticleSpace(BasedSpace):
 
     def sites(self, body: Body) -> Array:
         """The particles."""
-        return features(body)
+        return features_at(body.positions, body)
 
     def painted(self, patterns: Array) -> Array:
         """The parameters for these patterns."""

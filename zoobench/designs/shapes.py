@@ -87,9 +87,6 @@ class Plane:
 UPRIGHT = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 """The plane of symmetry: outlines are drawn as (x, y)."""
 
-FLAT = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-"""A horizontal plane at y = 0: outlines are drawn as (x, z)."""
-
 
 def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) -> Distance:
     """A plate of constant `thickness` [m] with a polygonal outline [m] in a plane."""

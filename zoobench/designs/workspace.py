@@ -78,11 +78,6 @@ def extent(body: Body) -> tuple[Array, Array]:
     return (low + high) / 2, (high - low) / 2
 
 
-def features(body: Body) -> Array:
-    """`features_at` the particles `[particle_count, 7]`."""
-    return features_at(body.positions, body)
-
-
 def features_at(places: Array, body: Body) -> Array:
     """Inputs of a network at places `[n, 3]` [m] in a workspace `[n, 7]` (specification F.3, H.3, H.4).
 

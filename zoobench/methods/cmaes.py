@@ -91,8 +91,8 @@ class Strategies:
 
     def tell(self, told: Told) -> None:
         """Adapt mean, covariance and step size."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of small populations, and of flat fitness, which leads to a restart
+        # warnings of small populations, and of flat fitness, which leads to a restart
+        with warnings.catch_warnings(action="ignore"):
             self._strategy.tell(self._points, list(told))
 
     def readings(self) -> dict[str, float]:
@@ -114,7 +114,6 @@ class Strategies:
             "randn": lambda count, size: self._rng.standard_normal((count, size)),
             "CMA_diagonal": len(start) > SEPARABLE,
         }
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             self._strategy = cma.CMAEvolutionStrategy(start, self._sigma, options)
         self._begun += 1

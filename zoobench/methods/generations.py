@@ -53,7 +53,8 @@ def evolve(
         DivergenceError: every evaluation failed.
         BudgetExhaustedError: the budget does not suffice for the first generation.
     """
-    state = _stored(context)
+    stored = context.restore()
+    state = {} if stored is None else unpack(stored)
     if state:
         context.rng.bit_generator.state = state["first"]
     first = context.rng.bit_generator.state
@@ -85,11 +86,6 @@ def evolve(
 def scores_of(evaluations: Sequence[Evaluation]) -> list[float | None]:
     """The scores; None where an episode failed or the score is not finite."""
     return [item.score if item.failure is None and np.isfinite(item.score) else None for item in evaluations]
-
-
-def _stored(context: RunContext) -> dict[str, Any]:
-    data = context.restore()
-    return {} if data is None else unpack(data)
 
 
 def goes_on(problem: Problem, evaluations: int, iterations: int, *, gradient: bool = False) -> bool:

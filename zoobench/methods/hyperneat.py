@@ -81,12 +81,14 @@ class Bodies(AskAndTell):
     """
 
     def __init__(self, problem: Problem, rng: np.random.Generator, population: int) -> None:
+        import neat
+
         self._space = problem.robot.site_space
         self._places = self._space.sites(problem.body)
         self._random = _RandomStream(int(rng.integers(2**63)))
         self._config = _configuration(self._places.shape[1], 2 + problem.body.muscle_count, population)
         with self._random.active():
-            self._neat = _population(self._config)
+            self._neat = neat.Population(self._config)
 
     def ask(self) -> list[Array]:
         """The next generation, `[parameter_count]` each of the design space."""
@@ -151,12 +153,6 @@ class _RandomStream:
         finally:
             self._state = random.getstate()
             random.setstate(before)
-
-
-def _population(config: Any) -> Any:
-    import neat
-
-    return neat.Population(config)
 
 
 def _configuration(inputs: int, outputs: int, population: int) -> Any:

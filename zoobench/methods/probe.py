@@ -73,7 +73,8 @@ class Probe:
         if episode.evaluation.failure is not None:
             return {}
         return {"score_current": episode.evaluation.score} | {
-            f"score_{name}": _score(name, episode) for name in self._further()
+            f"score_{name}": float(registry.create(Kind.TASK, Ref(name)).score(episode.motion).detach())
+            for name in self._further()
         }
 
 
@@ -94,7 +95,3 @@ def path_and_spread(episode: Episode) -> tuple[Array, Array]:
     centre = motion.centre_of_mass()[::EVERY, 0].detach().numpy()
     path: Array = centre - centre[0]
     return path, motion.second_moments()[::EVERY, 0].detach().numpy()
-
-
-def _score(task: str, episode: Episode) -> float:
-    return float(registry.create(Kind.TASK, Ref(task)).score(episode.motion).detach())

@@ -109,8 +109,7 @@ class _Illumination(AskAndTell):
         if self._archive.empty:
             self._begin()  # the emitter would restart from an elite, and there is none
             return
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             self._emitter.tell(self._points, results[:, 0], results[:, 1:], {"status": status, "value": value})
 
     def readings(self) -> dict[str, float]:

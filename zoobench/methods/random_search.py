@@ -25,7 +25,8 @@ class RandomSearch:
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw, evaluate and keep the best; the last batch is reduced to fit the budget."""
         incumbent = resume(problem, context)
-        while (size := self._affordable(problem)) or not problem.meter.episodes:
+        sizes = range(self.batch, 0, -1)
+        while (size := next(filter(problem.affords, sizes), 0)) or not problem.meter.episodes:
             # the first draw is always tried, so that the problem reports a budget too small for it
             draws = [problem.initial(context.rng) for _ in range(max(size, 1))]
             evaluations = problem.evaluate_batch(draws)
@@ -38,6 +39,3 @@ class RandomSearch:
             if context.should_stop():
                 break
         return incumbent.solution(iterations=problem.meter.iterations)
-
-    def _affordable(self, problem: Problem) -> int:
-        return next((size for size in range(self.batch, 0, -1) if problem.affords(size)), 0)

@@ -46,21 +46,18 @@ class Adjoint:
         sim.set_body(rollout.body)
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
-        self._seed(rollout.frames, position_adjoint, velocity_adjoint)
+        self._seed(position_adjoint[rollout.frames], velocity_adjoint[rollout.frames])
         for segment in reversed(range(len(rollout.checkpoints))):
             self._recompute(segment)
             for frame in reversed(self._segments[segment]):
                 # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._reverse(segment, frame)
-                self._seed(frame, position_adjoint, velocity_adjoint)
+                self._seed(position_adjoint[frame], velocity_adjoint[frame])
                 if feedback is not None:
-                    self._seed_state(*feedback(frame, self._actuation[frame]))
+                    self._seed(*feedback(frame, self._actuation[frame]))
         return self._collect()
 
-    def _seed(self, frame: int, position_adjoint: FloatArray, velocity_adjoint: FloatArray) -> None:
-        self._seed_state(position_adjoint[frame], velocity_adjoint[frame])
-
-    def _seed_state(self, positions: FloatArray, velocities: FloatArray) -> None:
+    def _seed(self, positions: FloatArray, velocities: FloatArray) -> None:
         """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each."""
         sim, count = self._sim, self._sim.robot_count
         alive = sim.alive[:, None, None]

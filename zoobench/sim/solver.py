@@ -121,7 +121,8 @@ class Solver:
             if progress is not None:
                 progress(frame + 1)
             if not self.simulation.alive.any():
-                self._repeat_last(rollout, frame + 1)
+                for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
+                    recorded[frame + 2 :] = recorded[frame + 1]
                 break
         return rollout
 
@@ -291,9 +292,3 @@ class Solver:
                 "frames."
             )
         return max(interval for interval, count in zip(intervals, needed, strict=True) if count <= states)
-
-    @staticmethod
-    def _repeat_last(rollout: Rollout, frame: int) -> None:
-        rollout.positions[frame + 1 :] = rollout.positions[frame]
-        rollout.velocities[frame + 1 :] = rollout.velocities[frame]
-        rollout.muscle_potential[frame + 1 :] = rollout.muscle_potential[frame]
