@@ -1,10 +1,8 @@
 """CMA-ES on problems with known answers."""
 
 import numpy as np
-import pytest
 
 from tests.methods.toy import OPTIMUM, Context, Quadratic, Rosenbrock
-from zoobench.errors import UsageError
 from zoobench.methods.cmaes import CmaEs
 from zoobench.spec import Budget
 
@@ -26,11 +24,3 @@ def test_a_stagnated_strategy_is_replaced() -> None:
     solution = CmaEs().run(Quadratic(Budget("episodes", 12000)), Context(1))  # type: ignore[arg-type]
     assert solution.facts["strategies"] > 1
     np.testing.assert_allclose(solution.params, OPTIMUM, atol=1e-5)
-
-
-def test_what_cannot_evolve_is_refused() -> None:
-    """A deviation of zero, or too small a population."""
-    with pytest.raises(UsageError, match="sigma"):
-        CmaEs(sigma=0.0)
-    with pytest.raises(UsageError, match="population"):
-        CmaEs(population=2)
