@@ -39,6 +39,15 @@ def test_the_gradient_is_that_of_the_score(
     assert torch.autograd.gradcheck(objective, leaves)
 
 
+@pytest.mark.parametrize("task", ["movement-speed", "turning", "velocity-tracking", "waypoint-following[path=random]"])
+def test_a_reward_does_not_depend_on_what_comes_after(task: str) -> None:
+    """The rewards of a shorter episode are the first rewards of a longer one."""
+    whole = rigid(block(), spin=1.0, velocity=(0.02, 0.0, 0.01), frames=150)
+    part = dataclasses.replace(whole, positions=whole.positions[:71], velocities=whole.velocities[:71])
+    reward = registry.create(Kind.TASK, Ref.parse(task)).reward
+    torch.testing.assert_close(reward(part), reward(whole)[:70], rtol=1e-12, atol=0.0)
+
+
 @pytest.mark.parametrize(
     ("task", "message"),
     [

@@ -1,6 +1,5 @@
 """Velocity tracking of robots that follow, lag, or have another heading."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -69,11 +68,3 @@ def test_targets_follow_the_clock() -> None:
     assert long.clock()[-1].item() == 80.0
     expected = task.route.velocities(np.array([0.0, 80.0]))[1]
     np.testing.assert_array_equal(task.targets(long)[-1].numpy(), expected)
-
-
-def test_a_reward_does_not_depend_on_what_comes_after() -> None:
-    """The rewards of a shorter episode are the first rewards of a longer one."""
-    task = VelocityTracking()
-    whole = _follower(task.route, share=0.3, aside=0.2)
-    part = dataclasses.replace(whole, positions=whole.positions[:71], velocities=whole.velocities[:71])
-    torch.testing.assert_close(task.reward(part), task.reward(whole)[:70], rtol=1e-12, atol=0.0)

@@ -1,6 +1,5 @@
 """Waypoint following of robots that follow, stand, and lag."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -62,14 +61,6 @@ def test_targets_follow_the_clock() -> None:
     long = motion(rest, rest.expand(10001, -1, -1))
     expected = long.centre_of_mass()[0, 0] + torch.from_numpy(task.route.positions(np.array([0.0, 80.0]))[1])
     assert torch.equal(task.targets(long)[-1, 0], expected)
-
-
-def test_a_reward_does_not_depend_on_what_comes_after() -> None:
-    """The rewards of a shorter episode are the first rewards of a longer one."""
-    task = WaypointFollowing(path="random")
-    whole = _carried(task.route, (0.01, 0.0, 0.02))
-    part = dataclasses.replace(whole, positions=whole.positions[:71])
-    torch.testing.assert_close(task.reward(part), task.reward(whole)[:70], rtol=1e-12, atol=0.0)
 
 
 def test_meeting_the_waypoint_passes_a_finite_gradient() -> None:
