@@ -108,11 +108,15 @@ def test_a_run_whose_designs_all_fail_says_why() -> None:
         Incumbent.from_state(incumbent.state()).solution()
 
 
-@pytest.mark.parametrize("env", ["ground", "ocean"])
-def test_worlds_of_different_bodies_do_not_disturb_each_other(env: str) -> None:
-    """Scores and gradients of two bodies side by side are those of each body alone."""
-    problem = Problem(cell(design="voxel", environment=env, frames=3))
-    draws = [problem.initial(np.random.default_rng(seed)) for seed in range(2)]
+@pytest.mark.parametrize(
+    "names",
+    [{"controller": "sine-feedback"}, {"design": "voxel"}, {"design": "voxel", "environment": "ocean"}],
+    ids=["feedback", "bodies", "bodies in water"],
+)
+def test_worlds_do_not_disturb_each_other(names: dict[str, str]) -> None:
+    """Scores and gradients of robots side by side are those of each robot alone, bit for bit."""
+    problem = Problem(cell(frames=6 if "controller" in names else 3, **names))  # type: ignore[arg-type]
+    draws = [problem.initial(np.random.default_rng(seed)) for seed in range(3)]
     together = problem.loss_and_grad_batch(draws)
     for draw, (evaluation, gradient) in zip(draws, together, strict=True):
         alone, alone_gradient = problem.loss_and_grad(draw)

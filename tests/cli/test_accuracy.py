@@ -44,21 +44,3 @@ def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypat
     orders = json.loads(first.out)["orders"]
     assert {row["verdict"] for row in orders} == {"met"}
     assert json.loads(zoobench("accuracy", "exact", "--stored", "--format", "json").out)["orders"] == orders
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["show"], "zoobench.db"),
-        (["exact", "--stored"], "zoobench.db"),
-        (["run", "--levels", "coarse"], "coarse"),
-        (["run", "--draws", "1,2"], "draws"),
-        (["show", "--from", "none.json"], "none.json"),
-        (["show", "--table", "none"], "none"),
-    ],
-)
-def test_what_cannot_be_used_is_refused(zoobench: Command, options: list[str], said: str) -> None:
-    """Exit code 2 and the reason; nothing is started."""
-    reply = zoobench("accuracy", *options)
-    assert reply.code == 2
-    assert said in reply.err

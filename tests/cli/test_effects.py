@@ -23,4 +23,3 @@ def test_effects_measures(zoobench: Command) -> None:
     assert reply.code == 0, reply.err
     assert [row["part"] for row in rows][:3] == ["substep", "sum", "clear"]
     assert all(row["ns"] >= 0.0 for row in rows)
-    assert zoobench(*cell, "--format", "csv").code == 2

@@ -60,10 +60,3 @@ def test_a_run_without_a_solution_says_why(
     assert (reply.code, reply.out) == (2, "")
     assert message in reply.err
     assert not (tmp_path / "run.npz").exists()
-
-
-def test_an_unknown_ending_is_refused_before_anything_else(zoobench: Command) -> None:
-    """Even where there is no database."""
-    reply = zoobench("render", "1", "-o", "run.avi")
-    assert reply.code == 2
-    assert ".mp4" in reply.err

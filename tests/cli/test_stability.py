@@ -40,12 +40,3 @@ def test_stability_lists_its_cases(zoobench: Command) -> None:
     """Without running any, and without a database."""
     reply = zoobench("stability", "--list", "--format", "json")
     assert len(json.loads(reply.out)) >= 25
-    assert zoobench("stability", "--case", "one-particel").code == 2
-
-
-def test_options_without_effect_are_refused(zoobench: Command, tmp_path: Path) -> None:
-    """The largest steps are found for all scenes."""
-    for words in (["--case", "one-particle"], ["--fast"]):
-        reply = zoobench("stability", "--largest-step", *words)
-        assert (reply.code, "Leave --case and --fast out" in reply.err) == (2, True)
-    assert list(tmp_path.iterdir()) == []

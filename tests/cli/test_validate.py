@@ -38,11 +38,3 @@ def test_a_missed_bound_is_exit_code_1(zoobench: Command, monkeypatch: pytest.Mo
     lines = reply.out.splitlines()
     assert lines[1].startswith("made-up,good,0.5,<= 1,-,True,none,float64,")
     assert lines[2].startswith("made-up,bad,2.0,<= 1,m,False,none,float64,")
-
-
-def test_an_unknown_case_is_answered_with_those_that_exist(zoobench: Command) -> None:
-    """A usage error with the nearest name and the whole list."""
-    reply = zoobench("validate", "--case", "dam-brake")
-    assert reply.code == 2
-    assert "'dam-break'" in reply.err
-    assert "hydrostatic-column" in reply.err

@@ -1,12 +1,10 @@
 """The fixed sine: a draw of the sine basis without parameters."""
 
 import numpy as np
-import pytest
 import torch
 
 from zoobench.controllers.fixed_sine import FixedSine
 from zoobench.controllers.sine_basis import SineBasis
-from zoobench.errors import UsageError
 
 TIMES = torch.arange(30, dtype=torch.float64) * 0.008
 
@@ -35,9 +33,3 @@ def test_it_has_no_parameters_and_an_empty_gradient() -> None:
     none = torch.zeros(2, 0, dtype=torch.float64, requires_grad=True)
     (gradient,) = torch.autograd.grad(controller.actuation(none, TIMES, 5).sum(), none)
     assert gradient.shape == (2, 0)
-
-
-def test_a_negative_seed_is_refused() -> None:
-    """With the remedy."""
-    with pytest.raises(UsageError, match="from 0 upwards"):
-        FixedSine(seed=-1)

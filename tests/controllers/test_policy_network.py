@@ -9,7 +9,6 @@ import torch
 from zoobench.controllers.base import observation_count, with_phase
 from zoobench.controllers.policy_network import PolicyNetwork
 from zoobench.controllers.sine_basis import SineBasis
-from zoobench.errors import UsageError
 
 FELT = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(2)))
 
@@ -44,9 +43,3 @@ def test_the_phase_tells_where_the_waves_are() -> None:
     seen = with_phase(FELT, 0.7)
     np.testing.assert_array_equal(seen[:-2].numpy(), FELT.numpy())
     assert seen[-2:].tolist() == pytest.approx([math.sin(14.0), math.cos(14.0)])
-
-
-def test_a_network_without_units_is_refused() -> None:
-    """At least one is needed."""
-    with pytest.raises(UsageError, match="hidden"):
-        PolicyNetwork(hidden=0)

@@ -7,7 +7,6 @@ import pytest
 import torch
 
 from zoobench.controllers.sine_basis import SineBasis
-from zoobench.errors import UsageError
 
 TIMES = torch.arange(30, dtype=torch.float64) * 0.008
 
@@ -37,9 +36,3 @@ def test_the_prior_is_a_function_of_the_generator() -> None:
     np.testing.assert_array_equal(draws[0], draws[1])
     assert draws[0][:1600].std() == pytest.approx(0.5, rel=0.1)
     assert not draws[0][1600:].any()
-
-
-def test_an_empty_basis_is_refused() -> None:
-    """Zero phases are refused, with the remedy."""
-    with pytest.raises(UsageError, match="at least 1 phase"):
-        SineBasis(phases=0)

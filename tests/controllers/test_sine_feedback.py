@@ -1,13 +1,11 @@
 """The sine basis in a closed loop."""
 
 import numpy as np
-import pytest
 import torch
 
 from zoobench.controllers.base import observation_count
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.controllers.sine_feedback import SineFeedback
-from zoobench.errors import UsageError
 
 SEEN = torch.as_tensor(np.random.default_rng(0).normal(size=observation_count(3)))
 
@@ -39,9 +37,3 @@ def test_it_starts_near_the_open_loop() -> None:
     closed = SineFeedback().response(params, 0.3, SEEN, 3)
     open_loop = SineBasis().actuation(params[None, :27], torch.tensor([0.3], dtype=torch.float64), 3)[0, 0]
     assert 0.0 < (closed - open_loop).abs().max() < 0.5 * open_loop.abs().max()
-
-
-def test_a_network_without_units_is_refused() -> None:
-    """At least one is needed."""
-    with pytest.raises(UsageError, match="at least 1"):
-        SineFeedback(hidden=0)

@@ -1,12 +1,10 @@
 """The trajectory controller."""
 
 import numpy as np
-import pytest
 import torch
 
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.controllers.trajectory import Trajectory
-from zoobench.errors import UsageError
 from zoobench.spec import FRAME_SECONDS
 
 
@@ -28,9 +26,3 @@ def test_it_starts_as_the_sine_basis_does() -> None:
     waves = torch.as_tensor(SineBasis().initial(np.random.default_rng(4), 2))[None]
     expected = SineBasis().actuation(waves, times, 2)
     torch.testing.assert_close(Trajectory().actuation(torch.as_tensor(drawn)[None], times, 2), expected)
-
-
-def test_no_frames_are_refused() -> None:
-    """At least one is needed."""
-    with pytest.raises(UsageError, match="at least 1"):
-        Trajectory(frames=0)

@@ -1,33 +1,16 @@
 """The barycenter space: the ends of the simplex, volume kept between them, and gradients."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 import torch
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from tests.designs.test_mixture import COUNT, ORCA, TUNA, mixture, workspace
 from zoobench.designs.barycenter import barycenter_space, keep_volume
-from zoobench.designs.base import Body
 from zoobench.designs.sdf_lerp import sdf_lerp
-from zoobench.designs.space import DesignSpace, Form
-from zoobench.sim.model.fidelity import Fidelity
 
 SPACE = barycenter_space()
-COUNT = 4
-ORCA, TUNA = 0, 3
-
-
-@cache
-def workspace(cells: int) -> Body:
-    """With cells of 1 / `cells` m, cached."""
-    return SPACE.body(Fidelity(1 / cells))
-
-
-def mixture(weights: NDArray[np.float64], cells: int) -> Form:
-    """The form in which geometry, stiffness and muscles have these weights `[COUNT]`."""
-    return SPACE.form(torch.log(torch.as_tensor(weights) + 1e-40).repeat(3)[None], workspace(cells))
 
 
 def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
@@ -35,13 +18,9 @@ def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
     return float((one & other).sum() / (one | other).sum())
 
 
-def test_it_is_a_design_space() -> None:
-    """Three coefficients for each primitive; fibres ahead."""
-    assert isinstance(SPACE, DesignSpace)
-    body = workspace(32)
-    assert SPACE.parameter_count(body) == 3 * COUNT == len(SPACE.initial(np.random.default_rng(0), body))
-    form = mixture(np.full(COUNT, 0.25), 32)
-    np.testing.assert_array_equal(form.fibres[0], np.tile([1.0, 0.0, 0.0], (body.particle_count, 1)))
+def test_fibres_are_ahead() -> None:
+    """Everywhere."""
+    assert (mixture(SPACE, np.full(COUNT, 0.25), 32).fibres[0] == torch.tensor([1.0, 0.0, 0.0])).all()
 
 
 @pytest.mark.parametrize(("cells", "least"), [(64, 0.88), (128, 0.95)])
@@ -50,7 +29,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float
     """Nearly all of its particles and few others, its tissues and its volume."""
     body = workspace(cells)
     tissues = SPACE.primitives.tissues(body)
-    form = mixture(np.eye(COUNT)[end], cells)
+    form = mixture(SPACE, np.eye(COUNT)[end], cells)
     occupancy = form.occupancy[0].numpy()
     assert overlap(occupancy > 0.5, tissues.distances[end].numpy() < 0.0) >= least
     assert (occupancy * body.volumes).sum() == pytest.approx(SPACE.primitives.volumes[end], rel=1e-9)
@@ -66,7 +45,7 @@ def test_volume_is_kept_between_primitives(cells: int) -> None:
     for share in (0.25, 0.5, 0.75):
         weights = np.zeros(COUNT)
         weights[[ORCA, TUNA]] = 1.0 - share, share
-        occupancy = mixture(weights, cells).occupancy[0].numpy()
+        occupancy = mixture(SPACE, weights, cells).occupancy[0].numpy()
         assert (occupancy * body.volumes).sum() == pytest.approx(weights @ volumes, rel=1e-9)
         if cells == 128:
             assert ((occupancy > 0.5) * body.volumes).sum() == pytest.approx(weights @ volumes, rel=0.05)
@@ -78,7 +57,7 @@ def test_space_is_empty_or_full() -> None:
     def skin(occupancy: NDArray[np.float64]) -> float:
         return float(((occupancy > 0.1) & (occupancy < 0.9)).sum() / (occupancy >= 0.9).sum())
 
-    occupancy = mixture(np.full(COUNT, 0.25), 128).occupancy[0].numpy()
+    occupancy = mixture(SPACE, np.full(COUNT, 0.25), 128).occupancy[0].numpy()
     ends = torch.as_tensor(np.tile(100.0 * np.eye(COUNT), (1, 3)))
     own = [skin(end.numpy()) for end in sdf_lerp().form(ends, workspace(128)).occupancy]
     assert skin(occupancy) <= 1.25 * np.mean(own)
@@ -93,25 +72,6 @@ def test_left_and_right_are_mirror_images() -> None:
     occupancy = SPACE.form(parameters, body).occupancy[0].numpy()
     twin = KDTree(body.positions).query(body.positions * (1.0, 1.0, -1.0))[1]
     np.testing.assert_allclose(occupancy[twin], occupancy, atol=1e-9)
-
-
-def test_the_gradient_is_right() -> None:
-    """Of all outputs, by all parameters, against finite differences."""
-    space = barycenter_space(primitives="orca+tuna")
-    body = space.body(Fidelity(1 / 32))
-    parameters = torch.tensor(space.initial(np.random.default_rng(1), body)[None], requires_grad=True)
-    rng = np.random.default_rng(0)
-
-    def parts(parameters: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        form = space.form(parameters, body)
-        return form.occupancy, form.stiffness, form.muscle_membership
-
-    probes = [torch.as_tensor(rng.normal(size=part.shape)) for part in parts(parameters)]
-
-    def readings(parameters: torch.Tensor) -> torch.Tensor:
-        return torch.stack([(part * probe).sum() for part, probe in zip(parts(parameters), probes, strict=True)])
-
-    assert torch.autograd.gradcheck(readings, parameters)
 
 
 @pytest.mark.parametrize("parameters", [[0.0] * 12, [60.0, -60.0, 0.0, 0.0] * 3, [800.0, 0.0, 0.0, -800.0] * 3])

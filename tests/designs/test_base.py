@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from zoobench.designs.base import Shape
+from zoobench.designs.block import Block
+from zoobench.designs.caterpillar import Caterpillar
 from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
 
@@ -41,3 +43,12 @@ def test_a_shape_too_small_for_the_grid_is_refused() -> None:
     speck = Shape(inside=lambda points: np.zeros(len(points), bool), lower=(0, 0, 0), upper=(0.001, 0.001, 0.001))
     with pytest.raises(SceneError, match="finer fidelity"):
         speck.sample(Fidelity(1 / 64))
+
+
+@pytest.mark.parametrize("design", [Block(), Caterpillar()], ids=["block", "caterpillar"])
+def test_an_odd_lattice_keeps_left_and_right_alike(design: Block | Caterpillar) -> None:
+    """Particles on the middle plane belong to both sides equally."""
+    body = design.body(Fidelity(1 / 64, particles_per_cell=27))
+    amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
+    for muscle, found in amount.items():
+        assert found == pytest.approx(amount[muscle.replace("left", "right")])

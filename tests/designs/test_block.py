@@ -49,14 +49,6 @@ def test_a_muscle_is_where_its_name_says(rows: int, columns: int, layers: int) -
             assert word not in words or on_its_side.all()
 
 
-def test_an_odd_lattice_keeps_left_and_right_alike() -> None:
-    """Particles on the middle plane belong to both sides equally."""
-    body = Block().body(Fidelity(1 / 64, particles_per_cell=27))
-    amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
-    for muscle, found in amount.items():
-        assert found == pytest.approx(amount[muscle.replace("left", "right")])
-
-
 def test_its_ends_are_labelled() -> None:
     """A quarter of the length each, the head in front."""
     body = Block().body(Fidelity(1 / 64))

@@ -55,13 +55,6 @@ def test_muscles_share_out_every_particle() -> None:
         assert amount[name] == pytest.approx(amount[name.replace("left", "right")])
 
 
-def test_an_odd_lattice_keeps_left_and_right_alike() -> None:
-    """Particles on the middle plane belong to both sides equally."""
-    body = Caterpillar().body(Fidelity(1 / 64, particles_per_cell=27))
-    amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
-    assert amount["ventral-1-left"] == pytest.approx(amount["ventral-1-right"])
-
-
 def test_the_head_is_in_front_of_the_tail() -> None:
     """The labels define the heading."""
     body = Caterpillar().body(Fidelity(1 / 64))

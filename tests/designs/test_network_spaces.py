@@ -1,10 +1,12 @@
 """Network spaces: their formulas in NumPy, and their priors."""
 
+from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
 import pytest
 import torch
+from scipy.special import expit, softmax
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
@@ -19,47 +21,31 @@ SMOKE, DRAFT = Fidelity(1 / 32), Fidelity(1 / 64)
 both = pytest.mark.parametrize("space", [implicit_space(), cppn_space()], ids=["implicit", "diff-cppn"])
 
 
-class Reader:
-    """Reads parts of a flat vector in order."""
-
-    def __init__(self, numbers: Array) -> None:
-        self.rest = numbers
-
-    def take(self, *shape: int) -> Array:
-        """The next numbers, in this shape."""
-        count = int(np.prod(shape))
-        found, self.rest = self.rest[:count], self.rest[count:]
-        return cast(Array, found.reshape(shape))
-
-
-def sigmoid(x: Array) -> Array:
-    """1 / (1 + exp(-x))."""
-    return cast(Array, 1.0 / (1.0 + np.exp(-x)))
+def arrays(numbers: Array, *shapes: tuple[int, ...]) -> Iterator[Array]:
+    """The parts of a flat vector in order, in these shapes."""
+    *parts, rest = np.split(numbers, np.cumsum([np.prod(shape) for shape in shapes]))
+    assert not len(rest)
+    return (part.reshape(shape) for part, shape in zip(parts, shapes, strict=True))
 
 
 def implicit(numbers: Array, body: Body) -> Array:
     """Two layers of 32 tanh units and an affine head `[particle_count, 2 + muscle_count]`."""
-    reader, seen = Reader(numbers), features(body)
+    width, seen = 2 + body.muscle_count, features(body)
+    parts = arrays(numbers, (7, 32), (32,), (32, 32), (32,), (32, width), (width,))
     for inputs in (7, 32):
-        weights, bias = reader.take(inputs, 32), reader.take(32)
-        seen = np.tanh(seen @ weights / np.sqrt(inputs) + bias)
-    width = 2 + body.muscle_count
-    rows = seen @ reader.take(32, width) / np.sqrt(32) + reader.take(width)
-    assert not len(reader.rest)
-    return cast(Array, rows)
+        seen = np.tanh(seen @ next(parts) / np.sqrt(inputs) + next(parts))
+    return cast(Array, seen @ next(parts) / np.sqrt(32) + next(parts))
 
 
 def cppn(numbers: Array, body: Body) -> Array:
     """Three layers of 20 nodes with inputs from all earlier layers, means of sine and sigmoid, and an affine head."""
-    reader, seen = Reader(numbers), features(body)
+    width, seen = 2 + body.muscle_count, features(body)
+    layers = [shape for inputs in (7, 27, 47) for shape in ((inputs, 20), (20,), (20,))]
+    parts = arrays(numbers, *layers, (67, width), (width,))
     for inputs in (7, 27, 47):
-        weights, bias, choice = reader.take(inputs, 20), reader.take(20), sigmoid(reader.take(20))
-        drive = seen @ weights / np.sqrt(inputs) + bias
-        seen = np.hstack([seen, choice * np.sin(drive) + (1.0 - choice) * sigmoid(drive)])
-    width = 2 + body.muscle_count
-    rows = seen @ reader.take(67, width) / np.sqrt(67) + reader.take(width)
-    assert not len(reader.rest)
-    return cast(Array, rows)
+        drive, choice = seen @ next(parts) / np.sqrt(inputs) + next(parts), expit(next(parts))
+        seen = np.hstack([seen, choice * np.sin(drive) + (1.0 - choice) * expit(drive)])
+    return cast(Array, seen @ next(parts) / np.sqrt(67) + next(parts))
 
 
 @pytest.mark.parametrize(("space", "formula", "pace"), [(implicit_space(), implicit, 0.07), (cppn_space(), cppn, 0.2)])
@@ -70,10 +56,9 @@ def test_it_is_the_formula(space: NetworkSpace, formula: object, pace: float) ->
     numbers = np.random.default_rng(5).normal(0.0, 10.0, space.parameter_count(body))
     rows = formula(pace * numbers, body)
     form = space.form(torch.as_tensor(numbers[None]), body)
-    powers = np.exp(rows[:, 2:])
-    np.testing.assert_allclose(form.occupancy[0], sigmoid(rows[:, 0]), rtol=1e-12)
-    np.testing.assert_allclose(form.stiffness[0], 0.05 + 0.95 * sigmoid(rows[:, 1]), rtol=1e-12)
-    np.testing.assert_allclose(form.muscle_membership[0], powers / powers.sum(axis=1, keepdims=True), rtol=1e-12)
+    np.testing.assert_allclose(form.occupancy[0], expit(rows[:, 0]), rtol=1e-12)
+    np.testing.assert_allclose(form.stiffness[0], 0.05 + 0.95 * expit(rows[:, 1]), rtol=1e-12)
+    np.testing.assert_allclose(form.muscle_membership[0], softmax(rows[:, 2:], axis=1), rtol=1e-12)
 
 
 @both

@@ -2,6 +2,7 @@
 
 import numpy as np
 import torch
+from scipy.special import expit, softmax
 
 from zoobench.designs.particle_space import ParticleSpace
 from zoobench.sim.model.fidelity import Fidelity
@@ -16,10 +17,9 @@ def test_it_is_the_formula() -> None:
     form = SPACE.form(torch.as_tensor(rows.reshape(1, -1)), BODY)
     for particle in (0, 17, 71):
         fullness, firmness, *muscles = rows[particle]
-        powers = np.exp(muscles)
-        np.testing.assert_allclose(form.occupancy[0, particle], 1 / (1 + np.exp(-fullness)), rtol=1e-12)
-        np.testing.assert_allclose(form.stiffness[0, particle], 0.05 + 0.95 / (1 + np.exp(-firmness)), rtol=1e-12)
-        np.testing.assert_allclose(form.muscle_membership[0, particle], powers / powers.sum(), rtol=1e-12)
+        np.testing.assert_allclose(form.occupancy[0, particle], expit(fullness), rtol=1e-12)
+        np.testing.assert_allclose(form.stiffness[0, particle], 0.05 + 0.95 * expit(firmness), rtol=1e-12)
+        np.testing.assert_allclose(form.muscle_membership[0, particle], softmax(muscles), rtol=1e-12)
 
 
 def test_a_particle_is_its_own() -> None:

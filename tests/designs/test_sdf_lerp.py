@@ -1,32 +1,14 @@
 """SDF-Lerp: the ends of the simplex, the volume between them, mean lines, and gradients."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from zoobench.designs.base import Body
+from tests.designs.test_mixture import COUNT, ORCA, TUNA, mixture, workspace
 from zoobench.designs.sdf_lerp import mean_line, sdf_lerp
-from zoobench.designs.space import DesignSpace, Form
-from zoobench.sim.model.fidelity import Fidelity
 
 SPACE = sdf_lerp()
-COUNT = 4
-ORCA, TUNA = 0, 3
-
-
-@cache
-def workspace(cells: int) -> Body:
-    """With cells of 1 / `cells` m, cached."""
-    return SPACE.body(Fidelity(1 / cells))
-
-
-def mixture(weights: NDArray[np.float64], cells: int) -> Form:
-    """The form in which geometry, stiffness and muscles have these weights `[COUNT]`."""
-    return SPACE.form(torch.log(torch.as_tensor(weights) + 1e-40).repeat(3)[None], workspace(cells))
 
 
 def lines(count: int, size: int, seed: int = 0) -> torch.Tensor:
@@ -35,18 +17,11 @@ def lines(count: int, size: int, seed: int = 0) -> torch.Tensor:
     return torch.as_tensor(drawn / np.linalg.norm(drawn, axis=2, keepdims=True))
 
 
-def test_it_is_a_design_space() -> None:
-    """Three coefficients for each primitive."""
-    assert isinstance(SPACE, DesignSpace)
-    body = workspace(32)
-    assert SPACE.parameter_count(body) == 3 * COUNT == len(SPACE.initial(np.random.default_rng(0), body))
-
-
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int) -> None:
     """Exactly its particles, its tissues, and its volume within 5 %."""
     body, tissues = workspace(128), SPACE.primitives.tissues(workspace(128))
-    form = mixture(np.eye(COUNT)[end], 128)
+    form = mixture(SPACE, np.eye(COUNT)[end], 128)
     np.testing.assert_array_equal(form.occupancy[0] > 0.5, tissues.distances[end] < 0.0)
     volume = (form.occupancy[0].numpy() * body.volumes).sum()
     assert volume == pytest.approx(SPACE.primitives.volumes[end], rel=0.05)
@@ -60,7 +35,7 @@ def test_volume_is_lost_between_primitives() -> None:
     """Half way from orca to tuna, fins that do not overlap vanish: more than 5 % of the mean volume."""
     weights = np.zeros(COUNT)
     weights[[ORCA, TUNA]] = 0.5
-    volume = (mixture(weights, 128).occupancy[0].numpy() * workspace(128).volumes).sum()
+    volume = (mixture(SPACE, weights, 128).occupancy[0].numpy() * workspace(128).volumes).sum()
     assert volume < 0.95 * weights @ SPACE.primitives.volumes
 
 
@@ -105,21 +80,3 @@ def test_lines_at_right_angles_have_a_finite_gradient() -> None:
     mean_line(free, torch.eye(3, dtype=torch.float64)[:2, None]).sum().backward()
     assert free.grad is not None
     assert torch.isfinite(free.grad).all()
-
-
-def test_the_gradient_is_right() -> None:
-    """Of all outputs, by all parameters, against finite differences."""
-    body = workspace(32)
-    parameters = torch.tensor(SPACE.initial(np.random.default_rng(0), body)[None], requires_grad=True)
-    rng = np.random.default_rng(0)
-
-    def parts(parameters: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        form = SPACE.form(parameters, body)
-        return form.occupancy, form.stiffness, form.muscle_membership, form.fibres
-
-    probes = [torch.as_tensor(rng.normal(size=part.shape)) for part in parts(parameters)]
-
-    def readings(parameters: torch.Tensor) -> torch.Tensor:
-        return torch.stack([(part * probe).sum() for part, probe in zip(parts(parameters), probes, strict=True)])
-
-    assert torch.autograd.gradcheck(readings, parameters)

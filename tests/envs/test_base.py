@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.envs.at_rest import made
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
@@ -78,9 +79,7 @@ def _hilly(name: str) -> Environment:
 @pytest.mark.parametrize("name", LAND)
 def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
     """The closest particle is as near to the ground, or to the bed, as on a plane."""
-    scene, level = (
-        env.scene(Caterpillar().body(QUICK), QUICK) for env in (_hilly(name), registry.create(Kind.ENV, Ref(name)))
-    )
+    scene, level = (env.scene(Caterpillar().body(QUICK), QUICK) for env in (_hilly(name), made(name)))
     assert scene.ground is not None
     assert scene.ground.terrain is not None
     above = scene.robot.positions[:, 1] - scene.ground.terrain.heights_below(scene.robot.positions)
@@ -91,7 +90,7 @@ def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
 def test_the_bed_follows_the_hills(name: str) -> None:
     """It has the thickness and volume of the bed on a plane."""
     env = _hilly(name)
-    scene, level = (e.scene(Caterpillar().body(QUICK), QUICK) for e in (env, registry.create(Kind.ENV, Ref(name))))
+    scene, level = (e.scene(Caterpillar().body(QUICK), QUICK) for e in (env, made(name)))
     assert scene.medium is not None
     assert level.medium is not None
     assert env.terrain is not None
@@ -118,15 +117,14 @@ TABLE_6 = {
 @pytest.mark.parametrize(("name", "effects"), TABLE_6.items())
 def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects: set[Effect]) -> None:
     """They follow from the materials of the scene."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
-    scene = env.scene(Caterpillar().body(QUICK), QUICK)
+    scene = made(name).scene(Caterpillar().body(QUICK), QUICK)
     assert scene.effects == effects | {Effect.ELASTICITY, Effect.MUSCLE, Effect.DAMPING}
 
 
 @pytest.mark.parametrize("name", ["shallow-water", "ocean"])
 def test_water_makes_room_for_the_robot(name: str) -> None:
     """No water particle is inside the robot; the displaced volume is the robot's up to a layer of particles."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
+    env = made(name)
     body = Caterpillar().body(QUICK)
     scene = env.scene(body, QUICK)
     assert scene.medium is not None
@@ -141,7 +139,7 @@ def test_water_makes_room_for_the_robot(name: str) -> None:
 
 def test_the_swimmer_is_clear_of_floor_and_surface() -> None:
     """It floats at half the depth of water at least 2.5 times as deep as it is tall."""
-    env: Environment = registry.create(Kind.ENV, Ref("ocean"))
+    env = made("ocean")
     scene = env.scene(Caterpillar().body(QUICK), QUICK)
     assert env.bed is not None
     heights = scene.robot.positions[:, 1]

@@ -5,24 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from zoobench import registry
+from tests.envs.at_rest import made
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.envs.bed import rest_strains, sharing
 from zoobench.errors import SceneError
-from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
-from zoobench.sim.solver import Solver
-from zoobench.spec import Ref
 
 MEDIA = ["desert", "clay", "wetland", "snow", "shallow-water", "ocean"]
 FIDELITY = Fidelity(1 / 32)
 
 
 def _bed(name: str) -> tuple[Environment, MediumBed]:
-    env: Environment = registry.create(Kind.ENV, Ref(name))
+    env = made(name)
     assert env.bed is not None
     return env, env.bed.fill(np.array(env.arena), 9.81, FIDELITY)
 
@@ -58,22 +55,6 @@ def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMa
     assert (size <= bound * (1 + 1e-12) + 1e-15).all()
 
 
-@pytest.mark.parametrize("name", MEDIA)
-def test_the_medium_stays_at_rest(name: str) -> None:
-    """With a robot at rest, the kinetic energy after equilibration is far below the bed's energy."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
-    scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
-    solver = Solver(scene, FIDELITY, start=Solver(scene, FIDELITY).equilibrate(env.equilibration_frames))
-    rollout = solver.run(np.zeros((25, 1, solver.muscle_count)))
-    assert not rollout.divergences
-    speed = solver.matter.v[0, 0, solver.robot_count :].double().norm(dim=1).numpy()
-    assert scene.medium is not None
-    mass = scene.medium.volumes * scene.medium.material.density
-    kinetic = 0.5 * (mass * speed**2).sum()
-    potential = (mass * 9.81 * scene.medium.positions[:, 1]).sum()
-    assert kinetic < 1e-5 * potential
-
-
 def test_water_is_as_dense_as_its_pressure_says() -> None:
     """Mass by volume times J is the density at rest everywhere, so that the stratification is stable."""
     env, bed = _bed("ocean")
@@ -88,7 +69,7 @@ def test_a_malleable_body_shares_its_place_with_water() -> None:
     body = replace(Caterpillar(height=0.06).body(FIDELITY), malleable=True)
     robot_only = replace(body, malleable=False)
     for name in ("ocean", "shallow-water", "desert"):
-        env: Environment = registry.create(Kind.ENV, Ref(name))
+        env = made(name)
         shared, alone = env.scene(body, FIDELITY), env.scene(robot_only, FIDELITY)
         assert shared.medium is not None
         assert alone.medium is not None

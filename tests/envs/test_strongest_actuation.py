@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from zoobench import registry
-from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import Environment
-from zoobench.registry import Kind
-from zoobench.sim.equilibrium import equilibrated
+from tests.envs.at_rest import ENVS, solver_of
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.solver import Solver
-from zoobench.spec import FRAME_SECONDS, Ref
+from zoobench.spec import FRAME_SECONDS
 
-ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 FRAMES = 200
 OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own frequency along its length
 GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles switch together
@@ -27,9 +21,7 @@ def square_waves(muscles: int, in_unison: bool = False) -> NDArray[np.float64]:
 
 
 def _check(name: str, fidelity: Fidelity, in_unison: bool = False) -> None:
-    env: Environment = registry.create(Kind.ENV, Ref(name))
-    scene = env.scene(Caterpillar().body(fidelity), fidelity)
-    solver = Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))
+    solver = solver_of(name, fidelity)
     rollout = solver.run(square_waves(solver.muscle_count, in_unison))
     assert not rollout.divergences
     assert not rollout.tears

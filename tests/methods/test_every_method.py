@@ -5,12 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 
 from tests.methods.toy import Context, Quadratic
 from tests.methods.toy_session import Obey
 from zoobench import registry
 from zoobench.cell.meter import BudgetMeter
-from zoobench.errors import BudgetExhaustedError, DivergenceError
+from zoobench.errors import BudgetExhaustedError, DivergenceError, UsageError
 from zoobench.methods.base import Solution
 from zoobench.registry import Kind
 from zoobench.spec import Budget, BudgetKind, Ref
@@ -19,6 +20,21 @@ ALL = registry.names(Kind.METHOD)
 # one that trains a policy decides on frames: what a parabola can tell of others is in test_ppo.py
 METHODS = [name for name in ALL if "policy" not in registry.get(Kind.METHOD, name).tags]
 SMALL = {"evolution": "evolution[generations=0]", "ppo": "ppo[buffer=32,batch=16,epochs=2,worlds=4]"}
+
+# what the error says of settings that mean nothing
+REFUSED = {
+    "cannot adapt": (
+        "cmaes[sigma=0.0] cmaes[population=2] evolution[sigma=0.0] evolution[population=3] "
+        "quality-diversity[sigma=0.0] quality-diversity[population=3]"
+    ),
+    "cannot be used": "diffphysics[lr=0.0] diffphysics[restarts=0] diffphysics[iterations=-1] diffphysics[clip=0.0]",
+    "no evolution": "evolution[generations=-1] neat[population=1] neat[generations=-1]",
+    "[Gg]ive": (
+        "ppo[lr=0.0] ppo[timesteps=-1] ppo[discount=1.5] ppo[gae=-0.1] ppo[worlds=3] ppo[batch=1] ppo[batch=4096]"
+    ),
+    "is empty": "quality-diversity[cells=0]",
+    "at least 1": "random[batch=0]",
+}
 
 AMOUNTS = {"substeps": (400, 2500), "episodes": (20, 120), "iterations": (2, 9), "seconds": (0.4, 2.5)}
 """Budgets to draw from, of which the least holds an iteration of every method."""
@@ -77,13 +93,15 @@ def test_wall_time_ends_a_run(name: str) -> None:
     assert 0.5 <= problem.meter.seconds < 5.0
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", ALL)
 def test_two_runs_agree_bit_for_bit(name: str) -> None:
-    """The same seed gives the same curve and solution; another seed does not."""
+    """The same seed gives the same curve and solution, whatever was drawn before; another seed does not."""
     runs = []
     for seed in (5, 5, 6):
         context = Context(seed)
-        runs.append((_run(name, Quadratic(Budget("iterations", 6)), context), context.curve))
+        runs.append((_run(name, _toy(name, Budget("iterations", 6)), context), context.curve))
+        torch.rand(3)
+        np.random.rand(3)
     np.testing.assert_array_equal(runs[0][0].params, runs[1][0].params)
     assert runs[0][1] == runs[1][1]
     assert runs[0][1] != runs[2][1]
@@ -112,23 +130,26 @@ def test_an_interrupted_run_goes_on_bit_for_bit(name: str, stop: int) -> None:
     assert problem.meter.substeps == whole_problem.meter.substeps
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_run_restored_at_its_end_evaluates_nothing_more(name: str) -> None:
     """A run killed after its last checkpoint gives the same result at once."""
     context = Context()
-    expected = _run(name, Quadratic(Budget("iterations", 4)), context)
-    problem = Quadratic(Budget("iterations", 4))
+    expected = _run(name, _toy(name, Budget("iterations", 4)), context)
+    problem = _toy(name, Budget("iterations", 4))
     result = _run(name, problem, Context(stored=context.stored))
     assert not problem.seen
     np.testing.assert_array_equal(result.params, expected.params)
+    assert result.facts == expected.facts
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_run_in_which_everything_diverged_says_so(name: str) -> None:
-    """It is DIVERGED and has no score."""
-    context = Context()
+    """It is DIVERGED and has no score; all iterations are in its curve."""
+    context, budget = Context(), Budget("iterations", 3)
+    problem = Quadratic(budget, diverges=lambda params: True) if name in METHODS else Obey(budget, limit=0.0)
     with pytest.raises(DivergenceError, match="det F"):
-        _run(name, Quadratic(Budget("iterations", 3), diverges=lambda params: True), context)
+        _run(name, problem, context)
+    assert context.curve[-1][0] == 3
     values = [value for _, metrics in context.curve for value in metrics.values()]
     assert values
     assert all(math.isfinite(value) for value in values)
@@ -151,3 +172,12 @@ def test_a_budget_too_small_for_anything_is_an_error(name: str) -> None:
     with pytest.raises(BudgetExhaustedError):
         _run(name, problem, Context())
     assert problem.meter.substeps == 0
+
+
+@pytest.mark.parametrize(
+    ("message", "method"), [(message, method) for message, methods in REFUSED.items() for method in methods.split()]
+)
+def test_settings_that_mean_nothing_are_refused(message: str, method: str) -> None:
+    """The error says which, before anything runs."""
+    with pytest.raises(UsageError, match=message):
+        registry.create(Kind.METHOD, Ref.parse(method))

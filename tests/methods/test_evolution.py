@@ -3,10 +3,8 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from tests.methods.toy import OPTIMUM, Context, OneSite, Quadratic
-from zoobench.errors import UsageError
 from zoobench.methods.evolution import Evolution
 from zoobench.methods.hyperneat import HyperNeat
 from zoobench.spec import Budget
@@ -49,10 +47,3 @@ def test_with_a_controller_without_parameters_it_is_neat() -> None:
         method.run(problem, Context(4))  # type: ignore[arg-type]
         seen.append(problem.seen)
     np.testing.assert_array_equal(*seen)
-
-
-@pytest.mark.parametrize("bad", [{"sigma": 0.0}, {"population": 3}, {"generations": -1}])
-def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
-    """Settings of both parts."""
-    with pytest.raises(UsageError):
-        Evolution(**bad)  # type: ignore[arg-type]

@@ -114,13 +114,6 @@ def test_a_design_without_sites_is_refused(design: str) -> None:
         HyperNeat().run(problem, Context())  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("bad", [{"population": 1}, {"generations": -1}])
-def test_settings_that_mean_nothing_are_refused(bad: dict[str, int]) -> None:
-    """The error names the values."""
-    with pytest.raises(UsageError, match="no evolution"):
-        HyperNeat(**bad)
-
-
 def test_it_makes_the_generations_asked_for() -> None:
     """`generations` ends the run before the budget does."""
     problem, context = Quadratic(Budget("episodes", 1000)), Context()

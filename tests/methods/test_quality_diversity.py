@@ -58,10 +58,3 @@ def test_without_pyribs_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(sys.modules, "ribs.archives", None)
     with pytest.raises(UsageError, match=r"zoobench\[qd\]"):
         QualityDiversity().run(Quadratic(Budget("episodes", 20)), Context())  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("bad", [{"sigma": 0.0}, {"population": 3}, {"cells": 0}])
-def test_settings_that_mean_nothing_are_refused(bad: dict[str, float]) -> None:
-    """A usage error."""
-    with pytest.raises(UsageError):
-        QualityDiversity(**bad)  # type: ignore[arg-type]

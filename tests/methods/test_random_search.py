@@ -1,10 +1,8 @@
 """Random search draws from the prior."""
 
 import numpy as np
-import pytest
 
 from tests.methods.toy import OPTIMUM, Context, Quadratic
-from zoobench.errors import UsageError
 from zoobench.methods.random_search import RandomSearch
 from zoobench.spec import Budget
 
@@ -26,9 +24,3 @@ def test_the_budget_is_used_to_the_last_episode() -> None:
     RandomSearch(batch=8).run(problem, Context())
     assert problem.meter.episodes == 19
     assert problem.meter.iterations == 3
-
-
-def test_an_empty_batch_is_refused() -> None:
-    """A usage error, not an endless loop."""
-    with pytest.raises(UsageError, match="at least 1"):
-        RandomSearch(batch=0)

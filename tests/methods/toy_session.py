@@ -96,7 +96,7 @@ class Obey:
         self.meter = BudgetMeter()
         self._limit = limit
         self.parameter_count = self._policy.parameter_count(1)
-        self.evaluated: list[Array] = []
+        self.seen: list[Array] = []
 
     def initial(self, rng: np.random.Generator) -> Array:
         return self._policy.initial(rng, 1)
@@ -110,7 +110,7 @@ class Obey:
         session = self.session(1)
         if not session.affords(FRAMES):
             raise BudgetExhaustedError("The toy's budget is spent.")
-        self.evaluated.append(params)
+        self.seen.append(params)
         observations, rewards = session.begin(), []
         for _ in range(FRAMES):
             weights, seen = torch.as_tensor(params), torch.as_tensor(observations[0])

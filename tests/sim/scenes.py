@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from zoobench.sim.model.matter import (
     SnowMaterial,
     WaterMaterial,
 )
-from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.rollout import Gradient, Rollout
+from zoobench.sim.model.scene import Effect, ElasticBody, Ground, MediumBed, Scene
 from zoobench.sim.model.step_limits import choose_step
-from zoobench.sim.solver import Solver
+from zoobench.sim.solver import BodyState, Solver
 
 SPACING = 1 / 32
 ARENA = (0.75, 0.75, 0.75)
@@ -45,6 +46,10 @@ MEDIA: dict[str, Medium] = {
     "water": WaterMaterial(bulk_modulus=1e5, density=1000.0, viscosity=0.1),
 }
 MUSCLES = 3
+BODY_GROUPS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
+GROUPS = ("actuation", *BODY_GROUPS)
+COMBINATIONS: list[tuple[Transfer, Kernel]] = [(t, k) for t in get_args(Transfer) for k in get_args(Kernel)]
+"""Every transfer with every kernel, the default first."""
 
 
 def fidelity(
@@ -97,9 +102,14 @@ def medium_bed(name: str = "sand", depth: int = 2, first: int = 8, cells: int = 
     return MediumBed.at_rest(MEDIA[name], positions, np.full(count, particle_volume(SPACING, 8)))
 
 
+def weightless(body: ElasticBody) -> Scene:
+    """A body in free flight, without gravity and contact."""
+    return Scene(body, (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY)
+
+
 def flight_scene(moving: bool = True) -> Scene:
-    """Free flight of the muscle cube, without gravity and contact."""
-    return Scene(muscle_body(moving=moving), (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY)
+    """The muscle cube in free flight."""
+    return weightless(muscle_body(moving=moving))
 
 
 def ground_scene(friction: float = 0.5, moving: bool = True) -> Scene:
@@ -161,3 +171,50 @@ def path_weights(solver: Solver, frames: int, seed: int = 3) -> tuple[Array, Arr
     rng = np.random.default_rng(seed)
     shape = (frames + 1, solver.worlds, solver.robot_count, 3)
     return rng.normal(size=shape), 0.1 * rng.normal(size=shape)
+
+
+def episode(
+    scene: Scene, frames: int, given: Fidelity | None = None, body: BodyState | None = None, **options: Any
+) -> tuple[Solver, Rollout, Gradient]:
+    """Random actuation and the gradient for random adjoints of the trajectory, by a solver with these options."""
+    solver = Solver(scene, given or fidelity(), gradients=True, **options)
+    rollout = solver.run(actuation(solver, frames), body)
+    return solver, rollout, solver.backward(rollout, *path_weights(solver, frames))
+
+
+def same(one: Gradient, other: Gradient, names: tuple[str, ...] = GROUPS) -> bool:
+    """Whether two gradients agree bit for bit in these parameter groups."""
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+
+
+def compare_drivers(scene: Scene, frames: int, given: Fidelity | None = None) -> tuple[Rollout, Rollout]:
+    """Rollouts of two worlds by the serial and the parallel driver: trajectory and gradient agree to 1e-12."""
+    (_, serial, gradient), (_, parallel, other) = (
+        episode(scene, frames, given, worlds=2, parallel=parallel) for parallel in (False, True)
+    )
+    assert np.abs(parallel.positions - serial.positions).max() <= 1e-12
+    for group in GROUPS:
+        expected = getattr(gradient, group)
+        assert np.abs(getattr(other, group) - expected).max() <= 1e-12 * np.abs(expected).max(), group
+    return serial, parallel
+
+
+def momenta(solver: Solver) -> tuple[Array, Array]:
+    """Linear and angular momentum, that of the affine motion included."""
+    mass, matter = solver.parameters.mass[0].numpy(), solver.matter
+    x, v, C = (tensor[0, 0].numpy() for tensor in (matter.x, matter.v, matter.C))
+    axial = np.stack([C[:, 2, 1] - C[:, 1, 2], C[:, 0, 2] - C[:, 2, 0], C[:, 1, 0] - C[:, 0, 1]], axis=1)
+    return mass @ v, mass @ (np.cross(x, v) + solver.fidelity.moment * axial)
+
+
+def thrown(solver: Solver, velocity: Array, frames: int) -> Array:
+    """The exact discrete solution v n dt - g dt^2 n (n + 1) / 2 of free fall with a fixed step `[frames + 1, 3]`."""
+    steps = np.arange(frames + 1) * solver.substeps_per_frame
+    moved: Array = velocity * (steps * solver.dt)[:, None]
+    moved[:, 1] -= 9.81 * solver.dt**2 * steps * (steps + 1) / 2
+    return moved
+
+
+def launched(scene: Scene) -> set[str]:
+    """What is launched for a scene: its effects, and the decomposition that plasticity needs."""
+    return {*scene.effects, *(["decomposition"] if Effect.PLASTICITY in scene.effects else [])}

@@ -12,8 +12,7 @@ from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import BodyState, Solver
 
-BODY_GROUPS = ("stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
-GROUPS = ("actuation", *BODY_GROUPS)
+BODY_GROUPS, GROUPS = scenes.BODY_GROUPS, scenes.GROUPS
 
 
 class Probe:
@@ -59,15 +58,13 @@ class Probe:
         """Its central difference."""
         return (self.at(name, direction, distance) - self.at(name, direction, -distance)) / (2 * distance)
 
-
-def _error(probe: Probe, gradient: Gradient, name: str, direction: np.ndarray) -> float:
-    """Best relative error over the distances: round-off grows below the best one, curvature above it."""
-    exact = float((getattr(gradient, name) * direction).sum())
-    found = []
-    for distance in (1e-4, 1e-5, 1e-6):
-        difference = probe.difference(name, direction, distance)
-        found.append(abs(difference - exact) / abs(difference))
-    return min(found)
+    def error(self, gradient: Gradient, name: str, direction: np.ndarray, largest: float = 1e-4) -> float:
+        """Best relative error over three distances: round-off grows below the best one, curvature above it."""
+        exact = float((getattr(gradient, name) * direction).sum())
+        differences = [
+            self.difference(name, direction, distance) for distance in (largest, largest / 10, largest / 100)
+        ]
+        return min(abs(difference - exact) / abs(difference) for difference in differences)
 
 
 # name of the scene, tolerance, frames, least number of substeps, directions
@@ -112,24 +109,24 @@ def test_directional_derivative_matches_central_differences(
     for _ in range(directions):
         # within +-1, so that the largest distance stays inside the bounds of the group
         direction = rng.uniform(-1.0, 1.0, probe.base[name].shape)
-        assert _error(probe, gradient, name, direction) <= tolerance
+        assert probe.error(gradient, name, direction) <= tolerance
 
 
-def _resting() -> Probe:
+@pytest.fixture(scope="module")
+def resting() -> tuple[Probe, Gradient]:
     """One substep from rest, F = I, some particles absent."""
     scene = scenes.flight_scene(moving=False)
     occupancy = scene.robot.occupancy.copy()
     occupancy[::7] = 0.0
     probe = Probe(replace(scene, robot=replace(scene.robot, occupancy=occupancy)), 1, frame_seconds=1e-3)
     assert probe.solver.substeps_per_frame == 1
-    return probe
+    return probe, probe.gradient()
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_gradient_is_right_at_rest(name: str) -> None:
+def test_gradient_is_right_at_rest(resting: tuple[Probe, Gradient], name: str) -> None:
     """From F = I every group's gradient is finite and that of the difference quotient, absent particles included."""
-    probe = _resting()
-    gradient = probe.gradient()
+    probe, gradient = resting
     assert all(np.isfinite(getattr(gradient, group)).all() for group in GROUPS)
     direction = np.random.default_rng(8).uniform(-1.0, 1.0, probe.base[name].shape)
     if name == "occupancy":  # an absent particle cannot become less than absent
@@ -160,14 +157,8 @@ def test_gradient_by_the_occupancy_of_an_absent_particle() -> None:
 FRAMES = 6
 
 
-def _gradient_with(scene: Scene, interval: int | None, precision: int = 64, backwards: int = 1) -> list[Gradient]:
-    solver = Solver(scene, scenes.fidelity(precision), gradients=True, checkpoint_interval=interval)
-    rollout = solver.run(scenes.actuation(solver, FRAMES))
-    return [solver.backward(rollout, *scenes.path_weights(solver, FRAMES)) for _ in range(backwards)]
-
-
-def _same(a: Gradient, b: Gradient) -> bool:
-    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in GROUPS)
+def _gradient(name: str, interval: int | None = None, precision: int = 64) -> Gradient:
+    return scenes.episode(scenes.SCENES[name](), FRAMES, scenes.fidelity(precision), checkpoint_interval=interval)[2]
 
 
 @pytest.mark.parametrize(
@@ -175,24 +166,21 @@ def _same(a: Gradient, b: Gradient) -> bool:
 )
 def test_checkpointed_gradient_is_the_full_memory_gradient(name: str) -> None:
     """Bit for bit at every interval of frames, divisors of the episode or not, the default one included."""
-    scene = scenes.SCENES[name]()
-    (full,) = _gradient_with(scene, FRAMES)
+    full = _gradient(name, FRAMES)
     assert full.actuation.any()
     for interval in (1, 2, 4, 5, None):
-        (gradient,) = _gradient_with(scene, interval)
-        assert _same(gradient, full), interval
+        assert scenes.same(_gradient(name, interval), full), interval
 
 
 def test_second_backward_repeats_the_first() -> None:
     """Nothing of an earlier backward pass is left in the later one."""
-    first, second = _gradient_with(scenes.ground_scene(), None, backwards=2)
-    assert _same(first, second)
+    solver, rollout, first = scenes.episode(scenes.ground_scene(), FRAMES)
+    assert scenes.same(solver.backward(rollout, *scenes.path_weights(solver, FRAMES)), first)
 
 
 def test_zero_path_adjoint_gives_zero_gradient() -> None:
     """A loss that does not depend on the trajectory has no gradient."""
-    solver = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=True)
-    rollout = solver.run(scenes.actuation(solver, 2))
+    solver, rollout, _ = scenes.episode(scenes.ground_scene(), 2)
     nothing = np.zeros_like(rollout.positions)
     gradient = solver.backward(rollout, nothing, nothing)
     assert not any(getattr(gradient, name).any() for name in GROUPS)
@@ -201,49 +189,39 @@ def test_zero_path_adjoint_gives_zero_gradient() -> None:
 def test_memory_budget_chooses_an_interval_that_fits() -> None:
     """Checkpoints and the recomputed segment stay within the budget, and the gradient is that of full memory."""
     scene = scenes.ground_scene()
-    (full,) = _gradient_with(scene, 10**6)
+    full = _gradient("ground", 10**6)
     size = Solver(scene, scenes.fidelity()).matter.bytes_per_slot()
     declared = Solver(scene, scenes.fidelity()).substeps_per_frame
     for frames in (1, 2, 4):
         states = frames * declared + 1 + -(-FRAMES // frames)
-        solver = Solver(scene, scenes.fidelity(), gradients=True, memory_budget=states * size)
-        rollout = solver.run(scenes.actuation(solver, FRAMES))
+        _, rollout, gradient = scenes.episode(scene, FRAMES, memory_budget=states * size)
         assert rollout.interval == frames
         assert rollout.interval * rollout.counts.max() + 1 + len(rollout.checkpoints) <= states
-        assert _same(solver.backward(rollout, *scenes.path_weights(solver, FRAMES)), full)
+        assert scenes.same(gradient, full)
 
 
 def test_memory_budget_too_small_is_refused() -> None:
     """The message states the number of states needed and the number that fits."""
     scene = scenes.ground_scene()
     size = Solver(scene, scenes.fidelity()).matter.bytes_per_slot()
-    solver = Solver(scene, scenes.fidelity(), gradients=True, memory_budget=5 * size)
     with pytest.raises(UsageError, match=rf"states of {size} bytes; the memory budget holds 5\. Give more memory"):
-        solver.run(scenes.actuation(solver, FRAMES))
+        scenes.episode(scene, FRAMES, memory_budget=5 * size)
 
 
-def test_frictionless_floor_gives_no_thrust() -> None:
-    """Zero control: no actuation moves the centre of mass along a floor without friction."""
-    scene = replace(scenes.ground_scene(friction=0.0), gravity=(0.0, -9.81, 0.0))
-    solver = Solver(scene, scenes.fidelity(), gradients=True)
-    rollout = solver.run(scenes.actuation(solver, 20))
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_thrust_needs_friction(friction: float) -> None:
+    """No actuation moves the centre of mass along a floor without friction, but upwards; on one with friction, both."""
+    scene = replace(scenes.ground_scene(friction), gravity=(0.0, -9.81, 0.0))
+    solver, rollout, _ = scenes.episode(scene, 20)
     mass = solver.parameters.mass[0].numpy()
     adjoint = np.zeros_like(rollout.positions)
     adjoint[-1, 0, :, 0] = mass / mass.sum()
-    along = solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation
-    adjoint = np.roll(adjoint, 1, axis=-1)
-    upwards = solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation
-    assert np.abs(along).max() <= 1e-12
-    assert np.abs(upwards).max() > 1e-6
-
-
-def test_friction_gives_thrust() -> None:
-    """The same derivative is not zero on a floor with friction."""
-    solver = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=True)
-    rollout = solver.run(scenes.actuation(solver, 20))
-    adjoint = np.zeros_like(rollout.positions)
-    adjoint[-1, 0, :, 0] = 1.0 / solver.robot_count
-    assert np.abs(solver.backward(rollout, adjoint, np.zeros_like(adjoint)).actuation).max() > 1e-6
+    along, upwards = (
+        np.abs(solver.backward(rollout, np.roll(adjoint, axis, axis=-1), np.zeros_like(adjoint)).actuation).max()
+        for axis in (0, 1)
+    )
+    assert upwards > 1e-6
+    assert along > 1e-6 if friction else along <= 1e-12
 
 
 @pytest.mark.parametrize(
@@ -251,8 +229,7 @@ def test_friction_gives_thrust() -> None:
 )
 def test_float32_gradient_agrees_with_float64(name: str) -> None:
     """To 1e-3 of the norm in every group."""
-    (double,) = _gradient_with(scenes.SCENES[name](), None)
-    (single,) = _gradient_with(scenes.SCENES[name](), None, precision=32)
+    double, single = _gradient(name), _gradient(name, precision=32)
     for group in GROUPS:
         expected = getattr(double, group)
         assert np.linalg.norm(getattr(single, group) - expected) <= 1e-3 * np.linalg.norm(expected), group

@@ -25,32 +25,14 @@ def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
     return {name: count // per_frame.get(name, 1) for name, count in record.items()}
 
 
-DONE = {"survey": 3, "forward launches": 2}
+BLOCK = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
 
 
-def test_launches_are_the_effects_of_the_scene() -> None:
-    """Frames' worth of substeps by effect: no sand on ground, no friction in flight, no muscle in passive matter."""
-    flight = {"forward elasticity": 2, "forward muscle": 2, **DONE}
-    assert _launches(scenes.flight_scene()) == flight
-    assert _launches(scenes.ground_scene()) == flight | {"forward friction": 2}
-    block = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
-    assert _launches(block) == {"forward elasticity": 2, **DONE}
-
-
-@pytest.mark.parametrize(
-    ("name", "own"),
-    [
-        ("sand", ("plasticity", "decomposition")),
-        ("clay", ("plasticity", "decomposition")),
-        ("snow", ("plasticity", "decomposition")),
-        ("mud", ("plasticity", "fluid", "decomposition")),
-        ("water", ("fluid",)),
-    ],
-)
-def test_launches_of_a_medium_are_its_laws(name: str, own: tuple[str, ...]) -> None:
-    """Plasticity and the decomposition that it needs only in sand, clay, snow and mud, fluid only in mud and water."""
-    common = ("elasticity", "muscle", "friction")
-    assert _launches(scenes.medium_scene(name)) == {f"forward {e}": 2 for e in (*common, *own)} | DONE
+@pytest.mark.parametrize("scene", [BLOCK, *(make() for make in scenes.SCENES.values())], ids=["block", *scenes.SCENES])
+def test_launches_are_the_effects_of_the_scene(scene: Scene) -> None:
+    """Frames' worth of substeps by effect: no muscle in passive matter, no friction in flight, no sand on ground."""
+    counts = {f"forward {effect}": 2 for effect in scenes.launched(scene)}
+    assert _launches(scene) == counts | {"survey": 3, "forward launches": 2}
 
 
 def test_reverse_launches_only_the_effects_too() -> None:
@@ -62,19 +44,14 @@ def test_reverse_launches_only_the_effects_too() -> None:
 
 
 def test_forward_run_holds_nothing_of_a_gradient() -> None:
-    """No checkpoint is kept and no adjoint grid is allocated until a backward pass needs it."""
+    """No checkpoint is kept, no adjoint grid is allocated until a backward pass needs it, and there is no sand."""
     solver = Solver(scenes.ground_scene(), scenes.fidelity())
     rollout = solver.run(scenes.actuation(solver, 2))
     assert not rollout.checkpoints
     assert rollout.interval == 0
+    assert solver.matter.b.numel() == solver.matter.history.numel() == solver.matter.tau.numel() == 0
     assert not solver.launcher._reverse_grids
     assert not any("adjoint" in name for name in (*vars(solver), *vars(solver.simulation)))
-
-
-def test_scene_without_sand_holds_no_sand() -> None:
-    """The tensors of sand are empty on the ground."""
-    matter = Solver(scenes.ground_scene(), scenes.fidelity()).matter
-    assert matter.b.numel() == matter.history.numel() == matter.tau.numel() == 0
 
 
 def test_water_holds_no_strain_and_no_stress() -> None:

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
+from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import runtime
-from zoobench.sim.model.scene import Scene
-from zoobench.sim.solver import BodyState, Rollout, Solver
+from zoobench.sim.model.rollout import Gradient, Rollout
+from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.solver import BodyState, Solver
 
 ROOT = Path(__file__).parents[2]
-GROUPS = ("actuation", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres")
 
 
 @pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-10), (32, 1e-4)])
@@ -27,9 +28,7 @@ def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance
     solver = Solver(scene, scenes.steady(scene, precision))
     rollout = solver.run(np.zeros((35, 1, scenes.MUSCLES)))
     assert not rollout.divergences
-    steps = np.arange(36) * solver.substeps_per_frame
-    exact = start * (steps * solver.dt)[:, None]
-    exact[:, 1] -= 9.81 * solver.dt**2 * steps * (steps + 1) / 2
+    exact = scenes.thrown(solver, start, 35)
     moved = (rollout.positions - scene.robot.positions)[:, 0]
     centre = moved.mean(1)
     scale = np.abs(exact).max()
@@ -37,29 +36,18 @@ def test_free_fall_follows_the_exact_discrete_solution(precision: int, tolerance
     assert np.abs(moved - centre[:, None]).max() <= tolerance * scale
 
 
-def _momenta(solver: Solver) -> tuple[np.ndarray, np.ndarray]:
-    """Linear and angular momentum; the angular one includes that of the APIC matrices."""
-    mass = solver.parameters.mass[0].numpy()[:, None]
-    x, v, C = (tensor[0, 0].numpy() for tensor in (solver.matter.x, solver.matter.v, solver.matter.C))
-    axial = np.stack([C[:, 2, 1] - C[:, 1, 2], C[:, 0, 2] - C[:, 2, 0], C[:, 1, 0] - C[:, 0, 1]], axis=1)
-    spin = np.cross(x, v) + scenes.SPACING**2 / 4 * axial
-    return (mass * v).sum(0), (mass * spin).sum(0)
-
-
 def test_momentum_and_angular_momentum_are_conserved() -> None:
     """A spinning, actuated body without gravity and contact keeps both over 500 substeps."""
     spin = np.array([[0.0, -4.0, 1.0], [4.0, 0.0, -2.0], [-1.0, 2.0, 0.0]])
-    scene = Scene(
-        scenes.thrown_body(np.array([0.1, 0.15, -0.05]), spin), (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY
-    )
+    scene = scenes.weightless(scenes.thrown_body(np.array([0.1, 0.15, -0.05]), spin))
     solver = Solver(scene, scenes.steady(scene))
     frames = 500 // solver.substeps_per_frame
     assert frames * solver.substeps_per_frame == 500
     solver.simulation.set_body(BodyState().filled(scene, 1))
-    linear, angular = _momenta(solver)
+    linear, angular = scenes.momenta(solver)
     rollout = solver.run(scenes.actuation(solver, frames))
     assert not rollout.divergences
-    linear_end, angular_end = _momenta(solver)
+    linear_end, angular_end = scenes.momenta(solver)
     assert np.ptp(np.linalg.norm(rollout.positions[-1, 0] - rollout.positions[-1, 0].mean(0), axis=1)) > 0.02
     assert np.abs(linear_end - linear).max() <= 1e-12 * np.linalg.norm(linear)
     assert np.abs(angular_end - angular).max() <= 1e-8 * np.linalg.norm(angular)
@@ -69,18 +57,11 @@ def test_momentum_and_angular_momentum_are_conserved() -> None:
 def test_muscle_reaches_its_equilibrium_stretch(activation: float) -> None:
     """A slowly activated block takes the stretch at which passive and active stress cancel (validation case V16)."""
     expected = {-0.3: (1.6898, 0.8941), 0.3: (0.7969, 1.0452)}[activation]
-    body = scenes.muscle_body(cells=4)
-    count = body.particle_count
-    body = replace(
-        body,
-        material=replace(scenes.SOFT, muscle_strength=0.3 * scenes.SOFT.youngs_modulus),
-        stiffness=np.ones(count),
-        density_ratio=np.ones(count),
-        occupancy=np.ones(count),
-        muscle_membership=np.ones((count, 1)),
-        fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
-    )
-    solver = Solver(Scene(body, (0, 0, 0), scenes.ARENA, gravity=scenes.NO_GRAVITY), scenes.fidelity())
+    strong = replace(scenes.SOFT, muscle_strength=0.3 * scenes.SOFT.youngs_modulus)
+    cube = scenes.muscle_body(cells=4)
+    body = ElasticBody.passive(strong, cube.positions, cube.volumes)
+    body = replace(body, muscle_membership=np.ones((body.particle_count, 1)))
+    solver = Solver(scenes.weightless(body), scenes.fidelity())
     ramp, hold = 200, 50
     level = np.concatenate([0.5 - 0.5 * np.cos(np.pi * np.arange(ramp) / ramp), np.ones(hold)])
     rollout = solver.run(np.sign(activation) * level[:, None, None])
@@ -100,69 +81,71 @@ def test_deformation_follows_the_new_velocity_gradient() -> None:
     assert np.abs(F - np.eye(3) - solver.dt * C).max() <= 1e-15
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def bodies() -> BodyState:
     """Three worlds that differ in every array."""
     made = [scenes.muscle_body((0.3, 0.0, 0.3), seed=seed) for seed in (1, 5, 6)]
-    names = GROUPS[1:]
-    return BodyState(**{name: np.stack([getattr(body, name) for body in made]) for name in names})
+    return BodyState(**{name: np.stack([getattr(body, name) for body in made]) for name in scenes.BODY_GROUPS})
 
 
-def _world(bodies: BodyState, world: int) -> BodyState:
-    return BodyState(**{name: getattr(bodies, name)[world : world + 1] for name in GROUPS[1:]})
-
-
-def test_world_of_a_batch_equals_the_same_world_alone(bodies: BodyState) -> None:
-    """Path and gradient of each of three worlds agree bit for bit with a solver of one world."""
-    scene, frames = scenes.ground_scene(), 4
-    batch = Solver(scene, scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
-    actuation, weights = scenes.actuation(batch, frames), scenes.path_weights(batch, frames)
-    together = batch.run(actuation, bodies)
-    gradient = batch.backward(together, *weights)
-    alone = Solver(scene, scenes.fidelity(), gradients=True, density_ratio_min=0.5)
-    for world in range(3):
-        pick = slice(world, world + 1)
-        single = alone.run(actuation[:, pick], _world(bodies, world))
-        assert np.array_equal(single.positions, together.positions[:, pick])
-        assert np.array_equal(single.velocities, together.velocities[:, pick])
-        own = alone.backward(single, weights[0][:, pick], weights[1][:, pick])
-        assert np.array_equal(own.actuation, gradient.actuation[:, pick])
-        assert all(np.array_equal(getattr(own, name), getattr(gradient, name)[pick]) for name in GROUPS[1:])
-    assert not np.array_equal(together.positions[:, 0], together.positions[:, 1])
-
-
-def test_diverging_world_leaves_its_neighbours_alone(bodies: BodyState) -> None:
-    """Neighbours of a world that diverges keep trajectory and gradient bit for bit; its own gradient is zero."""
-    scene, frames = scenes.ground_scene(), 4
-    solver = Solver(scene, scenes.fidelity(), worlds=3, gradients=True, density_ratio_min=0.5)
-    actuation, weights = scenes.actuation(solver, frames), scenes.path_weights(solver, frames)
-    healthy = solver.run(actuation, bodies)
-    expected = solver.backward(healthy, *weights)
+def _wild(bodies: BodyState) -> BodyState:
+    """The same, but the muscles of world 1 are so strong that it diverges."""
     assert bodies.muscle_membership is not None
     membership = bodies.muscle_membership.copy()
     membership[1] *= 1e6
-    wild = solver.run(actuation, replace(bodies, muscle_membership=membership))
-    gradient = solver.backward(wild, *weights)
+    return replace(bodies, muscle_membership=membership)
+
+
+Episode = tuple[Solver, Rollout, Gradient]
+
+
+@pytest.fixture(scope="module")
+def batch(bodies: BodyState) -> Episode:
+    """The three worlds side by side on the ground."""
+    return scenes.episode(scenes.ground_scene(), 4, body=bodies, worlds=3, density_ratio_min=0.5)
+
+
+def _agree(one: Gradient, world: int, other: Gradient, place: int) -> bool:
+    """Whether two worlds have the same gradient, bit for bit."""
+    groups = [(getattr(one, name)[world], getattr(other, name)[place]) for name in scenes.BODY_GROUPS]
+    groups.append((one.actuation[:, world], other.actuation[:, place]))
+    return all(np.array_equal(a, b) for a, b in groups)
+
+
+def test_world_of_a_batch_equals_the_same_world_alone(bodies: BodyState, batch: Episode) -> None:
+    """Path and gradient of each of three worlds agree bit for bit with a solver of one world."""
+    solver, together, gradient = batch
+    actuation, weights = scenes.actuation(solver, 4), scenes.path_weights(solver, 4)
+    alone = Solver(scenes.ground_scene(), scenes.fidelity(), gradients=True, density_ratio_min=0.5)
+    for world in range(3):
+        pick = slice(world, world + 1)
+        body = BodyState(**{name: getattr(bodies, name)[pick] for name in scenes.BODY_GROUPS})
+        single = alone.run(actuation[:, pick], body)
+        assert np.array_equal(single.positions, together.positions[:, pick])
+        assert np.array_equal(single.velocities, together.velocities[:, pick])
+        assert _agree(alone.backward(single, weights[0][:, pick], weights[1][:, pick]), 0, gradient, world)
+    assert not np.array_equal(together.positions[:, 0], together.positions[:, 1])
+
+
+def test_diverging_world_leaves_its_neighbours_alone(bodies: BodyState, batch: Episode) -> None:
+    """Neighbours of a world that diverges keep trajectory and gradient bit for bit; its own gradient is zero."""
+    solver, healthy, expected = batch
+    wild = solver.run(scenes.actuation(solver, 4), _wild(bodies))
+    gradient = solver.backward(wild, *scenes.path_weights(solver, 4))
     assert set(wild.divergences) == {1}
     for world in (0, 2):
         assert np.array_equal(wild.positions[:, world], healthy.positions[:, world])
-        assert np.array_equal(gradient.actuation[:, world], expected.actuation[:, world])
-        assert all(np.array_equal(getattr(gradient, n)[world], getattr(expected, n)[world]) for n in GROUPS[1:])
+        assert _agree(gradient, world, expected, world)
     assert not gradient.actuation[:, 1].any()
-    assert not any(getattr(gradient, name)[1].any() for name in GROUPS[1:])
+    assert not any(getattr(gradient, name)[1].any() for name in scenes.BODY_GROUPS)
 
 
 def test_meter_counts_the_substeps_of_living_worlds(bodies: BodyState) -> None:
     """Forward, recomputed and backward world-substeps are counted, those of a dead world are not."""
-    scene = scenes.ground_scene()
+    scene, frames = scenes.ground_scene(), 4
     steady = scenes.steady(scene, density_ratio_min=0.5)
-    solver = Solver(scene, steady, worlds=3, gradients=True, density_ratio_min=0.5)
-    frames, n = 4, solver.substeps_per_frame
-    assert bodies.muscle_membership is not None
-    membership = bodies.muscle_membership.copy()
-    membership[1] *= 1e6
-    rollout = solver.run(scenes.actuation(solver, frames), replace(bodies, muscle_membership=membership))
-    solver.backward(rollout, *scenes.path_weights(solver, frames))
+    solver, rollout, _ = scenes.episode(scene, frames, steady, _wild(bodies), worlds=3, density_ratio_min=0.5)
+    n = solver.substeps_per_frame
     dead_after = rollout.divergences[1].frame + 1
     assert solver.meter.forward == (2 * frames + dead_after) * n
     assert solver.meter.recomputed == solver.meter.backward == 2 * frames * n
@@ -192,11 +175,9 @@ def test_progress_reports_every_frame() -> None:
 
 def _fingerprint() -> str:
     """Hash of trajectory and gradient of a float32 episode."""
-    solver = Solver(scenes.ground_scene(), scenes.fidelity(32), gradients=True)
-    rollout = solver.run(scenes.actuation(solver, 6))
-    gradient = solver.backward(rollout, *scenes.path_weights(solver, 6))
+    _, rollout, gradient = scenes.episode(scenes.ground_scene(), 6, scenes.fidelity(32))
     digest = hashlib.sha256()
-    for array in (rollout.positions, rollout.velocities, *(getattr(gradient, name) for name in GROUPS)):
+    for array in (rollout.positions, rollout.velocities, *(getattr(gradient, name) for name in scenes.GROUPS)):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 
@@ -233,6 +214,7 @@ def test_unusable_actuation_is_refused(actuation: np.ndarray, complaint: str) ->
 @pytest.mark.parametrize(
     ("name", "value", "complaint"),
     [
+        ("stiffness", np.ones((2, 216)), "stiffness have shape"),
         ("stiffness", 1.5, "stiffness range"),
         ("stiffness", np.nan, "stiffness range"),
         ("density_ratio", 0.1, "density_ratio range"),
@@ -243,32 +225,21 @@ def test_unusable_actuation_is_refused(actuation: np.ndarray, complaint: str) ->
         ("muscle_membership", np.nan, "muscle_membership range"),
     ],
 )
-def test_unusable_body_is_refused(name: str, value: float, complaint: str) -> None:
-    """A body outside the bounds declared for the solver is refused before anything runs."""
+def test_unusable_body_is_refused(name: str, value: float | Array, complaint: str) -> None:
+    """An array for other worlds, or outside the bounds declared for the solver, is refused before anything runs."""
     scene = scenes.flight_scene()
     solver = Solver(scene, scenes.fidelity())
-    array = np.full_like(getattr(scene.robot, name), value)[None]
+    array = value if isinstance(value, np.ndarray) else np.full_like(getattr(scene.robot, name), value)[None]
     with pytest.raises((UsageError, SceneError), match=complaint):
         solver.run(np.zeros((1, 1, scenes.MUSCLES)), BodyState(**{name: array}))
 
 
-def test_body_of_another_shape_is_refused() -> None:
-    """A body array for another number of worlds is a usage error."""
-    solver = Solver(scenes.flight_scene(), scenes.fidelity())
-    with pytest.raises(UsageError, match="stiffness have shape"):
-        solver.run(np.zeros((1, 1, scenes.MUSCLES)), BodyState(stiffness=np.ones((2, solver.robot_count))))
-
-
-def test_solver_needs_a_world() -> None:
-    """Zero worlds are refused."""
+def test_what_a_solver_was_not_made_for_is_refused() -> None:
+    """No world, and a backward pass without gradients."""
     with pytest.raises(UsageError, match="0 worlds"):
         Solver(scenes.flight_scene(), scenes.fidelity(), worlds=0)
-
-
-def test_backward_needs_checkpoints() -> None:
-    """A solver made without gradients says how to get them."""
     solver = Solver(scenes.flight_scene(), scenes.fidelity())
-    rollout: Rollout = solver.run(np.zeros((1, 1, scenes.MUSCLES)))
+    rollout = solver.run(np.zeros((1, 1, scenes.MUSCLES)))
     with pytest.raises(UsageError, match="gradients=True"):
         solver.backward(rollout, *scenes.path_weights(solver, 1))
 

@@ -1,7 +1,6 @@
 """Only the effects that a scene calls for are compiled, launched and held in memory, by the records of real runs."""
 
 import gc
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -24,20 +23,6 @@ from zoobench.spec import Ref
 
 COARSE = Fidelity(1 / 32, precision=64)
 
-COMMON = {"elasticity", "muscle", "damping"}
-
-# What a frame of every environment may be recorded to have launched.
-LAUNCHED = {
-    "ground": COMMON | {"friction"},
-    "ice": COMMON | {"friction"},
-    "desert": COMMON | {"friction", "plasticity", "decomposition"},
-    "wetland": COMMON | {"friction", "plasticity", "decomposition", "fluid"},
-    "clay": COMMON | {"friction", "plasticity", "decomposition"},
-    "snow": COMMON | {"friction", "plasticity", "decomposition"},
-    "shallow-water": COMMON | {"friction", "fluid"},
-    "ocean": COMMON | {"fluid"},
-}
-
 # Kernel functions of every effect: compiled into the substep and its reverse where a scene calls for it, else not.
 CODE = {
     "muscle": {"fibre_stress", "fibre_stress_adjoint"},
@@ -49,17 +34,8 @@ CODE = {
 }
 
 
-def _scene(name: str) -> Scene:
-    env: Environment = registry.create(Kind.ENV, Ref(name))
-    return env.scene(Caterpillar().body(COARSE), COARSE)
-
-
 def _run(solver: Solver, frames: int = 1, schedule: np.ndarray | None = None) -> Rollout:
     return solver.run(scenes.actuation(solver, frames), schedule=schedule)
-
-
-def _differentiate(solver: Solver, rollout: Rollout) -> Gradient:
-    return solver.backward(rollout, *scenes.path_weights(solver, rollout.frames))
 
 
 @pytest.fixture
@@ -78,20 +54,19 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    ("name", "launched"),
+    "name",
     # each compiles kernels that no other test needs, for minutes: of beds and waters one is fast
     [
-        pytest.param(*item, marks=() if item[0] in ("ground", "ice", "desert", "ocean") else pytest.mark.slow)
-        for item in LAUNCHED.items()
+        pytest.param(name, marks=() if name in ("ground", "ice", "desert", "ocean") else pytest.mark.slow)
+        for name in registry.names(Kind.ENV)
     ],
 )
-def test_an_environment_compiles_and_launches_what_it_calls_for(
-    name: str, launched: set[str], compiled: set[str]
-) -> None:
+def test_an_environment_compiles_and_launches_what_it_calls_for(name: str, compiled: set[str]) -> None:
     """A frame, its recomputation and its reverse are recorded with its effects, whose functions alone are compiled."""
-    solver = Solver(_scene(name), COARSE, gradients=True)
-    rollout = _run(solver)
-    _differentiate(solver, rollout)
+    env: Environment = registry.create(Kind.ENV, Ref(name))
+    scene = env.scene(Caterpillar().body(COARSE), COARSE)
+    solver, rollout, _ = scenes.episode(scene, 1, COARSE)
+    launched = scenes.launched(scene)
     record = dict(solver.launcher.launches)
     assert record.pop("survey") > 0
     assert (record.pop("forward launches"), record.pop("reverse launches")) == (2, 1)
@@ -159,63 +134,50 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
         assert not (touched & ~visited).any()
 
 
-def _same(first: Gradient, second: Gradient, names: tuple[str, ...]) -> bool:
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
-
-
 PASSIVE = ("stiffness", "density_ratio", "occupancy")
+GROUND = scenes.ground_scene()
+LIMP = replace(GROUND, robot=replace(GROUND.robot, material=replace(scenes.SOFT, muscle_strength=0.0)))
 
 
-def _on_and_off(
-    on: Scene, off: Scene, actuation: Callable[[Solver], np.ndarray]
-) -> tuple[list[Rollout], list[Gradient]]:
-    """Two frames of both scenes in the steps of the first, with gradients."""
+def _beside(name: str, height: float) -> tuple[Scene, Scene]:
+    """A robot out of reach of a bed, with it and without."""
+    body = scenes.muscle_body((0.1, height, 0.1), moving=True)
+    alone = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(0.5))
+    return replace(alone, medium=scenes.medium_bed(name, first=16, cells=2)), alone
+
+
+MEDIUM = {Effect.PLASTICITY, Effect.FLUID}
+slow = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("on", "off", "idle", "effects"),
+    [
+        # compiled in and not activated
+        pytest.param(GROUND, LIMP, True, {Effect.MUSCLE}, id="muscle"),
+        # compiled in with the smallest positive coefficient
+        pytest.param(
+            scenes.ground_scene(friction=5e-324),
+            replace(GROUND, ground=Ground(0.0)),
+            False,
+            {Effect.FRICTION},
+            id="friction",
+        ),
+        # where there is water the ground is tight, which a robot that stands on it feels
+        pytest.param(*_beside("sand", 0.0), False, MEDIUM, id="sand"),
+        pytest.param(*_beside("mud", 0.0), False, MEDIUM, id="mud", marks=slow),
+        pytest.param(*_beside("water", 0.1), False, MEDIUM, id="water", marks=slow),
+    ],
+)
+def test_an_effect_that_does_nothing_is_no_effect(on: Scene, off: Scene, idle: bool, effects: set[Effect]) -> None:
+    """Compiled in, it gives bit for bit the trajectory and gradient of compiled out, in the same steps."""
+    assert set() < on.effects - off.effects <= effects
     rollouts: list[Rollout] = []
     gradients: list[Gradient] = []
     for scene in (on, off):
         solver = Solver(scene, scenes.fidelity(), gradients=True)
-        schedule = rollouts[0].counts if rollouts else None
-        rollouts.append(solver.run(actuation(solver), schedule=schedule))
-        gradients.append(_differentiate(solver, rollouts[-1]))
-    return rollouts, gradients
-
-
-def test_muscle_at_rest_is_no_muscle() -> None:
-    """Compiled in and not activated gives bit for bit the trajectory and gradient of compiled out."""
-    on = scenes.ground_scene()
-    off = replace(on, robot=replace(on.robot, material=replace(on.robot.material, muscle_strength=0.0)))
-    assert on.effects - off.effects == {Effect.MUSCLE}
-    rollouts, gradients = _on_and_off(on, off, lambda solver: np.zeros((2, 1, solver.muscle_count)))
+        actuation = np.where(idle, 0.0, scenes.actuation(solver, 2))
+        rollouts.append(solver.run(actuation, schedule=rollouts[0].counts if rollouts else None))
+        gradients.append(solver.backward(rollouts[-1], *scenes.path_weights(solver, 2)))
     assert np.array_equal(rollouts[0].positions, rollouts[1].positions)
-    assert _same(*gradients, PASSIVE)
-
-
-def test_vanishing_friction_is_no_friction() -> None:
-    """Compiled in with the smallest positive coefficient gives the trajectory and gradient of compiled out."""
-    on = scenes.ground_scene(friction=5e-324)
-    off = replace(on, ground=Ground(0.0))
-    assert on.effects - off.effects == {Effect.FRICTION}
-    rollouts, gradients = _on_and_off(on, off, lambda solver: scenes.actuation(solver, 2))
-    assert np.array_equal(rollouts[0].positions, rollouts[1].positions)
-    assert _same(*gradients, (*PASSIVE, "actuation", "fibres"))
-
-
-@pytest.mark.parametrize(
-    ("name", "height"),
-    [
-        ("sand", 0.0),
-        pytest.param("mud", 0.0, marks=pytest.mark.slow),
-        pytest.param("water", 0.1, marks=pytest.mark.slow),
-    ],
-)
-def test_a_medium_out_of_reach_is_no_medium(name: str, height: float) -> None:
-    """A bed that the robot does not touch, compiled in, changes no bit of its trajectory and gradient.
-
-    Where there is water the ground is tight, which a robot that stands on it feels.
-    """
-    bed = scenes.medium_bed(name, first=16, cells=2)
-    body = scenes.muscle_body((0.1, height, 0.1), moving=True)
-    off = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, ground=Ground(0.5))
-    rollouts, gradients = _on_and_off(replace(off, medium=bed), off, lambda solver: scenes.actuation(solver, 2))
-    assert np.array_equal(rollouts[0].positions, rollouts[1].positions)
-    assert _same(*gradients, (*PASSIVE, "actuation", "fibres"))
+    assert scenes.same(*gradients, PASSIVE if idle else (*PASSIVE, "actuation", "fibres"))

@@ -62,8 +62,7 @@ def test_hardened_snow_shortens_the_step() -> None:
 def test_fast_matter_shortens_the_step(speed: float, binds: bool) -> None:
     """No particle crosses more than 0.4 cells in a substep."""
     body = scenes.thrown_body(np.array([speed, 0.0, 0.0]))
-    scene = Scene(body, (0.0, 0.0, 0.0), scenes.ARENA, gravity=scenes.NO_GRAVITY)
-    solver = Solver(scene, scenes.fidelity(), frame_seconds=0.002)
+    solver = Solver(scenes.weightless(body), scenes.fidelity(), frame_seconds=0.002)
     found = solver.current_limit()[0]
     assert (found.matter == "speed") == binds
     assert speed * found.dt <= 0.4 * scenes.SPACING * (1 + 1e-12)
@@ -123,11 +122,8 @@ def test_real_impact_is_saved_by_a_retry() -> None:
 
 def test_schedule_is_replayed_exactly() -> None:
     """A rollout's own counts give it again bit for bit, whatever the state would have chosen; so do gradients."""
-    scene, frames = scenes.medium_scene("snow"), 3
-    solver = Solver(scene, scenes.fidelity(), gradients=True)
-    actuation, weights = scenes.actuation(solver, frames), scenes.path_weights(solver, frames)
-    first = solver.run(actuation)
-    gradient = solver.backward(first, *weights)
+    solver, first, gradient = scenes.episode(scenes.medium_scene("snow"), 3)
+    actuation, weights = scenes.actuation(solver, 3), scenes.path_weights(solver, 3)
     again = solver.run(actuation, schedule=first.counts)
     assert np.array_equal(again.positions, first.positions)
     assert np.array_equal(solver.backward(again, *weights).actuation, gradient.actuation)

@@ -31,16 +31,6 @@ def test_looking_away_from_the_target_is_measured() -> None:
     assert aside["heading_error"][0].item() == pytest.approx(math.radians(30.0))
 
 
-def test_the_gradient_is_that_of_the_score() -> None:
-    """Against finite differences in the velocities."""
-    motion = rigid(disc(rings=1, spokes=3), spin=7.0, velocity=(0.1, 0.0, 0.0), frames=2)
-
-    def score(velocities: torch.Tensor) -> torch.Tensor:
-        return MovementSpeed(heading=40.0).objective(dataclasses.replace(motion, velocities=velocities))
-
-    assert torch.autograd.gradcheck(score, (motion.velocities.clone().requires_grad_(),))
-
-
 def test_particles_without_mass_do_not_exist() -> None:
     """The velocity of a massless particle has no influence."""
     motion = rigid(disc(), spin=0.0, velocity=(0.3, 0.0, 0.0))

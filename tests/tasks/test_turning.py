@@ -43,13 +43,3 @@ def test_a_particle_on_the_axis_passes_a_finite_gradient() -> None:
     slopes = torch.autograd.grad(score.sum(), (positions, velocities))
     assert all(bool(torch.isfinite(gradient).all()) for gradient in slopes)
     assert score.item() == pytest.approx(7.0 * 0.6 * 0.05 * 60 / 61)
-
-
-def test_the_gradient_is_that_of_the_score() -> None:
-    """Against finite differences in positions and velocities."""
-    motion = rigid(disc(rings=1, spokes=3), spin=7.0, velocity=(0.1, 0.0, 0.0), frames=2)
-
-    def score(positions: torch.Tensor, velocities: torch.Tensor) -> torch.Tensor:
-        return Turning().objective(dataclasses.replace(motion, positions=positions, velocities=velocities))
-
-    assert torch.autograd.gradcheck(score, (motion.positions.requires_grad_(), motion.velocities.requires_grad_()))

@@ -1,14 +1,12 @@
 """Waypoint following of robots that follow, stand, and lag."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 import torch
 
-from tests.tasks.motions import SECONDS, block, motion, rigid
-from zoobench.errors import UsageError
+from tests.tasks.motions import SECONDS, block, motion
 from zoobench.tasks.base import Motion
 from zoobench.tasks.paths import Path
 from zoobench.tasks.waypoint_following import WaypointFollowing
@@ -65,24 +63,6 @@ def test_targets_follow_the_clock() -> None:
     assert torch.equal(task.targets(long)[-1, 0], expected)
 
 
-def test_a_reward_does_not_depend_on_what_comes_after() -> None:
-    """The rewards of a shorter episode are the first rewards of a longer one."""
-    task = WaypointFollowing(path="random")
-    whole = _carried(task.route, (0.01, 0.0, 0.02))
-    part = dataclasses.replace(whole, positions=whole.positions[:71])
-    torch.testing.assert_close(task.reward(part), task.reward(whole)[:70], rtol=1e-12, atol=0.0)
-
-
-def test_the_gradient_is_that_of_the_score() -> None:
-    """Against finite differences in the positions."""
-    task, base = WaypointFollowing(), rigid(block(count=1), spin=7.0, velocity=(0.1, 0.0, 0.02), frames=3)
-
-    def objective(positions: torch.Tensor) -> torch.Tensor:
-        return task.objective(dataclasses.replace(base, positions=positions))
-
-    assert torch.autograd.gradcheck(objective, (base.positions.clone().requires_grad_(),))
-
-
 def test_meeting_the_waypoint_passes_a_finite_gradient() -> None:
     """At distance zero the root has no derivative: it counts as zero."""
     task = WaypointFollowing()
@@ -92,11 +72,3 @@ def test_meeting_the_waypoint_passes_a_finite_gradient() -> None:
     positions = (centred + way[:, None]).requires_grad_()
     (gradient,) = torch.autograd.grad(task.objective(motion(centred, positions)).sum(), positions)
     assert torch.isfinite(gradient).all()
-
-
-def test_what_cannot_be_followed_is_refused() -> None:
-    """No tolerance, and an impossible path."""
-    with pytest.raises(UsageError, match="positive tolerance"):
-        WaypointFollowing(tolerance=0.0)
-    with pytest.raises(UsageError, match="is not possible"):
-        WaypointFollowing(path_seed=-1)

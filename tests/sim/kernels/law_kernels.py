@@ -198,6 +198,11 @@ def tensors(precision: int, *arrays: np.ndarray) -> list[torch.Tensor]:
     return [torch.as_tensor(np.ascontiguousarray(a)).to(runtime.real(precision)).clone() for a in arrays]
 
 
+def rounded(precision: int, *arrays: np.ndarray) -> list[np.ndarray]:
+    """The arrays in double precision, with values that the precision holds exactly."""
+    return [a.astype(np.float64 if precision == 64 else np.float32).astype(float) for a in arrays]
+
+
 def symmetric(a: np.ndarray) -> np.ndarray:
     """Its symmetric part."""
     part: np.ndarray = 0.5 * (a + np.swapaxes(a, -1, -2))

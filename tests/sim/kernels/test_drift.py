@@ -14,8 +14,8 @@ from zoobench.arrays import Array
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.drift import RETURN_RATE, TOLERATED_DRIFT
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Scene
-from zoobench.sim.solver import Solver
 
 SHARE = 0.03
 NODES = CELLS + 2 * WALL_NODES + 1
@@ -83,34 +83,24 @@ def _scene() -> Scene:
 
 
 @pytest.fixture(scope="module")
-def probed() -> Probe:
-    """A few frames of water that has drifted."""
-    return Probe(_scene(), 3)
+def probed() -> tuple[Probe, Gradient]:
+    """A few frames of water that has drifted, and their gradient."""
+    probe = Probe(_scene(), 3)
+    return probe, probe.gradient()
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_gradient_through_drifted_water_matches_central_differences(probed: Probe, name: str) -> None:
+def test_gradient_through_drifted_water_matches_central_differences(probed: tuple[Probe, Gradient], name: str) -> None:
     """In every parameter group."""
-    gradient = probed.gradient()
-    direction = np.random.default_rng(7).uniform(-1.0, 1.0, probed.base[name].shape)
-    exact = float((getattr(gradient, name) * direction).sum())
-    errors = [abs(probed.difference(name, direction, e) / exact - 1.0) for e in (1e-5, 1e-6, 1e-7)]
-    assert min(errors) <= 1e-5
+    probe, gradient = probed
+    direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[name].shape)
+    assert probe.error(gradient, name, direction, largest=1e-5) <= 1e-5
 
 
 @pytest.mark.slow
 def test_parallel_driver_agrees_with_the_serial_one_on_drifted_water() -> None:
-    """Path and gradient to 1e-12, in two worlds."""
-    found = []
-    for parallel in (False, True):
-        solver = Solver(_scene(), scenes.fidelity(), worlds=2, gradients=True, parallel=parallel)
-        rollout = solver.run(scenes.actuation(solver, 3))
-        found.append((rollout.positions, solver.backward(rollout, *scenes.path_weights(solver, 3))))
-    (path, gradient), (other_path, other) = found
-    assert np.abs(path - other_path).max() <= 1e-12
-    for group in GROUPS:
-        expected = getattr(gradient, group)
-        assert np.abs(getattr(other, group) - expected).max() <= 1e-12 * np.abs(expected).max(), group
+    """Path and gradient, in two worlds."""
+    scenes.compare_drivers(_scene(), 3)
 
 
 def test_water_compressed_alike_is_left_alone() -> None:
@@ -123,9 +113,6 @@ def test_water_compressed_alike_is_left_alone() -> None:
 def test_only_water_holds_ratios() -> None:
     """Elsewhere the arrays are empty, forward and in reverse, so that a kernel that used them would fail."""
     for name in ("ground", "mud", "water"):
-        solver = Solver(scenes.SCENES[name](), scenes.fidelity(), gradients=True)
-        rollout = solver.run(scenes.actuation(solver, 1))
-        solver.backward(rollout, *scenes.path_weights(solver, 1))
-        launcher = solver.launcher
+        launcher = scenes.episode(scenes.SCENES[name](), 1)[0].launcher
         expected = launcher._grid.numel() // 2 if name == "water" else 0
         assert launcher._ratios.numel() == launcher._reverse_grids[-1].numel() == expected

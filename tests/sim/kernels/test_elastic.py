@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import fibre_all, neo_hookean_all, relative, symmetric, tensors
+from tests.sim.kernels.law_kernels import fibre_all, neo_hookean_all, relative, rounded, symmetric, tensors
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.matter import lame_parameters
@@ -41,9 +41,7 @@ def _fibres(count: int) -> np.ndarray:
 @PRECISIONS
 def test_laws_agree_with_their_twins(precision: int, tolerance: float) -> None:
     """Neo-Hookean and fibre stress."""
-    kind = np.float64 if precision == 64 else np.float32
-    F, adjoint = _deformations().astype(kind).astype(float), np.zeros((200, 3, 3))
-    d = _fibres(200).astype(kind).astype(float)
+    (F, d), adjoint = rounded(precision, _deformations(), _fibres(200)), np.zeros((200, 3, 3))
     assert relative(_neo_hookean(F, adjoint, precision)[0], twins.neo_hookean(F, MU, LAM), MU) <= tolerance
     assert relative(_fibre(F, d, adjoint, 512.0, precision)[0], twins.fibre_stress(F, 512.0, d), 512.0) <= tolerance
 

@@ -10,22 +10,16 @@ import pytest
 import torch
 
 from tests.sim import scenes
-from zoobench.sim.model.rollout import Gradient, Rollout
+from zoobench.sim.model.fidelity import Kernel, Transfer
 from zoobench.sim.solver import Solver
 
 ROOT = Path(__file__).parents[2]
 
 
-def _episode(name: str, frames: int = 3, **options: bool) -> tuple[Solver, Rollout, Gradient]:
-    solver = Solver(scenes.SCENES[name](), scenes.fidelity(), worlds=2, gradients=True, **options)
-    rollout = solver.run(scenes.actuation(solver, frames))
-    return solver, rollout, solver.backward(rollout, *scenes.path_weights(solver, frames))
-
-
 @pytest.mark.parametrize("name", ["ground", "sand"])
 def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
     """NaN in every node before the episode changes no bit of it, and is still there far from the matter."""
-    _, expected, _ = _episode(name)
+    _, expected, _ = scenes.episode(scenes.SCENES[name](), 3, worlds=2)
     solver = Solver(scenes.SCENES[name](), scenes.fidelity(), worlds=2, gradients=True)
     grid = solver.launcher._grid
     grid.fill_(torch.nan)
@@ -47,24 +41,18 @@ def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
 )
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
     """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""
-    _, serial, gradient = _episode(name)
-    _, parallel, other = _episode(name, parallel=True)
-    assert np.abs(parallel.positions - serial.positions).max() <= 1e-12
+    serial, parallel = scenes.compare_drivers(scenes.SCENES[name](), 3)
     assert np.abs(parallel.velocities - serial.velocities).max() <= 1e-12 * np.abs(serial.velocities).max()
-    for group in ("actuation", "stiffness", "density_ratio", "occupancy", "muscle_membership", "fibres"):
-        expected = getattr(gradient, group)
-        assert np.abs(getattr(other, group) - expected).max() <= 1e-12 * np.abs(expected).max(), group
 
 
 SAFETY = """
 import sys
 from tests.sim import scenes
 from zoobench.sim import runtime
-from zoobench.sim.solver import Solver
-solver = Solver(scenes.SCENES[sys.argv[1]](), scenes.fidelity(), worlds=2, gradients=True)
-rollout = solver.run(scenes.actuation(solver, 2))
+name, transfer, kernel = sys.argv[1:]
+fidelity = scenes.fidelity(transfer=transfer, kernel=kernel)
+solver, rollout, _ = scenes.episode(scenes.SCENES[name](), 2, fidelity, worlds=2)
 assert not rollout.divergences
-solver.backward(rollout, *scenes.path_weights(solver, 2))
 print("safe")
 solver.parameters.mass = solver.parameters.mass[:, :9].clone()
 try:
@@ -76,11 +64,17 @@ runtime.stop()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", scenes.SCENES)
-def test_no_access_out_of_bounds(name: str) -> None:
-    """Forward and reverse pass the kernel compiler's bounds checks, which an array too short does not."""
+@pytest.mark.parametrize(
+    ("name", "transfer", "kernel"),
+    [
+        (name, *pair)
+        for number, pair in enumerate(scenes.COMBINATIONS)
+        for name in (("ground", "water") if number else scenes.SCENES)
+    ],
+)
+def test_no_access_out_of_bounds(name: str, transfer: Transfer, kernel: Kernel) -> None:
+    """Forward and reverse pass the kernel compiler's bounds checks, which a read beyond too short an array does not."""
     environment = os.environ | {"ZOOBENCH_DEBUG": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", SAFETY, name], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300
-    )
+    command = [sys.executable, "-c", SAFETY, name, transfer, kernel]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=900)
     assert done.stdout.split() == ["safe", "caught"], done.stdout + done.stderr

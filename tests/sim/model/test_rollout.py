@@ -1,15 +1,17 @@
 """The work of the muscles against the energy that the body gains."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.sim.scenes import ARENA, NO_GRAVITY, SOFT, fidelity, flight_scene
+from tests.sim.scenes import SOFT, fidelity, flight_scene, weightless
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.laws_numpy import neo_hookean_energy
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.model.scene import ElasticBody, Scene
+from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.solver import Solver
 
 FRAMES = 15
@@ -19,20 +21,10 @@ def _swimming_bar(spacing: float) -> tuple[Solver, Rollout]:
     """A weightless bar of which an upper and a lower muscle contract and relax, so that it shortens and bends."""
     corner = np.array([0.25, 0.3125, 0.3125])
     positions = fill_box(corner, corner + np.array([0.25, 0.125, 0.125]), spacing, 8)
-    count, ones = len(positions), np.ones(len(positions))
     upper = (positions[:, 1] > 0.375).astype(float)
-    bar = ElasticBody(
-        material=SOFT,
-        positions=positions,
-        volumes=np.full(count, particle_volume(spacing, 8)),
-        stiffness=ones,
-        density_ratio=ones,
-        occupancy=ones,
-        muscle_membership=np.stack([upper, 1 - upper], axis=1),
-        fibres=np.tile([1.0, 0.0, 0.0], (count, 1)),
-        velocities=np.zeros((count, 3)),
-    )
-    solver = Solver(Scene(bar, (0.0, 0.0, 0.0), ARENA, gravity=NO_GRAVITY), Fidelity(spacing, precision=64))
+    bar = ElasticBody.passive(SOFT, positions, np.full(len(positions), particle_volume(spacing, 8)))
+    bar = replace(bar, muscle_membership=np.stack([upper, 1 - upper], axis=1))
+    solver = Solver(weightless(bar), Fidelity(spacing, precision=64))
     times = 0.008 * np.arange(FRAMES)
     activity = np.stack([0.5 * np.sin(20 * times + 0.5), -0.4 * np.cos(30 * times)], axis=1)
     return solver, solver.run(activity[:, None])

@@ -12,21 +12,15 @@ from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.state import BodyState, Matter, initial_matter
 
 
-def test_scene_without_sand_has_no_sand_tensors() -> None:
-    """The sand's tensors are empty on the ground and full on sand."""
-    bare = initial_matter(scenes.ground_scene(), 2, np.zeros(3), torch.float64, "cpu")
-    assert [t.numel() for t in (bare.b, bare.history, bare.tau)] == [0, 0, 0]
-    sandy = initial_matter(scenes.medium_scene(), 2, np.zeros(3), torch.float64, "cpu")
-    assert sandy.b.shape == sandy.tau.shape == (1, 2, 784, 6)
-    assert sandy.history.shape == (1, 2, 784)
-
-
-def test_water_stores_its_volume_ratio_alone() -> None:
-    """Neither b nor stress is held for a fluid without shear strength."""
-    matter = initial_matter(scenes.medium_scene("water"), 2, np.zeros(3), torch.float64, "cpu")
-    assert matter.b.numel() == matter.tau.numel() == 0
-    assert matter.history.shape == (1, 2, 784)
-    assert (matter.history == 1).all()
+@pytest.mark.parametrize(
+    ("name", "strained", "with_history"), [("ground", 0, 0), ("sand", 784, 784), ("water", 0, 784)]
+)
+def test_a_scene_has_the_tensors_of_its_medium(name: str, strained: int, with_history: int) -> None:
+    """None without a medium; a fluid without shear strength has neither b nor stress."""
+    matter = initial_matter(scenes.SCENES[name](), 2, np.zeros(3), torch.float64, "cpu")
+    assert matter.b.shape == matter.tau.shape == (1, 2, strained, 6)
+    assert matter.history.shape == (1, 2, with_history)
+    assert (matter.history == (name == "water")).all()
 
 
 def test_medium_starts_with_its_velocity() -> None:

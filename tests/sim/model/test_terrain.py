@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
+from tests.sim.test_adjoint import Probe
 from zoobench.errors import SceneError
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
 from zoobench.sim.model.terrain import Terrain
@@ -42,9 +43,8 @@ def test_level_terrain_is_the_plane() -> None:
     level = replace(scene.ground, terrain=Terrain(np.zeros((4, 4)), 0.25))
     found = []
     for ground in (scene.ground, level):
-        solver = Solver(replace(scene, ground=ground), scenes.fidelity(), gradients=True)
-        rollout = solver.run(scenes.actuation(solver, 4))
-        found.append((rollout.positions, solver.backward(rollout, *scenes.path_weights(solver, 4)).actuation))
+        _, rollout, gradient = scenes.episode(replace(scene, ground=ground), 4)
+        found.append((rollout.positions, gradient.actuation))
     assert np.array_equal(found[0][0], found[1][0])
     assert np.array_equal(found[0][1], found[1][1])
     assert found[0][1].any()
@@ -83,26 +83,13 @@ def test_gradient_on_hills_matches_central_differences() -> None:
     robot = scene.robot
     lift = terrain.heights_below(robot.positions).max()
     robot = replace(robot, positions=robot.positions + np.array([0.0, lift, 0.0]))
-    scene = replace(scene, robot=robot, ground=Ground(0.5, terrain))
-    frames = 16
-    solver = Solver(scene, scenes.fidelity(), gradients=True)
-    weights, actuation = scenes.path_weights(solver, frames), scenes.actuation(solver, frames)
-    rollout = solver.run(actuation)
-    gradient = solver.backward(rollout, *weights).actuation
-    direction = np.random.default_rng(3).uniform(-1.0, 1.0, actuation.shape)
-    errors = []
-    for e in (1e-4, 1e-5, 1e-6):
-        value = []
-        for sign in (1, -1):
-            path = solver.run(actuation + sign * e * direction, schedule=rollout.counts)
-            value.append(
-                ((path.positions - rollout.positions) * weights[0]).sum() + (path.velocities * weights[1]).sum()
-            )
-        difference = (value[0] - value[1]) / (2 * e)
-        errors.append(abs(difference - (gradient * direction).sum()) / abs(difference))
-    assert min(errors) < 1e-5
+    probe = Probe(replace(scene, robot=robot, ground=Ground(0.5, terrain)), frames := 16)
+    gradient = probe.gradient()
+    speed = probe.rollout.velocities[-1, 0, :, 1].mean()
+    direction = np.random.default_rng(3).uniform(-1.0, 1.0, gradient.actuation.shape)
+    assert probe.error(gradient, "actuation", direction) < 1e-5
     # the body touches the hills, else this says nothing about them
-    assert rollout.velocities[-1, 0, :, 1].mean() > -0.8 * 9.81 * 0.008 * frames
+    assert speed > -0.8 * 9.81 * 0.008 * frames
 
 
 @pytest.mark.parametrize(

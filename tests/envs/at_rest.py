@@ -1,0 +1,25 @@
+"""Environments at rest, with the default robot."""
+
+from zoobench import registry
+from zoobench.designs.caterpillar import Caterpillar
+from zoobench.envs.base import Environment
+from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.solver import Solver
+from zoobench.spec import Ref
+
+ENVS = registry.names(Kind.ENV)
+
+
+def made(name: str) -> Environment:
+    """A registered environment."""
+    env: Environment = registry.create(Kind.ENV, Ref(name))
+    return env
+
+
+def solver_of(name: str, fidelity: Fidelity) -> Solver:
+    """A solver that starts from the equilibrated state."""
+    env = made(name)
+    scene = env.scene(Caterpillar().body(fidelity), fidelity)
+    return Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))
