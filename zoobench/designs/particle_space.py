@@ -9,7 +9,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import grow, painted, rows_like, width_of
 from zoobench.designs.space import Form
-from zoobench.designs.workspace import BasedSpace
+from zoobench.designs.workspace import BasedSpace, features_at
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
