@@ -13,7 +13,7 @@ from zoobench.designs.base import Body
 from zoobench.designs.cppn_space import cppn_space
 from zoobench.designs.implicit_space import implicit_space
 from zoobench.designs.networks import NetworkSpace
-from zoobench.designs.workspace import features
+from zoobench.designs.workspace import features_at
 from zoobench.sim.model.fidelity import Fidelity
 
 SMOKE, DRAFT = Fidelity(1 / 32), Fidelity(1 / 64)
@@ -30,7 +30,7 @@ def arrays(numbers: Array, *shapes: tuple[int, ...]) -> Iterator[Array]:
 
 def implicit(numbers: Array, body: Body) -> Array:
     """Two layers of 32 tanh units and an affine head `[particle_count, 2 + muscle_count]`."""
-    width, seen = 2 + body.muscle_count, features(body)
+    width, seen = 2 + body.muscle_count, features_at(body.positions, body)
     parts = arrays(numbers, (7, 32), (32,), (32, 32), (32,), (32, width), (width,))
     for inputs in (7, 32):
         seen = np.tanh(seen @ next(parts) / np.sqrt(inputs) + next(parts))
@@ -39,7 +39,7 @@ def implicit(numbers: Array, body: Body) -> Array:
 
 def cppn(numbers: Array, body: Body) -> Array:
     """Three layers of 20 nodes with inputs from all earlier layers, means of sine and sigmoid, and an affine head."""
-    width, seen = 2 + body.muscle_count, features(body)
+    width, seen = 2 + body.muscle_count, features_at(body.positions, body)
     layers = [shape for inputs in (7, 27, 47) for shape in ((inputs, 20), (20,), (20,))]
     parts = arrays(numbers, *layers, (67, width), (width,))
     for inputs in (7, 27, 47):

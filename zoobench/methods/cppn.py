@@ -8,8 +8,6 @@ import numpy as np
 from zoobench.arrays import Array
 
 _LARGEST_EXPONENT = 60.0  # patterns are clipped to [-1, 1] afterwards
-
-
 _SELU_SCALE, _SELU_ALPHA = 1.0507009873554805, 1.6732632423543772  # Klambauer et al. 2017
 
 

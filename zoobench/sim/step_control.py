@@ -134,19 +134,14 @@ class StepControl:
 
     def _choose(self, frame: int) -> IntArray:
         """Substeps of every world in this frame, 0 for a dead one."""
-        if self._schedule is not None:
-            counts = self._schedule[frame]
-        else:
-            counts = np.array([self._substeps(world) for world in range(self._sim.worlds)])
-        living: IntArray = counts * self._sim.alive.cpu().numpy()
-        return living
-
-    def _substeps(self, world: int) -> int:
-        sim = self._sim
-        if not int(sim.alive[world]):
-            return 0
-        limit = step_now(sim.scene, sim.fidelity, sim.frame_seconds, self._conditions[world])
-        return min(limit.substeps_per_frame, self._most)
+        sim, counts = self._sim, np.zeros(self._sim.worlds, np.int64)
+        for world in np.flatnonzero(sim.alive.cpu().numpy()):
+            if self._schedule is not None:
+                counts[world] = self._schedule[frame, world]
+            else:
+                limit = step_now(sim.scene, sim.fidelity, sim.frame_seconds, self._conditions[world])
+                counts[world] = min(limit.substeps_per_frame, self._most)
+        return counts
 
     def _check_tears(self, world: int, frame: int, condition: Condition) -> None:
         """Note a world whose robot has torn.
