@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UnknownNameError, UsageError
-from zoobench.verify.cases import Case, CaseRecorder, Check, Result, case, select
+from zoobench.verify.cases import Case, CaseRecorder, Check, CaseResult, case, select
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def _refuse() -> None:
     raise SceneError("The body is empty.")
 
 
-def _result(carry_out: Callable[[CaseRecorder], None]) -> Result:
+def _result(carry_out: Callable[[CaseRecorder], None]) -> CaseResult:
     return Case("case", "About.", carry_out).run()
 
 

@@ -113,7 +113,7 @@ class CaseRecorder:
 
 
 @dataclass(frozen=True)
-class Result:
+class CaseResult:
     """Checks and timing of a case.
 
     Attributes:
@@ -174,7 +174,7 @@ class Case:
         """`float32`, `float64` or `both`."""
         return f"float{self.precision}" if self.precision else "both"
 
-    def run(self) -> Result:
+    def run(self) -> CaseResult:
         """Carry out the case; an exception, or no check at all, is a failure of the case."""
         record = self.recorder()
         start = time.perf_counter()
@@ -185,7 +185,7 @@ class Case:
         if not record.checks:
             record.checks.append(Check("nothing was checked", False))
         seconds = time.perf_counter() - start
-        return Result(self, tuple(record.checks), seconds, tuple(record.remarks), record.figure, record.columns())
+        return CaseResult(self, tuple(record.checks), seconds, tuple(record.remarks), record.figure, record.columns())
 
 
 def case(

@@ -3,7 +3,7 @@
 from typing import Any
 
 from zoobench.db.rows import StudyRow
-from zoobench.verify.cases import Result
+from zoobench.verify.cases import CaseResult
 from zoobench.verify.stability import (
     bad_inputs,
     contrast,
@@ -36,7 +36,7 @@ CASES = (
 )
 
 
-def row_of(result: Result) -> dict[str, Any]:
+def row_of(result: CaseResult) -> dict[str, Any]:
     """A result by the columns of the listing."""
     return {
         "case": result.case.name,
