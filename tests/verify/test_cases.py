@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UnknownNameError, UsageError
-from zoobench.verify.cases import Case, CaseRecorder, Check, CaseResult, case, select
+from zoobench.verify.cases import Case, CaseRecorder, CaseResult, Check, case, select
 
 
 @pytest.mark.parametrize(
