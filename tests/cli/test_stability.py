@@ -9,7 +9,7 @@ from tests.cli.conftest import Command
 from zoobench.db.query import Reader
 from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_suite
-from zoobench.verify.stability.episode_recorder import case
+from zoobench.verify.stability.episode_recorder import EpisodeRecorder
 
 
 def test_stability_prints_and_stores_its_rows(zoobench: Command, tmp_path: Path) -> None:
@@ -28,9 +28,8 @@ def test_stability_prints_and_stores_its_rows(zoobench: Command, tmp_path: Path)
 
 def test_a_failing_case_ends_in_exit_code_1(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """The row names the missed bound."""
-    cases: list[Case] = []
-    case(cases, "hopeless")(lambda record: record.at_most("x", 2.0, 1.0))
-    monkeypatch.setattr(stability_suite, "CASES", cases)
+    hopeless = Case("hopeless", "", lambda record: record.at_most("x", 2.0, 1.0), recorder=EpisodeRecorder)
+    monkeypatch.setattr(stability_suite, "CASES", [hopeless])
     reply = zoobench("stability", "--format", "csv")
     assert reply.code == 1
     assert "hopeless,fail,FAILS x 2 <= 1" in reply.out

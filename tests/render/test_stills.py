@@ -13,9 +13,9 @@ from zoobench.designs.base import Body
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.render.bodies import Sampled, body_at
-from zoobench.render.canvas import Image
+from zoobench.render.canvas import Image, save
 from zoobench.render.recording import Snapshot, snapshots
-from zoobench.render.stills import SHEET, draw_portrait, draw_snapshots, portrait_image, snapshot_image, titles
+from zoobench.render.stills import SHEET, draw_snapshots, portrait_image, snapshot_image, titles
 from zoobench.render.viewpoint import Region, region_of
 from zoobench.spec import Ref
 
@@ -170,7 +170,7 @@ def test_a_portrait_shows_muscles_passive_matter_and_fibres(monkeypatch: pytest.
 def test_unusual_bodies_have_portraits(tmp_path: Path, change: Callable[[Body], Body]) -> None:
     """A body without muscles, and one of a design space that is half empty."""
     sampled = body_at(Ref("voxel"), SMOKE)
-    draw_portrait(Sampled(change(sampled.body), sampled.grid), "a body", tmp_path / "body.png")
+    save(portrait_image(Sampled(change(sampled.body), sampled.grid), "a body"), tmp_path / "body.png")
     assert (tmp_path / "body.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -1,13 +1,14 @@
 """The frame of the suites: checks and their bounds, recorders, results and the choice of cases."""
 
 import math
+import sys
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UnknownNameError, UsageError
-from zoobench.verify.cases import Case, CaseRecorder, Check, Result, case, select
+from zoobench.verify.cases import Case, CaseRecorder, CaseResult, Check, case, cases_of, select
 
 
 @pytest.mark.parametrize(
@@ -48,7 +49,7 @@ def _refuse() -> None:
     raise SceneError("The body is empty.")
 
 
-def _result(carry_out: Callable[[CaseRecorder], None]) -> Result:
+def _result(carry_out: Callable[[CaseRecorder], None]) -> CaseResult:
     return Case("case", "About.", carry_out).run()
 
 
@@ -98,12 +99,11 @@ def test_failed_checks_come_first_and_remarks_last() -> None:
     assert (result.verdict, result.measured) == ("fail", "FAILS y 2 <= 1; x 0.5 <= 1; z")
 
 
-def test_the_decorator_appends_cases() -> None:
+def test_the_decorator_adds_a_case_to_its_module() -> None:
     """Its summary is the first line of the docstring unless one is given, and arguments are passed on."""
-    cases: list[Case] = []
 
-    @case(cases, "again", args=(2.0,), summary="Another.")
-    @case(cases, "first", "a source", "a grid", args=(1.0,), is_fast=False)
+    @case("again", args=(2.0,), summary="Another.")
+    @case("first", "a source", "a grid", args=(1.0,), is_fast=False)
     def carry_out(record: CaseRecorder, value: float) -> None:
         """One.
 
@@ -111,6 +111,7 @@ def test_the_decorator_appends_cases() -> None:
         """
         record.at_most("x", value, 1.0)
 
+    cases = cases_of(sys.modules[__name__])
     assert [(found.name, found.summary, found.is_fast) for found in cases] == [
         ("first", "One.", False),
         ("again", "Another.", True),

@@ -1,12 +1,13 @@
 """`zoobench accuracy`: error of each fidelity to a converged simulation, and its cost."""
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Option, Typer
+from typer import Exit, Option, Typer
 
-from zoobench.cli.accuracy_exact import exact
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
@@ -21,13 +22,17 @@ from zoobench.cli.options import (
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
+from zoobench.report.listing import Listing
 
 if TYPE_CHECKING:
     from zoobench.spec import RunSpec
     from zoobench.verify.accuracy.analyse import Analysis
+    from zoobench.verify.accuracy.analytic import AnalyticRow
     from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
     from zoobench.verify.accuracy.verdicts import EnergyRow
+
+EXACT_STUDY = "accuracy-exact"
 
 accuracy = Typer(no_args_is_help=True, help="Measure the error and cost of fidelities.")
 
@@ -96,10 +101,9 @@ def show(
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
     from zoobench.verify.accuracy import tolerance
-    from zoobench.verify.accuracy.accuracy_plots import draw
+    from zoobench.verify.accuracy.accuracy_plots import draw, draw_energy
     from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.analyse import analyse
-    from zoobench.verify.accuracy.energy_plot import draw as draw_energy
     from zoobench.verify.accuracy.records import read, write
     from zoobench.verify.accuracy.verdicts import energies
 
@@ -121,7 +125,30 @@ def show(
     _print(analysis, energy, wanted, form)
 
 
-accuracy.command("exact")(exact)
+@accuracy.command("exact")
+def exact(
+    quick: Annotated[bool, Option("--quick", help="Two grids of each case.")] = False,
+    only_read: Annotated[bool, Option("--stored", help="Simulate nothing: judge what the database holds.")] = False,
+    plots: Annotated[Path | None, Option("--plots", help="Draw error against time into this folder.")] = None,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Compare with exact answers on finer and finer grids.
+
+    Errors and times of cases of `validate` that have a closed form, and the observed order of accuracy beside that of
+    the theory. Exit code 1 if an order is missed.
+    """
+    from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
+    from zoobench.verify.comparison_figure import draw
+
+    rows = _stored_rows(db) if only_read else list(_measure_rows(db, levels=2 if quick else None))
+    summaries = summarise(rows)
+    if plots is not None:
+        draw(figure(rows), plots / "accuracy-exact.png")
+        say(f"drawn: {plots / 'accuracy-exact.png'}")
+    emit_several({"rows": listing_of(AnalyticRow, rows), "orders": listing_of(AnalyticSummary, summaries)}, form)
+    if any(summary.verdict == "missed" for summary in summaries):
+        raise Exit(1)
 
 
 def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "StudyPlan":
@@ -158,12 +185,10 @@ def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
     with Store(db) as store:
         known = from_reader(store)
     found = balances(rest(known.balances), on_case=lambda case: say(f"following the energy of {case}"))
-    for _ in save_each(db, ENERGY_STUDY, found, stored):
-        pass
+    deque(save_each(db, ENERGY_STUDY, found, stored), maxlen=0)
     if repeats:
         timed = costs(rest(known.costs), repeats=repeats, on_case=lambda case: say(f"timing {case}"))
-        for _ in save_each(db, COST_STUDY, timed, stored):
-            pass
+        deque(save_each(db, COST_STUDY, timed, stored), maxlen=0)
 
 
 def _stored(db: str) -> "Measurements":
@@ -184,19 +209,12 @@ def _stored(db: str) -> "Measurements":
 
 def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
     """Print tables with every field for programs, with a choice of them for people."""
-    from zoobench.report.listing import Listing
     from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.verdicts import knobs, steps
 
     turned = list(knobs(analysis))
-    found: tuple[Sequence[object], ...] = (
-        analysis.references,
-        analysis.levels,
-        list(steps(analysis)),
-        turned,
-        turned,
-        energy,
-    )
+    found: tuple[Sequence[Any], ...]
+    found = (analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy)
     listings = {}
     for (name, (kind, table)), rows in zip(TABLES.items(), found, strict=True):
         if form in (Format.CSV, Format.JSON) and kind is not None:
@@ -205,3 +223,27 @@ def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], f
             columns, cells = table(rows)
             listings[name] = Listing(columns, tuple(cells))
     emit_several({name: listings[name] for name in wanted}, form)
+
+
+def _measure_rows(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
+    from zoobench.db.rows import StudyRow
+    from zoobench.verify.accuracy.analytic import analytic
+
+    def stored(row: "AnalyticRow") -> StudyRow:
+        return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
+
+    for row in save_each(db, EXACT_STUDY, analytic(levels=levels), stored):
+        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
+        yield row
+
+
+def _stored_rows(db: str) -> "list[AnalyticRow]":
+    from zoobench.db.store import Store
+    from zoobench.verify.accuracy.analytic import AnalyticRow
+
+    with Store(db, create=False) as store:
+        study = store.study(EXACT_STUDY)
+    if study is None:
+        raise UsageError(f"{store.name} holds no errors against exact answers. Leave --stored out to measure them.")
+    documents = [{**row.document, "settings": tuple(map(tuple, row.document["settings"]))} for row in study.rows]
+    return [AnalyticRow(**document) for document in documents]

@@ -11,10 +11,11 @@ from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, say
 from zoobench.cli.solutions import may_be_run, names_run
 from zoobench.errors import UnknownNameError, UsageError
+from zoobench.report.listing import Listing, cell_text, to_json
+from zoobench.spec import AXES, Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.registry import Component
-    from zoobench.report.listing import Listing
 
 
 class KindName(StrEnum):
@@ -41,7 +42,6 @@ def list_components(
     """
     from zoobench import registry
     from zoobench.harness import suites
-    from zoobench.report.listing import Listing
 
     if kind is KindName.PRESETS:
         emit(_presets(), form)
@@ -68,8 +68,6 @@ def show(
     with its state, attempts, final values, provenance, and the command that repeats it. A picture needs the extra
     `render`.
     """
-    from zoobench.report.listing import to_json
-
     if form not in (Format.TABLE, Format.JSON):
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
     found = _components(name)
@@ -87,10 +85,9 @@ def show(
         _print_run(card)
 
 
-def _presets() -> "Listing":
+def _presets() -> Listing:
     """The settings of each preset, as they are written on the command line."""
     from zoobench.harness import presets
-    from zoobench.report.listing import Listing
 
     rows = []
     for preset in map(presets.get, presets.names()):
@@ -107,7 +104,6 @@ def _presets() -> "Listing":
 def _components(text: str) -> list["Component"]:
     """The components of that name; two kinds may share one."""
     from zoobench import registry
-    from zoobench.spec import Ref
 
     if may_be_run(text):
         return []
@@ -136,11 +132,11 @@ def _draw(name: str, found: "list[Component]", db: str, path: Path) -> None:
     """Draw the body of a design, at the fidelity `fine`, or of a run's solution."""
     from zoobench.cli.solutions import body_of_run
     from zoobench.render.bodies import body_at
-    from zoobench.render.stills import draw_portrait
-    from zoobench.spec import Ref
+    from zoobench.render.canvas import save
+    from zoobench.render.stills import portrait_image
 
     sampled, title = (body_at(Ref.parse(name), Ref("fine")), name) if found else body_of_run(name, db)
-    draw_portrait(sampled, title, path)
+    save(portrait_image(sampled, title), path)
     say(f"Drawn: {path}")
 
 
@@ -163,7 +159,10 @@ def _run_card(text: str, db: str) -> dict[str, Any]:
 
 
 def _component_card(component: "Component", text: str) -> dict[str, Any]:
-    return {
+    """All about a component, with properties of a design's body unless a required parameter is missing."""
+    from zoobench.registry import Kind
+
+    card = {
         "name": component.name,
         "kind": component.kind.noun,
         "version": component.version,
@@ -174,21 +173,13 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
             for name, expected in component.parameters.items()
         ],
-        **_body_card(component, text),
     }
-
-
-def _body_card(component: "Component", text: str) -> dict[str, Any]:
-    """Properties of a design's body; none if a required parameter is missing."""
-    from zoobench.registry import Kind
-    from zoobench.spec import Ref
-
     ref = Ref.parse(text)
-    if component.kind is not Kind.DESIGN or not component.required <= ref.kwargs.keys():
-        return {}
-    from zoobench.render.bodies import card
+    if component.kind is Kind.DESIGN and component.required <= ref.kwargs.keys():
+        from zoobench.render import bodies
 
-    return {"body": card(ref)}
+        card["body"] = bodies.card(ref)
+    return card
 
 
 def _type_name(expected: Any) -> str:
@@ -235,9 +226,7 @@ def _print_body(body: dict[str, Any]) -> None:
 
 
 def _print_run(card: dict[str, Any]) -> None:
-    from zoobench.report.listing import cell_text
     from zoobench.report.views import duration
-    from zoobench.spec import AXES, RunSpec
 
     spec = RunSpec.from_dict(card["spec"])
     emit_facts(
@@ -252,7 +241,10 @@ def _print_run(card: dict[str, Any]) -> None:
             ("time", duration(card["seconds"])),
         ]
     )
-    for title, entries in (("finals", _final_facts(card)), ("attempts", _attempt_facts(card))):
+    finals = [
+        (f"  {name}", f"{cell_text(one['value'])} {one['unit']}".rstrip()) for name, one in card["finals"].items()
+    ]
+    for title, entries in (("finals", finals), ("attempts", _attempt_facts(card))):
         print(f"\n{title}" + ("" if entries else ": none"))
         emit_facts(entries)
     if card["attempts"]:
@@ -260,14 +252,6 @@ def _print_run(card: dict[str, Any]) -> None:
         provenance = card["attempts"][-1]["provenance"]
         emit_facts((f"  {name}", cell_text(value)) for name, value in _flat(provenance))
     print(f"\nrepeat it in another database with\n  {card['repeat']}")
-
-
-def _final_facts(card: dict[str, Any]) -> list[tuple[str, str]]:
-    from zoobench.report.listing import cell_text
-
-    return [
-        (f"  {name}", f"{cell_text(final['value'])} {final['unit']}".rstrip()) for name, final in card["finals"].items()
-    ]
 
 
 def _attempt_facts(card: dict[str, Any]) -> list[tuple[str, str]]:

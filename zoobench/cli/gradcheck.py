@@ -31,10 +31,9 @@ def gradcheck(
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
-    from zoobench.verify.gradcheck.check import GradRow
+    from zoobench.verify.gradcheck.check import GradRow, Summary, summarise
     from zoobench.verify.gradcheck.check import gradcheck as check
     from zoobench.verify.gradcheck.gradient_case import GradientCase
-    from zoobench.verify.gradcheck.summary import Summary, summarise
 
     wanted = choose(table, TABLES, form)
     rows: list[GradRow] = []

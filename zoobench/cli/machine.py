@@ -7,6 +7,7 @@ from typer import Exit, Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_counts, parse_names
 from zoobench.cli.output import Format, emit, listing_of, say
 from zoobench.errors import UsageError
+from zoobench.report.listing import Listing
 
 
 def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
@@ -15,7 +16,6 @@ def doctor(db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TA
     Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if there is a
     problem.
     """
-    from zoobench.report.listing import Listing
     from zoobench.verify.doctor import Verdict, examine
 
     checks = list(examine(db))
@@ -39,14 +39,11 @@ def bench(
     Million particle-substeps per second forward, and forward and backward together; compile time [s] with an empty
     and a filled cache; peak memory [MiB].
     """
-    from zoobench.verify.bench.bench import BenchCase, BenchRow
+    from zoobench.verify.bench.bench import BenchRow
     from zoobench.verify.bench.bench import bench as measure
 
     if precision not in (32, 64) or device not in ("cpu", "cuda"):
         raise UsageError(f"No {precision} bits on {device!r}. The precision is 32 or 64, the device cpu or cuda.")
-
-    def tell(case: BenchCase) -> None:
-        say(f"measuring {case.scene} with about {case.particle_count} particles")
 
     rows = measure(
         parse_names(scenes) if scenes else [],
@@ -55,6 +52,6 @@ def bench(
         repeats=repeats,
         precision=precision,
         device=device,
-        on_case=tell,
+        on_case=lambda case: say(f"measuring {case.scene} with about {case.particle_count} particles"),
     )
     emit(listing_of(BenchRow, rows), form)

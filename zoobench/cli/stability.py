@@ -9,6 +9,7 @@ from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption,
 from zoobench.cli.output import Format, emit, say
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
+from zoobench.report.listing import Listing
 
 
 def stability(
@@ -27,7 +28,6 @@ def stability(
     and its fraction of the largest stable one, frames repeated with half the step, and the shares of clamped
     particle-frames and repeated frames. Every row is stored when its case has ended. Exit code 1 if a case fails.
     """
-    from zoobench.report.listing import Listing
     from zoobench.verify.cases import select
     from zoobench.verify.stability import stability_suite as suite
     from zoobench.verify.stability.largest import largest_steps

@@ -7,6 +7,7 @@ from typer import Exit, Option
 
 from zoobench.cli.options import FormatOption, parse_names
 from zoobench.cli.output import Format, emit, say
+from zoobench.report.listing import Listing
 
 _COLUMNS = (
     "case", "measure", "value", "bound", "unit", "ok", "resolution", "precision", "seconds", "source",
@@ -26,7 +27,6 @@ def validate(
     One row per measured number, with its bound and their source, for forward runs and gradients. Exit code 1 if a
     number misses its bound.
     """
-    from zoobench.report.listing import Listing
     from zoobench.verify.cases import select
     from zoobench.verify.comparison_figure import draw
     from zoobench.verify.validate.validation_suite import CASES

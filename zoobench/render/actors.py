@@ -1,20 +1,18 @@
 """Parts of a picture: ground, medium, robot and paths. Each is put on a canvas once; what moves returns an update."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.render.canvas import INK, Canvas
 from zoobench.render.colours import ground_colour, medium_colour
+from zoobench.render.film import Film
 from zoobench.render.skin import Skin, normals, skin
 from zoobench.render.viewpoint import Region
-
-if TYPE_CHECKING:
-    from zoobench.designs.base import Body
-    from zoobench.render.film import Film
 
 Update = Callable[[int], None]
 """Shows a moment, counted in those of the recording."""
@@ -131,7 +129,7 @@ def put_skin(canvas: Canvas, cover: Skin, positions: Any, values: Array, **look:
     return mesh
 
 
-def put_fibres(canvas: Canvas, cover: Skin, body: "Body", edge: float) -> None:
+def put_fibres(canvas: Canvas, cover: Skin, body: Body, edge: float) -> None:
     """Strokes on the skin of a body at rest: the parts of its muscles' fibres that lie in the surface.
 
     Args:
@@ -152,7 +150,7 @@ def put_fibres(canvas: Canvas, cover: Skin, body: "Body", edge: float) -> None:
         canvas.plotter.add_mesh(strokes, color=INK, line_width=1.5, lighting=False)
 
 
-def put_paths(canvas: Canvas, film: "Film", towards: Array) -> Update:
+def put_paths(canvas: Canvas, film: Film, towards: Array) -> Update:
     """The path of the robot's centre of mass so far and the whole path of the target, a ball at the present of each.
 
     They are seen through the robot: drawn nearer to the camera, which changes nothing else in a parallel projection.
@@ -247,8 +245,7 @@ def _line(region: Region, x: Array, z: Array) -> Array:
 def _marks(low: float, high: float, start: float) -> Array:
     """Positions at multiples of `GRID` from the start, between two bounds [m]."""
     first = np.ceil((low - start) / GRID - 1e-9)
-    marks: Array = start + GRID * np.arange(first, np.floor((high - start) / GRID + 1e-9) + 1)
-    return marks
+    return start + GRID * np.arange(first, np.floor((high - start) / GRID + 1e-9) + 1)
 
 
 def _bytes(colours: Array) -> Any:

@@ -3,19 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from zoobench import registry
 from zoobench.cell.robot import Robot
+from zoobench.designs.base import Body, Design
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref, RunSpec
-
-if TYPE_CHECKING:
-    from zoobench.designs.base import Body, Design
-    from zoobench.sim.model.fidelity import Fidelity
 
 DENSITY = 1000.0
 """Density of the robots in every environment [kg/m^3]."""
@@ -28,8 +26,8 @@ MEASURED = "paper"
 class Sampled:
     """A body, sampled at a fidelity."""
 
-    body: "Body"
-    grid: "Fidelity"
+    body: Body
+    grid: Fidelity
 
 
 def body_at(design: Ref, fidelity: Ref = Ref(MEASURED)) -> Sampled:  # noqa: B008  (frozen)
@@ -58,7 +56,10 @@ def card(design: Ref) -> dict[str, Any]:
     body, edge = sampled.body, sampled.grid.particle_edge
     masses = body.masses(DENSITY)
     shares = masses @ body.muscle_membership / masses.sum()
-    names = sorted(registry.names(Kind.FIDELITY), key=lambda name: (-_spacing(name), name))
+    grids: dict[str, Fidelity] = {
+        name: registry.create(Kind.FIDELITY, Ref(name)) for name in registry.names(Kind.FIDELITY)
+    }
+    names = sorted(grids, key=lambda name: (-grids[name].grid_spacing, name))
     return {
         "size": (np.ptp(body.positions, axis=0) + edge).round(4).tolist(),
         "mass": float(masses.sum()),
@@ -68,11 +69,6 @@ def card(design: Ref) -> dict[str, Any]:
         "density": [float(body.density_ratio.min()), float(body.density_ratio.max())],
         "particles": {name: _count(design, name) for name in names},
     }
-
-
-def _spacing(fidelity: str) -> float:
-    grid: Fidelity = registry.create(Kind.FIDELITY, Ref(fidelity))
-    return grid.grid_spacing
 
 
 def _count(design: Ref, fidelity: str) -> int | None:

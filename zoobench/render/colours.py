@@ -2,14 +2,11 @@
 
 import colorsys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoobench.arrays import Array
-
-if TYPE_CHECKING:
-    from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.scene import Scene
 
 Colour = tuple[float, float, float]
 """Red, green and blue in [0, 1]."""
@@ -29,13 +26,13 @@ _SLIPPERY: Colour = (0.74, 0.88, 0.96)
 _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
 
 
-def medium_colour(scene: "Scene") -> Colour:
+def medium_colour(scene: Scene) -> Colour:
     """Of the medium of a scene that has one."""
     assert scene.medium is not None
     return _MEDIA[scene.medium.material.law.name.lower()]
 
 
-def ground_colour(scene: "Scene") -> Colour:
+def ground_colour(scene: Scene) -> Colour:
     """Of the ground of a scene that has one."""
     assert scene.ground is not None
     return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.medium is None else _ROUGH

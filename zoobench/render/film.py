@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +12,7 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.render.recording import Positions, Recording, lattice_edge, medium_exists
 from zoobench.spec import FRAME_SECONDS, RunSpec
-
-if TYPE_CHECKING:
-    from zoobench.tasks.paths import Path as Route
+from zoobench.tasks.paths import Path as Route
 
 _LARGEST = 4 * 2**30
 """Bytes that the positions of a film may take."""
@@ -42,8 +39,7 @@ class Film(Recording):
     @property
     def activation(self) -> Array:
         """Of every robot particle, by its share of each muscle `[moments, robot_count]`; positive contracts."""
-        found: Array = self.activity @ self.body.muscle_membership.T
-        return found
+        return self.activity @ self.body.muscle_membership.T
 
 
 def film(
@@ -51,7 +47,7 @@ def film(
     params: Sequence[float],
     *,
     moments: Sequence[int] | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] = lambda _: None,
 ) -> Film:
     """Simulate the episode of a solution again.
 
@@ -79,8 +75,7 @@ def film(
         nonlocal frame
         if frame in rows:
             places[rows[frame]] = place
-        if progress is not None:
-            progress(frame)
+        progress(frame)
         frame += 1
 
     problem.prepare()

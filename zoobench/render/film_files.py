@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,9 @@ from zoobench.arrays import Array
 from zoobench.errors import UsageError
 from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_paths, put_robot
 from zoobench.render.canvas import INK, Canvas, Image, check_drawing, check_module, side_by_side
-from zoobench.render.film import evenly
+from zoobench.render.film import Film, evenly
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.render.viewpoint import Region, camera_for, region_of
-
-if TYPE_CHECKING:
-    from zoobench.render.film import Film
 
 Progress = Callable[[int], None]
 """Called with the number of moments done so far."""
@@ -50,7 +47,7 @@ def check_tools(form: FilmFormat) -> None:
 
 
 def write(
-    film: "Film",
+    film: Film,
     target: Destination,
     *,
     title: str,
@@ -89,7 +86,7 @@ def write(
         ) from None
 
 
-def _write_pictures(film: "Film", target: Destination, title: str, width: int, rate: float, progress: Progress) -> None:
+def _write_pictures(film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress) -> None:
     imageio: Any = import_module("imageio.v2")  # its types lack the writer's
 
     is_sheet = target.form is FilmFormat.PNG
@@ -110,7 +107,7 @@ def _write_pictures(film: "Film", target: Destination, title: str, width: int, r
 
 
 def film_images(
-    film: "Film", title: str, size: tuple[int, int], *, smooth: bool = False, progress: Progress = lambda _: None
+    film: Film, title: str, size: tuple[int, int], *, smooth: bool = False, progress: Progress = lambda _: None
 ) -> Iterator[Image]:
     """The images of all moments; the robot's skin shows the activation of its muscles.
 
@@ -155,7 +152,7 @@ def _put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Upda
     return put_robot(canvas, region, activation, cmap="coolwarm", clim=(-1.0, 1.0), scalar_bar_args=bar)
 
 
-def _write_arrays(film: "Film", path: Path) -> None:
+def _write_arrays(film: Film, path: Path) -> None:
     body = film.body
     arrays: dict[str, Any] = {name: value for name, value in vars(film).items() if isinstance(value, np.ndarray)}
     with _unfinished(path) as unfinished, unfinished.open("wb") as file:
@@ -174,7 +171,7 @@ def _write_arrays(film: "Film", path: Path) -> None:
         )
 
 
-def _write_series(film: "Film", path: Path, progress: Progress) -> None:
+def _write_series(film: Film, path: Path, progress: Progress) -> None:
     import pyvista
 
     folder = path.with_suffix("")

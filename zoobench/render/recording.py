@@ -1,8 +1,7 @@
 """Positions of a world at some moments: the data of pictures and films."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,18 +9,18 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
+from zoobench.controllers.base import Controller
+from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
+from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import medium_share
+from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
-
-if TYPE_CHECKING:
-    from zoobench.controllers.base import Controller
-    from zoobench.designs.base import Body
-    from zoobench.envs.base import Environment
-    from zoobench.sim.model.fidelity import Fidelity
-    from zoobench.sim.model.scene import Scene
-    from zoobench.sim.solver import Solver
 
 Positions = NDArray[np.float32]
 
@@ -43,8 +42,8 @@ class Recording:
         target: `[n, 3]` position of the target [m]; None if there is none that moves.
     """
 
-    scene: "Scene"
-    body: "Body"
+    scene: Scene
+    body: Body
     particle_edge: float
     lattice: float
     times: Array
@@ -71,16 +70,14 @@ class Snapshot(Recording):
     fidelity: str
 
 
-def lattice_edge(fidelity: "Fidelity") -> float:
+def lattice_edge(fidelity: Fidelity) -> float:
     """Edge of the cubic lattice that holds the particles of a fidelity [m]."""
     edge: float = fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9)
     return edge
 
 
-def medium_exists(scene: "Scene", occupancy: Array) -> NDArray[np.bool_]:
+def medium_exists(scene: Scene, occupancy: Array) -> NDArray[np.bool_]:
     """Whether a medium particle has most of its place `[medium_count]`: in a design space the robot may have it."""
-    from zoobench.sim.model.state import medium_share
-
     if scene.medium is None:
         return np.zeros(0, bool)
     found: NDArray[np.bool_] = medium_share(scene.medium, occupancy[None])[0] > 0.5
@@ -102,9 +99,6 @@ def snapshots(
         UnknownNameError, UsageError: a name or a number that cannot be used.
         DivergenceError: the episode diverged.
     """
-    from zoobench.sim.equilibrium import equilibrated
-    from zoobench.sim.solver import Solver
-
     if frames < 0:
         raise UsageError(f"An episode of {frames} frames cannot be drawn. Give 0 or more.")
     grid = registry.create(Kind.FIDELITY, fidelity)
@@ -115,12 +109,14 @@ def snapshots(
         scene = env.scene(body, grid)
         solver = Solver(scene, grid, start=equilibrated(scene, grid, env.equilibration_frames))
         if frames:
-            _move(solver, driver, frames, seed)
+            rollout = solver.run(random_actuation(driver, solver.muscle_count, frames, 1, seed))
+            if rollout.divergences:
+                raise DivergenceError(rollout.divergences[0])
         place = (solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)[None]
         robot, medium = place[:, : solver.robot_count], place[:, solver.robot_count :]
         yield Snapshot(
-            env=_label(name),
-            fidelity=_label(fidelity),
+            env=str(replace(name, version=0)),
+            fidelity=str(replace(fidelity, version=0)),
             scene=scene,
             body=body,
             particle_edge=grid.particle_edge,
@@ -130,16 +126,3 @@ def snapshots(
             medium=medium[:, medium_exists(scene, body.occupancy)].astype(np.float32),
             centre=np.average(robot, axis=1, weights=body.masses(1.0)),
         )
-
-
-def _label(ref: Ref) -> str:
-    """Name and parameters, as they are written on the command line."""
-    values = ",".join(f"{key}={value}" for key, value in ref.params)
-    return f"{ref.name}[{values}]" if values else ref.name
-
-
-def _move(solver: "Solver", controller: "Controller", frames: int, seed: int) -> None:
-    """One episode from the equilibrated state; the solver's matter is at its end afterwards."""
-    rollout = solver.run(random_actuation(controller, solver.muscle_count, frames, 1, seed))
-    if rollout.divergences:
-        raise DivergenceError(rollout.divergences[0])

@@ -1,16 +1,14 @@
 """A smooth surface around a robot that moves with its particles."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
-
-if TYPE_CHECKING:
-    from zoobench.designs.base import Body
 
 _NEIGHBOURS = 24
 _THIN = 1e-3  # share of a neighbourhood's widest spread below which it counts as flat there
@@ -31,7 +29,7 @@ class Skin:
     shares: Any
 
 
-def skin(body: "Body", edge: float) -> Skin:
+def skin(body: Body, edge: float) -> Skin:
     """The surface around the particles that exist.
 
     A vertex moves as an affine map, fitted by least squares to the motion of its neighbours, takes it from its place at

@@ -3,10 +3,11 @@
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from zoobench.designs.base import Body
 from zoobench.render.actors import put_fibres, put_ground, put_medium, put_robot, put_skin
 from zoobench.render.bodies import DENSITY, Sampled
 from zoobench.render.canvas import INK, Canvas, Image, save, side_by_side
@@ -14,9 +15,6 @@ from zoobench.render.colours import PASSIVE, Colour, palette, tints
 from zoobench.render.recording import Snapshot, lattice_edge
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at, camera_for, region_of
-
-if TYPE_CHECKING:
-    from zoobench.designs.base import Body
 
 SHEET = "environments.png"
 """Name of the sheet of several environments."""
@@ -72,15 +70,6 @@ def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
     return f"{shot.env} ({below})", f"fidelity {shot.fidelity}, {count}, {moment}"
 
 
-def draw_portrait(sampled: Sampled, title: str, path: Path) -> None:
-    """Draw a body into a PNG.
-
-    Raises:
-        UsageError: the extra `render` is not installed, or the file cannot be written.
-    """
-    save(portrait_image(sampled, title), path)
-
-
 def portrait_image(sampled: Sampled, title: str) -> Image:
     """A body from three sides, its muscles in colour and their fibres as strokes."""
     body, edge = sampled.body, sampled.grid.particle_edge
@@ -111,5 +100,5 @@ def portrait_image(sampled: Sampled, title: str) -> Image:
         return canvas.image()
 
 
-def _muscles(body: "Body") -> list[tuple[str, str | Colour]]:
+def _muscles(body: Body) -> list[tuple[str, str | Colour]]:
     return list(zip(body.muscles, palette(body.muscles), strict=True))

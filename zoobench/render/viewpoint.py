@@ -1,14 +1,11 @@
 """The part of a world that is drawn, and the camera that looks at it."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoobench.arrays import Array
-
-if TYPE_CHECKING:
-    from zoobench.render.recording import Recording
+from zoobench.render.recording import Recording
 
 _ELEVATION, _AZIMUTH = 30.0, 72.0  # of the camera [degrees]
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
@@ -31,7 +28,7 @@ class Region:
         apron: how much further the ground is drawn on every side [m].
     """
 
-    recording: "Recording"
+    recording: Recording
     low: Array
     high: Array
     immersed: bool
@@ -46,7 +43,7 @@ class Region:
         return ground.terrain.heights_below(np.stack([x, np.zeros_like(x), z], axis=1))
 
 
-def region_of(recording: "Recording") -> Region:
+def region_of(recording: Recording) -> Region:
     """The whole bed of a medium, or as much of the bare ground as robot and target come near to."""
     scene = recording.scene
     lower, upper = np.array(scene.lower), np.array(scene.upper)

@@ -2,9 +2,11 @@
 
 import math
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from types import ModuleType
 from typing import Any, SupportsFloat
 
 from zoobench.errors import UnknownNameError, UsageError, ZoobenchError
@@ -58,6 +60,7 @@ class Check:
         return self.measure if isinstance(self.value, bool) else f"{self.measure} {self.value:.3g} {self._bound(3)}"
 
 
+@dataclass
 class CaseRecorder:
     """Records the checks, remarks and figure of a case while it is carried out.
 
@@ -67,10 +70,9 @@ class CaseRecorder:
         figure: computed curves beside their references, if the case draws any.
     """
 
-    def __init__(self) -> None:
-        self.checks: list[Check] = []
-        self.remarks: list[str] = []
-        self.figure: Figure | None = None
+    checks: list[Check] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    figure: Figure | None = None
 
     def at_most(self, measure: str, value: SupportsFloat, bound: float, unit: str = "-") -> None:
         """Check that the value is finite and does not exceed the bound."""
@@ -113,7 +115,7 @@ class CaseRecorder:
 
 
 @dataclass(frozen=True)
-class Result:
+class CaseResult:
     """Checks and timing of a case.
 
     Attributes:
@@ -151,8 +153,6 @@ class Case:
     """One case of a suite.
 
     Attributes:
-        name: kebab-case.
-        summary: one sentence.
         carry_out: does the work with a recorder of the type `recorder`.
         is_fast: done in a few seconds.
         source: publication or closed form that gives the bounds.
@@ -174,7 +174,7 @@ class Case:
         """`float32`, `float64` or `both`."""
         return f"float{self.precision}" if self.precision else "both"
 
-    def run(self) -> Result:
+    def run(self) -> CaseResult:
         """Carry out the case; an exception, or no check at all, is a failure of the case."""
         record = self.recorder()
         start = time.perf_counter()
@@ -185,26 +185,35 @@ class Case:
         if not record.checks:
             record.checks.append(Check("nothing was checked", False))
         seconds = time.perf_counter() - start
-        return Result(self, tuple(record.checks), seconds, tuple(record.remarks), record.figure, record.columns())
+        return CaseResult(self, tuple(record.checks), seconds, tuple(record.remarks), record.figure, record.columns())
+
+
+_CASES: defaultdict[str, list[Case]] = defaultdict(list)
+"""Cases by the name of the module that defines them."""
 
 
 def case(
-    cases: list[Case], name: str, source: str = "", resolution: str = "", *, args: tuple[Any, ...] = (), **settings: Any
+    name: str, source: str = "", resolution: str = "", *, args: tuple[Any, ...] = (), **settings: Any
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Append the decorated function to `cases`; the first line of its docstring is the summary unless one is given.
+    """Make the decorated function a case of its module; the first line of its docstring is the summary by default.
 
     Args:
         args: passed to the function after the recorder.
         settings: further attributes of the case.
     """
 
-    def append(function: Callable[..., None]) -> Callable[..., None]:
+    def register(function: Callable[..., None]) -> Callable[..., None]:
         summary = settings.pop("summary", (function.__doc__ or "").partition("\n")[0])
         settings.update(source=source, resolution=resolution)
-        cases.append(Case(name, summary, lambda record: function(record, *args), **settings))
+        _CASES[function.__module__].append(Case(name, summary, lambda record: function(record, *args), **settings))
         return function
 
-    return append
+    return register
+
+
+def cases_of(*modules: ModuleType) -> tuple[Case, ...]:
+    """All cases of some modules, in the order of the modules and of the cases in each."""
+    return tuple(found for module in modules for found in _CASES[module.__name__])
 
 
 def select(cases: Sequence[Case], patterns: Iterable[str], *, noun: str, fast: bool = False) -> list[Case]:

@@ -1,9 +1,9 @@
 """Figures of computed curves beside their references, drawn as PNG files."""
 
+from collections import Counter
 from dataclasses import dataclass, field
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,12 +19,7 @@ _FEW = 8  # lines of at most so many points have markers
 _SIZE = (7.0, 5.2)  # [inches]
 
 
-class Role(StrEnum):
-    """The role of a curve in a comparison."""
-
-    COMPUTED = "computed"
-    REFERENCE = "reference"
-    BAND = "band"
+Role = Literal["computed", "reference", "band"]
 
 
 @dataclass(frozen=True)
@@ -62,11 +57,11 @@ class Figure:
 
     def computed(self, label: str, x: ArrayLike, y: ArrayLike, *, points: bool = False) -> None:
         """Add a result of the simulator."""
-        self.curves.append(PlottedCurve(label, Role.COMPUTED, np.asarray(x, float), np.asarray(y, float), points))
+        self.curves.append(PlottedCurve(label, "computed", np.asarray(x, float), np.asarray(y, float), points))
 
     def reference(self, label: str, x: ArrayLike, y: ArrayLike, *, points: bool = False) -> None:
         """Add a closed form, a bound or a measurement."""
-        self.curves.append(PlottedCurve(label, Role.REFERENCE, np.asarray(x, float), np.asarray(y, float), points))
+        self.curves.append(PlottedCurve(label, "reference", np.asarray(x, float), np.asarray(y, float), points))
 
     def level(self, label: str, x: ArrayLike, value: float) -> None:
         """Add a reference that is constant from the first to the last of `x`."""
@@ -75,7 +70,7 @@ class Figure:
     def band(self, label: str, x: ArrayLike, low: float, high: float) -> None:
         """Add a constant interval of references from the first to the last of `x`."""
         ends = np.asarray(x, float)[[0, -1]]
-        self.curves.append(PlottedCurve(label, Role.BAND, ends, np.full(2, low), upper=np.full(2, high)))
+        self.curves.append(PlottedCurve(label, "band", ends, np.full(2, low), upper=np.full(2, high)))
 
 
 def draw(figure: Figure, path: Path) -> None:
@@ -86,16 +81,12 @@ def draw(figure: Figure, path: Path) -> None:
     """
     canvas = figures.blank(_SIZE)
     axes = canvas.add_subplot()
-    counts: dict[Role, int] = {}
+    counts: Counter[Role] = Counter()
     for line in figure.curves:
-        number = counts.get(line.role, 0)
-        counts[line.role] = number + 1
-        _draw_curve(axes, line, number)
+        _draw_curve(axes, line, counts[line.role])
+        counts[line.role] += 1
     axes.set(title=figure.title, xlabel=figure.x_label, ylabel=figure.y_label)
-    if "x" in figure.log:
-        axes.set_xscale("log")
-    if "y" in figure.log:
-        axes.set_yscale("log")
+    axes.set(**{f"{axis}scale": "log" for axis in figure.log})
     axes.grid(alpha=0.3)
     canvas.legend(loc="outside lower center", ncols=2, fontsize=9)
     figures.save(canvas, path)
@@ -109,7 +100,7 @@ def _draw_curve(axes: "Axes", line: PlottedCurve, number: int) -> None:
     colour = _COLOURS[number % len(_COLOURS)]
     if line.upper is not None:
         axes.fill_between(line.x, line.y, line.upper, color=colour, alpha=0.15, label=line.label, linewidth=0)
-    elif line.role is Role.REFERENCE:
+    elif line.role == "reference":
         style = {"linestyle": "none", "marker": "x", "markersize": 7} if line.points else {"linestyle": "--"}
         axes.plot(line.x, line.y, color="black" if line.points else colour, linewidth=1.2, label=line.label, **style)
     else:

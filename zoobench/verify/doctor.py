@@ -73,11 +73,7 @@ def _check_packages() -> Diagnosis:
 def _check_taichi() -> Iterator[Diagnosis]:
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _TAICHI_PROBE],
-            capture_output=True,
-            text=True,
-            timeout=_TAICHI_SECONDS,
-            check=False,
+            [sys.executable, "-c", _TAICHI_PROBE], capture_output=True, text=True, timeout=_TAICHI_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         yield Diagnosis("taichi", Verdict.PROBLEM, f"It did not start within {_TAICHI_SECONDS:.0f} s.")

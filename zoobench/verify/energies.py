@@ -1,15 +1,15 @@
 """Energy and momentum of all matter in a solver."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.model.laws_numpy import medium_energy
 from zoobench.sim.model.matter import Law, lame_parameters
-
-if TYPE_CHECKING:
-    from zoobench.sim.solver import Solver
+from zoobench.sim.solver import Solver
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,12 @@ class EnergyBalance:
         return self.kinetic + self.elastic + self.potential
 
 
-def to_array(tensor: object) -> Array:
+def to_array(tensor: Any) -> Array:
     """A tensor as an array in double precision."""
-    found: Array = tensor.detach().cpu().double().numpy()  # type: ignore[attr-defined]
-    return found
+    return np.asarray(tensor.detach().cpu().double().numpy())
 
 
-def energy_balance(solver: "Solver", world: int = 0) -> EnergyBalance:
+def energy_balance(solver: Solver, world: int = 0) -> EnergyBalance:
     """The energy balance of the present state (slot 0) of a world."""
     matter, parameters = solver.matter, solver.parameters
     mass = to_array(parameters.mass[world])
@@ -68,11 +67,8 @@ def energy_balance(solver: "Solver", world: int = 0) -> EnergyBalance:
     )
 
 
-def _elastic(solver: "Solver", world: int) -> tuple[float, float]:
+def _elastic(solver: Solver, world: int) -> tuple[float, float]:
     """Elastic energy [J] of robot and medium, and the smallest volume ratio."""
-    from zoobench.sim.kernels.elastic import SMALLEST_J
-    from zoobench.sim.model.laws_numpy import medium_energy
-
     material, count = solver.scene.robot.material, solver.robot_count
     volume = to_array(solver.parameters.volume[world])
     F = to_array(solver.matter.F[0, world])
@@ -92,7 +88,7 @@ def _elastic(solver: "Solver", world: int) -> tuple[float, float]:
     return energy, smallest
 
 
-def medium_strain(solver: "Solver", world: int = 0) -> tuple[Array, Array]:
+def medium_strain(solver: Solver, world: int = 0) -> tuple[Array, Array]:
     """Principal elastic Hencky strains `[medium, 3]`, of water (log J, 0, 0), and the law's history `[medium]`."""
     medium = solver.scene.medium
     assert medium is not None

@@ -24,10 +24,8 @@ class TransferRow:
         run: number of the run that found the solution.
         design, method, seed: of that run.
         home: environment, task and fidelity of that run.
-        env, task, fidelity: of the episode.
-        frames: length of the episode.
+        env, task, fidelity, frames: of the episode.
         score: None where the simulation diverged.
-        unit: of the score.
         reason: for the missing score, or empty.
     """
 

@@ -12,9 +12,8 @@ from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.model.rollout import FloatArray, Gradient
 from zoobench.spec import Ref
 from zoobench.verify.gradcheck import check as study
-from zoobench.verify.gradcheck.check import GradRow, gradcheck
+from zoobench.verify.gradcheck.check import GradRow, e_fold, gradcheck, summarise
 from zoobench.verify.gradcheck.gradient_case import NUDGE, GradientCase
-from zoobench.verify.gradcheck.summary import e_fold, summarise
 
 
 def _case(env: str = "ground") -> GradientCase:

@@ -1,13 +1,15 @@
-"""Work-precision plots of every environment: error against time, with the Pareto front marked."""
+"""Work-precision plots of every environment, with the Pareto front marked, and a plot of all energy balances."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from zoobench.errors import UsageError
 from zoobench.render import figures
 from zoobench.verify.accuracy.analyse import Analysis, LevelRow, ReferenceRow
-from zoobench.verify.accuracy.verdicts import pareto
+from zoobench.verify.accuracy.verdicts import EnergyRow, pareto
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +18,16 @@ if TYPE_CHECKING:
 _SIZE = (4.6, 4.8)  # [inches], of one panel
 _BOTTOM = 1e-9  # lower end of the hatched area
 _LADDER, _KNOB, _NOISE = "#0b62a4", "#8a8a8a", "#c8501e"
+_ENERGY_PARTS = {
+    "back": ("taken back by muscles", "#b9c6d3"),
+    "stored": ("stored", "#0b62a4"),
+    "viscous": ("viscosity", "#2b8a3e"),
+    "plastic": ("yield of the medium", "#946b00"),
+    "contact": ("ground and walls", "#7a3e9d"),
+    "unexplained": ("unexplained", "#c8501e"),
+}
+_ENERGY_WIDTH, _ENERGY_ROW, _ENERGY_HEAD = 5.6, 0.2, 0.85  # [inches], of a panel, a bar in it, its title with axis
+_ENERGY_COLUMNS = 2
 
 
 def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
@@ -47,8 +59,8 @@ def draw(analysis: Analysis, folder: Path, *, default: str) -> list[Path]:
 
 def _scores(axes: "Axes", reference: ReferenceRow, analysis: Analysis, default: str) -> None:
     """Error of the score against wall time: levels as a line, knobs as crosses, the front bold, noise hatched."""
-    ladder = _of(analysis.levels, reference, "error", "seconds")
-    knobs = _of(analysis.knobs, reference, "error", "seconds")
+    ladder = _of(analysis.levels, reference)
+    knobs = _of(analysis.knobs, reference)
     axes.set(xscale="log", yscale="log", title=reference.task)
     axes.set(xlabel="wall time per simulated second [s]", ylabel="error of the score [share]")
     _points(axes, ladder, knobs, "error", "seconds", default)
@@ -130,13 +142,40 @@ def _column(rows: Sequence[LevelRow], name: str) -> list[float]:
     return [float(getattr(row, name)) for row in rows]
 
 
-def _of(rows: Sequence[LevelRow], reference: ReferenceRow, error: str, seconds: str) -> list[LevelRow]:
-    """Rows of the reference's environment and task that have both values and fit on logarithmic axes."""
-    return [
-        row
-        for row in rows
-        if row.env.partition("[")[0] == reference.env
-        and row.task == reference.task
-        and getattr(row, error)
-        and getattr(row, seconds)
-    ]
+def _of(rows: Sequence[LevelRow], reference: ReferenceRow) -> list[LevelRow]:
+    """Rows of the reference's environment and task that have an error and a time and fit on logarithmic axes."""
+    place = (reference.env, reference.task)
+    return [row for row in rows if (row.env.partition("[")[0], row.task) == place and row.error and row.seconds]
+
+
+def draw_energy(rows: Sequence[EnergyRow], folder: Path) -> Path:
+    """One PNG of all energy balances: a panel for each environment, a bar for each fidelity; its path.
+
+    Raises:
+        UsageError: there are no balances, matplotlib is missing, or the file cannot be written.
+    """
+    panels: dict[str, list[EnergyRow]] = {}
+    for row in rows:
+        panels.setdefault(row.env.partition("[")[0], []).append(row)
+    if not panels:
+        raise UsageError("There are no energy balances to draw. Use `zoobench accuracy run` first.")
+    columns = min(_ENERGY_COLUMNS, len(panels))
+    lines, most = -(-len(panels) // columns), max(map(len, panels.values()))
+    figure = figures.blank((columns * _ENERGY_WIDTH, lines * (_ENERGY_HEAD + most * _ENERGY_ROW) + 0.5), dpi=100)
+    for number, (env, own) in enumerate(panels.items()):
+        axes = figure.add_subplot(lines, columns, number + 1)
+        names = [row.fidelity if row.env == env else f"{row.fidelity} {row.env}" for row in own]
+        left = np.zeros(len(own))
+        for part, (label, colour) in _ENERGY_PARTS.items():
+            # a negative share, by rounding or released by matter, has no length
+            shares = 100.0 * np.maximum([getattr(row, part) for row in own], 0.0)
+            axes.barh(names, shares, left=left, color=colour, label=label, height=0.75)
+            left += shares
+        axes.invert_yaxis()
+        axes.set(title=env, xlim=(0.0, 102.0))
+        axes.set_xlabel("share of the work that muscles put in [%]", fontsize=9)
+        axes.tick_params(labelsize=8)
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+    path = folder / "accuracy-energy.png"
+    figures.save(figure, path)
+    return path

@@ -10,63 +10,57 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
 
 
+_SHARES = {"floor", "unknown", "path", "error", "next_error", "home_error", "change"}
+"""Numbers that are shown in percent."""
+
+
+def _table(rows: Sequence[Any], *columns: str | tuple[str, str | Callable[[Any], str]]) -> Table:
+    """A column is the name of a field, or a heading with the name of a field or a function that gives the text."""
+    named = [(column, column) if isinstance(column, str) else column for column in columns]
+    return tuple(heading for heading, _ in named), [tuple(_text(row, source) for _, source in named) for row in rows]
+
+
+def _text(row: Any, source: str | Callable[[Any], str]) -> str:
+    if callable(source):
+        return source(row)
+    value = getattr(row, source)
+    if isinstance(value, str):
+        return value
+    return _percent(value) if source in _SHARES else _number(value)
+
+
 def level_table(rows: Sequence[LevelRow]) -> Table:
     """One row per level: errors in percent with the uncertainty of the reference, ranks, costs."""
-    columns = (
-        "env", "task", "fidelity", "score error", "noise", "rank tau", "same winner", "path error", "1-cos gradient",
-        "s per simulated s", "with gradient", "particles",
+    return _table(
+        rows, "env", "task", "fidelity", ("score error", _error), ("noise", "floor"), ("rank tau", "tau"),
+        ("same winner", lambda row: {None: "", True: "yes", False: "no"}[row.winner]), ("path error", "path"),
+        ("1-cos gradient", "angle"), ("s per simulated s", _seconds), ("with gradient", "gradient_seconds"),
+        ("particles", lambda row: "" if row.particles is None else f"{row.particles:,}"),
     )  # fmt: skip
-    winner = {None: "", True: "yes", False: "no"}
-    return columns, [
-        (
-            row.env, row.task, row.fidelity, _error(row), _percent(row.floor), _number(row.tau), winner[row.winner],
-            _percent(row.path), _number(row.angle), _seconds(row), _number(row.gradient_seconds),
-            "" if row.particles is None else f"{row.particles:,}",
-        )
-        for row in rows
-    ]  # fmt: skip
 
 
 def reference_table(rows: Sequence[ReferenceRow]) -> Table:
     """One row per environment and task: whether scores converge, and the uncertainty of the limit."""
-    columns = (
-        "env", "task", "levels", "converged", "order", "scores [m/s]", "reference known to", "noise", "smooth for [s]",
+    return _table(
+        rows, "env", "task", "levels", ("converged", _converged), "order", ("scores [m/s]", "scale"),
+        ("reference known to", "unknown"), ("noise", "floor"), ("smooth for [s]", "chaos"),
     )  # fmt: skip
-    return columns, [
-        (
-            row.env, row.task, row.levels,
-            f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})",
-            _number(row.order), _number(row.scale), _percent(row.unknown), _percent(row.floor), _number(row.chaos),
-        )
-        for row in rows
-    ]  # fmt: skip
 
 
 def step_table(rows: Sequence[RefinementRow]) -> Table:
     """Gain and cost of one more level."""
-    columns = ("env", "task", "from", "to", "error", "becomes", "times smaller", "times dearer", "tau", "becomes")
-    return columns, [
-        (
-            row.env, row.task, row.level, row.next_level, _percent(row.error), _percent(row.next_error),
-            _number(row.gain), _number(row.cost), _number(row.tau), _number(row.next_tau),
-        )
-        for row in rows
-    ]  # fmt: skip
+    return _table(
+        rows, "env", "task", ("from", "level"), ("to", "next_level"), "error", ("becomes", "next_error"),
+        ("times smaller", "gain"), ("times dearer", "cost"), "tau", ("becomes", "next_tau"),
+    )  # fmt: skip
 
 
 def knob_table(rows: Sequence[KnobRow]) -> Table:
     """Effect and cost of each turned knob."""
-    columns = (
-        "env", "task", "level", "knob", "score error", "without", "scores change by", "noise", "times dearer",
-        "verdict",
+    return _table(
+        rows, "env", "task", ("level", "home"), "knob", ("score error", "error"), ("without", "home_error"),
+        ("scores change by", "change"), ("noise", "floor"), ("times dearer", "cost"), "verdict",
     )  # fmt: skip
-    return columns, [
-        (
-            row.env, row.task, row.home, row.knob, _percent(row.error), _percent(row.home_error), _percent(row.change),
-            _percent(row.floor), _number(row.cost), row.verdict,
-        )
-        for row in rows
-    ]  # fmt: skip
 
 
 def choice_table(rows: Sequence[KnobRow]) -> Table:
@@ -86,14 +80,15 @@ def choice_table(rows: Sequence[KnobRow]) -> Table:
 
 def energy_table(rows: Sequence[EnergyRow]) -> Table:
     """Energy balances, in percent of the muscles' work."""
-    columns = (
-        "env", "fidelity", "put in [J]", "taken back", "stored", "viscosity", "yield", "contact", "unexplained",
+
+    def share(name: str) -> Callable[[EnergyRow], str]:
+        return lambda row: f"{100 * getattr(row, name):.1f} %"
+
+    return _table(
+        rows, "env", "fidelity", ("put in [J]", "put_in"), ("taken back", share("back")), ("stored", share("stored")),
+        ("viscosity", share("viscous")), ("yield", share("plastic")), ("contact", share("contact")),
+        ("unexplained", share("unexplained")),
     )  # fmt: skip
-    shares = ("back", "stored", "viscous", "plastic", "contact", "unexplained")
-    return columns, [
-        (row.env, row.fidelity, _number(row.put_in), *(f"{100 * getattr(row, share):.1f} %" for share in shares))
-        for row in rows
-    ]
 
 
 _SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}
@@ -116,6 +111,10 @@ def _error(row: LevelRow) -> str:
     note = " (noise)" if row.at_floor else ""
     unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}"
     return f"{_percent(row.error)}{unknown}{note}"
+
+
+def _converged(row: ReferenceRow) -> str:
+    return f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})"
 
 
 def _seconds(row: LevelRow) -> str:

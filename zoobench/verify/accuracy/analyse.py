@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import kendalltau
 
 from zoobench.arrays import Array
 from zoobench.registry import Kind
@@ -178,8 +179,6 @@ class StudyCell:
 
     def rank(self, name: str) -> tuple[float | None, bool | None, int]:
         """Kendall's tau with the finest level that has as many draws, whether the winner is the same, and the draws."""
-        from scipy.stats import kendalltau
-
         scores = self.scores(name)
         finer = [
             level for level in self.ladder

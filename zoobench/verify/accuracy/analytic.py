@@ -12,10 +12,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.verify.accuracy.analytic_cases import CASES, AnalyticCase, Solved
+from zoobench.verify.accuracy.analytic_cases import CASES, AnalyticCase
 from zoobench.verify.comparison_figure import Figure
 from zoobench.verify.validate.rig import Rig, order_of_accuracy
 
@@ -115,17 +113,32 @@ def _climb(case: AnalyticCase, ladder: Sequence[int], repeats: int, settings: di
     found = [case.solve(cells, **settings) for cells in ladder]
     clocks = [_Clock(solved.rig) for solved in found]
     samples = list(zip(*([clock.sample() for clock in clocks] for _ in range(repeats)), strict=True))
-    coarser: Solved | None = None
-    for cells, solved, times in zip(ladder, found, samples, strict=True):
-        for quantity in solved.errors:
-            order = None if coarser is None else _order([coarser, solved], quantity)
-            yield _row(case.name, quantity, cells, solved, order, times, settings)
-        coarser = solved
+    for number, (cells, solved, times) in enumerate(zip(ladder, found, samples, strict=True)):
+        rig, (wall, processor) = solved.rig, zip(*times, strict=True)
+        pair = found[max(number - 1, 0) : number + 1]
+        for quantity, error in solved.errors.items():
+            yield AnalyticRow(
+                case=case.name,
+                quantity=quantity,
+                cells=cells,
+                spacing=rig.grid_spacing,
+                precision=rig.solver.fidelity.precision,
+                settings=tuple(sorted((name, value) for name, value in settings.items() if name != "precision")),
+                error=error,
+                order=_order([one.rig.grid_spacing for one in pair], [one.errors[quantity] for one in pair]),
+                seconds=statistics.median(wall) * rig.done,
+                seconds_min=min(wall) * rig.done,
+                seconds_max=max(wall) * rig.done,
+                simulated_seconds=rig.done * rig.dt,
+                substeps=rig.done,
+                particles=rig.solver.particle_count,
+                nanoseconds=1e9 * statistics.median(processor) / rig.solver.particle_count,
+            )
 
 
-def _order(found: Sequence[Solved], quantity: str) -> float:
-    spacings = np.array([solved.rig.grid_spacing for solved in found])
-    return order_of_accuracy(spacings, np.array([solved.errors[quantity] for solved in found]))
+def _order(spacings: list[float], errors: list[float]) -> float | None:
+    """The observed order; None on a single grid."""
+    return order_of_accuracy(spacings, errors) if len(errors) > 1 else None
 
 
 class _Clock:
@@ -148,35 +161,6 @@ class _Clock:
         return wall / count, processor / count
 
 
-def _row(
-    case: str,
-    quantity: str,
-    cells: int,
-    solved: Solved,
-    order: float | None,
-    times: Sequence[tuple[float, float]],
-    settings: dict[str, Any],
-) -> AnalyticRow:
-    rig, (wall, processor) = solved.rig, zip(*times, strict=True)
-    return AnalyticRow(
-        case=case,
-        quantity=quantity,
-        cells=cells,
-        spacing=rig.grid_spacing,
-        precision=rig.solver.fidelity.precision,
-        settings=tuple(sorted((name, value) for name, value in settings.items() if name != "precision")),
-        error=solved.errors[quantity],
-        order=order,
-        seconds=statistics.median(wall) * rig.done,
-        seconds_min=min(wall) * rig.done,
-        seconds_max=max(wall) * rig.done,
-        simulated_seconds=rig.done * rig.dt,
-        substeps=rig.done,
-        particles=rig.solver.particle_count,
-        nanoseconds=1e9 * statistics.median(processor) / rig.solver.particle_count,
-    )
-
-
 def _curves(rows: Iterable[AnalyticRow]) -> dict[tuple[str, str], list[AnalyticRow]]:
     """Rows by case and quantity, the coarsest grid first."""
     found: dict[tuple[str, str], list[AnalyticRow]] = {}
@@ -192,10 +176,7 @@ def summarise(rows: Iterable[AnalyticRow]) -> list[AnalyticSummary]:
     found = []
     for key, group in _curves(rows).items():
         low, high = bounds.get(key, (None, None))
-        order = None
-        if len(group) > 1:
-            errors = np.array([row.error for row in group])
-            order = order_of_accuracy(np.array([row.spacing for row in group]), errors)
+        order = _order([row.spacing for row in group], [row.error for row in group])
         if order is None or low is None:
             verdict = "not judged"
         else:
@@ -206,13 +187,13 @@ def summarise(rows: Iterable[AnalyticRow]) -> list[AnalyticSummary]:
 
 def figure(rows: Iterable[AnalyticRow]) -> Figure:
     """Error over wall seconds per simulated second, the first quantity of every case; labels name the grids."""
-    found = Figure(
-        "Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]", log="xy"
-    )
-    firsts: dict[str, list[AnalyticRow]] = {}
+    words = ("Accuracy against exact answers", "wall seconds per simulated second", "error, relative [-]")
+    found = Figure(*words, log="xy")
+    drawn = set()
     for (case, _), group in _curves(rows).items():
-        firsts.setdefault(case, group)
-    for case, group in firsts.items():
+        if case in drawn:
+            continue
+        drawn.add(case)
         label = f"{case}, {' '.join(str(row.cells) for row in group)} cells"
         found.computed(label, [row.slowdown for row in group], [row.error for row in group])
     return found

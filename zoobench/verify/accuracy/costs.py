@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import torch
 
 from zoobench import registry
 from zoobench.cell.problem import Problem
@@ -82,7 +83,7 @@ class _Subject:
 
 
 def costs(
-    specs: Iterable[RunSpec], *, repeats: int = 3, on_case: Callable[[str], None] | None = None
+    specs: Iterable[RunSpec], *, repeats: int = 3, on_case: Callable[[str], None] = lambda _: None
 ) -> Iterator[FidelityCost]:
     """Time every environment and fidelity of the study's runs, those of one precision and environment in turn.
 
@@ -93,13 +94,10 @@ def costs(
     """
     if repeats < 1:
         raise UsageError(f"{repeats} repeats measure nothing. Give at least 1.")
-    import torch
-
     torch.set_num_threads(1)  # as in a run: one thread per simulation
     for group in _groups(specs):
         for subject in group:
-            if on_case is not None:
-                on_case(f"{subject.spec.env.name} {label(Kind.FIDELITY, subject.spec.fidelity)}")
+            on_case(f"{subject.spec.env.name} {label(Kind.FIDELITY, subject.spec.fidelity)}")
             subject.warm_up()
         for _ in range(repeats):
             for subject in group:

@@ -8,7 +8,6 @@ lost to the numerics: the transfer between particles and grid, the time steps, t
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,15 +19,12 @@ from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
 from zoobench.sim.model.matter import MudMaterial, SnowMaterial, WaterMaterial
+from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Effect
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.verify.accuracy.records import Balance, label
 from zoobench.verify.energies import energy_balance, to_array
-
-if TYPE_CHECKING:
-    from zoobench.sim.model.rollout import Rollout
-
 
 FRAMES = 25
 """Length of an audited episode in control frames, 0.2 s."""
@@ -43,7 +39,7 @@ class Losses:
     contact: float = 0.0
 
 
-def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] | None = None) -> Iterator[Balance]:
+def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] = lambda _: None) -> Iterator[Balance]:
     """Energy balances of a short episode for every environment and fidelity of the study's runs.
 
     An episode that diverges is reported to `on_case` and left out.
@@ -51,13 +47,11 @@ def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] | None 
     cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
     for spec in cases.values():
         name = f"{spec.env.name} {label(Kind.FIDELITY, spec.fidelity)}"
-        if on_case is not None:
-            on_case(name)
+        on_case(name)
         try:
             yield balance(spec)
         except DivergenceError as error:
-            if on_case is not None:
-                on_case(f"{name}, which fails: {error}")
+            on_case(f"{name}, which fails: {error}")
 
 
 def balance(spec: RunSpec) -> Balance:
@@ -84,7 +78,7 @@ def balance(spec: RunSpec) -> Balance:
     )
 
 
-def follow(solver: Solver, rollout: "Rollout") -> tuple[Losses, float]:
+def follow(solver: Solver, rollout: Rollout) -> tuple[Losses, float]:
     """Repeat the only world of a rollout substep by substep, and integrate its losses of energy.
 
     Returns:
@@ -179,5 +173,4 @@ def yield_loss(material: Yielding | SnowMaterial, strain: Array, history: Array)
 
 
 def _symmetric(rate: Array) -> Array:
-    found: Array = 0.5 * (rate + np.swapaxes(rate, 1, 2))
-    return found
+    return 0.5 * (rate + np.swapaxes(rate, 1, 2))

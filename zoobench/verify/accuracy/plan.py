@@ -17,17 +17,9 @@ LADDER = ("draft", "standard", "paper", "fine", "reference")
 """The levels, from coarse to fine; a finer grid has proportionally shorter steps."""
 
 KNOBS = (
-    "courant=0.9",
-    "courant=0.25",
-    "courant=0.1",
-    "particles_per_cell=1",
-    "particles_per_cell=4",
-    "particles_per_cell=27",
-    "kernel=cubic",
-    "transfer=pic",
-    "transfer=aflip",
-    "precision=64",
-)
+    "courant=0.9", "courant=0.25", "courant=0.1", "particles_per_cell=1", "particles_per_cell=4",
+    "particles_per_cell=27", "kernel=cubic", "transfer=pic", "transfer=aflip", "precision=64",
+)  # fmt: skip
 """Parameters of the fidelity that differ from those of a level, each of them alone."""
 
 WATER = {"ocean", "shallow-water"}

@@ -5,21 +5,17 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.db.rows import RunState, StudyRow
+from zoobench.db.query import Reader
+from zoobench.db.rows import FinalRow, MetricRow, RunRow, RunState, StudyRow
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import FRAME_SECONDS, Ref
-
-if TYPE_CHECKING:
-    from zoobench.db.query import Reader
-    from zoobench.db.rows import FinalRow, MetricRow, RunRow
-
 
 COST_STUDY = "accuracy-cost"
 ENERGY_STUDY = "accuracy-energy"
@@ -66,7 +62,6 @@ class FidelityCost:
     """Time per particle and substep of one environment at one fidelity on one machine.
 
     Attributes:
-        env, fidelity: references with version and every parameter.
         particles: of the scene.
         forward, forward_least, forward_most: wall time per particle and substep, median, smallest and largest of the
             interleaved repeats [ns].
@@ -91,7 +86,6 @@ class Balance:
     """The energy balance of one short episode.
 
     Attributes:
-        env, fidelity: references with version and every parameter.
         put_in: work of the muscles, of each in each control frame where it is positive [J].
         muscles: all their work [J].
         stored: growth of kinetic, elastic and potential energy of all matter [J].
@@ -145,7 +139,7 @@ def grid_spacing(fidelity: Ref) -> float:
     return spacing
 
 
-def from_reader(reader: "Reader") -> Measurements:
+def from_reader(reader: Reader) -> Measurements:
     """The probes' runs and the stored costs and energy balances of a database."""
     samples, origin = [], set()
     for run in reader.runs(states=[RunState.DONE]):
@@ -158,7 +152,7 @@ def from_reader(reader: "Reader") -> Measurements:
     return Measurements(tuple(samples), costs, tuple(sorted(origin)), balances)
 
 
-def _newest(kind: type[M], reader: "Reader", study: str) -> tuple[M, ...]:
+def _newest(kind: type[M], reader: Reader, study: str) -> tuple[M, ...]:
     """Stored costs or balances; of repeated ones the newest."""
     rows = (_from_document(kind, row.document) for found in reader.studies(study) for row in found.rows)
     return tuple({(row.env, row.fidelity): row for row in rows}.values())
@@ -166,7 +160,7 @@ def _newest(kind: type[M], reader: "Reader", study: str) -> tuple[M, ...]:
 
 def stored(item: FidelityCost | Balance) -> StudyRow:
     """A cost or a balance as the database keeps it."""
-    return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", asdict(item) | _refs(item))
+    return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", _document(item))
 
 
 def write(measurements: Measurements, path: Path) -> None:
@@ -178,9 +172,9 @@ def write(measurements: Measurements, path: Path) -> None:
     document = {
         "format": FORMAT,
         "origin": list(measurements.origin),
-        "samples": [_plain(asdict(sample) | _refs(sample)) for sample in measurements.samples],
-        "costs": [_plain(asdict(cost) | _refs(cost)) for cost in measurements.costs],
-        "balances": [_plain(asdict(balance) | _refs(balance)) for balance in measurements.balances],
+        "samples": [_plain(_document(sample)) for sample in measurements.samples],
+        "costs": [_plain(_document(cost)) for cost in measurements.costs],
+        "balances": [_plain(_document(balance)) for balance in measurements.balances],
     }
     lines = json.dumps(document, allow_nan=False).replace('{"env"', '\n{"env"')
     try:
@@ -209,7 +203,7 @@ def read(path: Path) -> Measurements:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
 
 
-def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: "Iterable[FinalRow]", memory: int) -> Sample:
+def _sample(run: RunRow, metrics: Iterable[MetricRow], finals: Iterable[FinalRow], memory: int) -> Sample:
     spec = run.spec
     curves: dict[str, dict[int, float]] = {}
     for metric in metrics:
@@ -222,6 +216,7 @@ def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: "Iterable[Fin
         task: [curves.get(name, {}).get(draw, math.nan) for draw in range(1, count + 1)] for task, name in names.items()
     }
     close = [draw for draw in range(int(spec.method.kwargs["gradients"])) if f"path_x_{draw}" in curves]
+    steps = sorted(curves[f"path_x_{close[0]}"]) if close else [0, 1]
     pairs = ("xx", "yy", "zz", "yz", "xz", "xy")
     return Sample(
         env=spec.env,
@@ -232,7 +227,7 @@ def _sample(run: "RunRow", metrics: "Iterable[MetricRow]", finals: "Iterable[Fin
         slopes=np.array([_values(curves.get(f"slope_{draw}", {})) for draw in close]),
         paths=np.array([np.stack([_values(curves[f"path_{axis}_{draw}"]) for axis in "xyz"], 1) for draw in close]),
         spreads=np.array([np.stack([_values(curves[f"spread_{pair}_{draw}"]) for pair in pairs], 1) for draw in close]),
-        seconds_between=_spacing(curves, close) * FRAME_SECONDS,
+        seconds_between=(steps[1] - steps[0]) * FRAME_SECONDS,
         substeps=totals["forward_substeps"] / (count * spec.frames * FRAME_SECONDS),
         peak_memory=memory,
     )
@@ -242,20 +237,14 @@ def _values(curve: Mapping[int, float]) -> Array:
     return np.array([curve[step] for step in sorted(curve)])
 
 
-def _spacing(curves: Mapping[str, Mapping[int, float]], close: list[int]) -> int:
-    """Frames between two points of a path."""
-    steps = sorted(curves[f"path_x_{close[0]}"]) if close else [0, 1]
-    return steps[1] - steps[0]
-
-
 def _origin(provenance: Mapping[str, Any]) -> str:
     code, cpu = provenance.get("code", {}), provenance.get("cpu", {})
     state = " with changes" if code.get("dirty") else ""
     return f"commit {str(code.get('commit') or 'unknown')[:12]}{state}, {cpu.get('model') or 'unknown processor'}"
 
 
-def _refs(item: Sample | FidelityCost | Balance) -> dict[str, str]:
-    return {"env": str(item.env), "fidelity": str(item.fidelity)}
+def _document(item: Sample | FidelityCost | Balance) -> dict[str, Any]:
+    return asdict(item) | {"env": str(item.env), "fidelity": str(item.fidelity)}
 
 
 def _plain(value: Any) -> Any:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 
@@ -58,7 +59,6 @@ def extrapolate(spacings: Sequence[float], values: Sequence[float]) -> Reference
 
 def _order(h: Array, ratio: float) -> float | None:
     """p with (h2^p - h3^p) / (h1^p - h2^p) = ratio; None if it is below `LEAST_ORDER`."""
-    from scipy.optimize import brentq
 
     def excess(p: float) -> float:
         return float((h[1] ** p - h[2] ** p) / (h[0] ** p - h[1] ** p) - ratio)

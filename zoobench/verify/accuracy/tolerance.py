@@ -8,6 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from scipy.stats import chi2
+
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.files import replace_files
@@ -77,27 +79,24 @@ def publish(measurements: Measurements, path: Path) -> None:
         UsageError: the file cannot be read or written.
     """
     measured = {label(Kind.ENV, sample.env): sample.env for sample in measurements.samples}
-    new = [_rounded(asdict(row)) for row in analyse(measurements).levels]
+    new = [
+        {name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in asdict(row).items()}
+        for row in analyse(measurements).levels
+    ]
     own = {str(env) for env in measured.values() if label(Kind.ENV, env) == env.name}
     try:
-        before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else _NOTHING
+        nothing: dict[str, list[Any]] = {"origin": [], "components": [], "levels": []}
+        before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else nothing
         kept = [row for row in before["levels"] if row["env"] not in measured]
         known = {text for text in before["components"] if Ref.parse(text).name not in measured} | own
-        rows = ",\n".join(json.dumps(row, allow_nan=False) for row in sorted(kept + new, key=_order))
+        kept_and_new = sorted(kept + new, key=lambda row: (row["env"], row["task"], -row["spacing"]))
+        rows = ",\n".join(json.dumps(row, allow_nan=False) for row in kept_and_new)
         head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin}), "components": sorted(known)})
         replace_files({path: f'{head[:-1]}, "levels": [\n{rows}\n]}}\n'.encode()})
     except OSError as error:
         raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
     except (ValueError, LookupError, TypeError, AttributeError, UsageError):
         raise UsageError(f"{path} holds something else than published levels. Choose another file.") from None
-
-
-_NOTHING: dict[str, list[Any]] = {"origin": [], "components": [], "levels": []}
-
-
-def _order(row: dict[str, Any]) -> tuple[str, str, float]:
-    """By environment and task, from coarse to fine."""
-    return row["env"], row["task"], -row["spacing"]
 
 
 @cache
@@ -107,10 +106,6 @@ def published() -> Published:
     document = json.loads(text)
     levels = tuple(LevelRow(**row) for row in document["levels"])
     return Published(tuple(document["origin"]), tuple(document["components"]), levels)
-
-
-def _rounded(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in row.items()}
 
 
 def _rows(env: Ref, task: str) -> list[LevelRow]:
@@ -140,8 +135,6 @@ def _surely(row: LevelRow) -> float | None:
     That of a root mean square e of n independent normal errors is e sqrt(n / chi^2) with the lower quantile of chi^2
     with n degrees of freedom; 1.5 e for twelve.
     """
-    from scipy.stats import chi2
-
     judged = int(row.draws.partition(",")[0])
     if row.error is None or not judged:
         return None

@@ -22,7 +22,15 @@ LARGEST_PARTICLE_COUNT = 2_000_000
 
 @dataclass(frozen=True)
 class BenchCase:
-    """The caterpillar in an environment, at the grid spacing that gives about this many particles."""
+    """The caterpillar in an environment, at the grid spacing that gives about this many particles.
+
+    Attributes:
+        precision: 32 or 64 bits.
+        gradients: measure the backward pass too.
+        repeats: measured episodes, of which the median is given.
+        frames, episode_substeps: least lengths of an episode.
+        device: `cpu` or `cuda`.
+    """
 
     scene: str
     particle_count: int
@@ -79,24 +87,17 @@ def bench(
     scenes: Sequence[str],
     particles: Sequence[int],
     *,
-    gradients: bool = True,
     repeats: int = 5,
-    precision: int = 32,
-    episode_substeps: int = 0,
-    device: str = "cpu",
-    on_case: Callable[[BenchCase], None] | None = None,
+    on_case: Callable[[BenchCase], None] = lambda _: None,
+    **settings: Any,
 ) -> list[BenchRow]:
     """Measure every scene at every particle count, one after the other.
 
     Args:
         scenes: names of environments; all if empty.
         particles: particle counts to come close to.
-        gradients: measure the backward pass too.
-        repeats: measured episodes, of which the median is given.
-        precision: 32 or 64 bits.
-        episode_substeps: length of the measured episodes at least; 0 for a short one.
-        device: `cpu` or `cuda`.
         on_case: called before each case, for progress.
+        settings: further fields of `BenchCase`.
 
     Raises:
         UnknownNameError: a scene that is not registered.
@@ -113,19 +114,13 @@ def bench(
     rows = []
     for scene in scenes:
         for count in particles:
-            case = BenchCase(
-                scene, count, precision, gradients, repeats, episode_substeps=episode_substeps, device=device
-            )
-            if on_case is not None:
-                on_case(case)
-            rows.append(_measure(case))
+            case = BenchCase(scene, count, repeats=repeats, **settings)
+            on_case(case)
+            with tempfile.TemporaryDirectory(prefix="zoobench-bench-") as cache:
+                cold = _run_case(case, cache, only_compile=True)
+                warm = _run_case(case, cache, only_compile=False)
+            rows.append(BenchRow(**warm | {"compile_cold_s": cold["compile_warm_s"]}))
     return rows
-
-
-def _measure(case: BenchCase) -> BenchRow:
-    with tempfile.TemporaryDirectory(prefix="zoobench-bench-") as cache:
-        cold = _run_case(case, cache, only_compile=True)
-        return BenchRow(**_run_case(case, cache, only_compile=False) | {"compile_cold_s": cold["compile_warm_s"]})
 
 
 def _run_case(case: BenchCase, cache: str, *, only_compile: bool) -> dict[str, Any]:

@@ -5,8 +5,7 @@ import math
 import statistics
 import sys
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,19 +16,10 @@ from zoobench.envs.base import Environment
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
+from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 
-if TYPE_CHECKING:
-    from zoobench.sim.solver import Solver
-
 _CLOSE_ENOUGH = 0.02  # relative to the wanted particle count
-
-
-@dataclass
-class _Timing:
-    forward: list[float]
-    backward: list[float]
-    substeps: int = 0
 
 
 def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, Fidelity]:
@@ -56,57 +46,50 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
 
 def measure(job: dict[str, Any]) -> dict[str, Any]:
     """Compile, then time the episodes of a case unless `only_compile` is set; the fields are of `bench.BenchRow`."""
-    from zoobench.sim.solver import Solver
-
     scene, fidelity = build_scene(job["scene"], job["particle_count"], job["precision"])
     solver = Solver(scene, fidelity, gradients=job["gradients"], device=job["device"])
     frames = max(job["frames"], math.ceil(job["episode_substeps"] / solver.substeps_per_frame))
-    compile_seconds = _first_call(solver)
-    result: dict[str, Any] = {"compile_warm_s": compile_seconds}
+    # the first frame beyond the second: compiling, or loading from the cache
+    first, second = (_time_episodes(solver, 1, 1, solver.gradients) for _ in range(2))
+    result: dict[str, Any] = {"compile_warm_s": sum(first[0] + first[1]) - sum(second[0] + second[1])}
     if not job["only_compile"]:
-        result |= _rates(solver, _time_episodes(solver, frames, job["repeats"], job["gradients"]))
+        result |= _rates(solver, *_time_episodes(solver, frames, job["repeats"], job["gradients"]))
         result |= {"scene": job["scene"], "precision": job["precision"]}
         peak = peak_memory()
         result["peak_memory_mib"] = None if peak is None else peak / 2**20
     return result
 
 
-def _first_call(solver: "Solver") -> float:
-    """Time of the first frame beyond that of the second [s]: compiling, or loading from the cache."""
-    first = _time_episodes(solver, 1, 1, solver.gradients)
-    second = _time_episodes(solver, 1, 1, solver.gradients)
-    return sum(first.forward + first.backward) - sum(second.forward + second.backward)
-
-
-def _time_episodes(solver: "Solver", frames: int, repeats: int, gradients: bool) -> _Timing:
+def _time_episodes(solver: Solver, frames: int, repeats: int, gradients: bool) -> tuple[list[float], list[float], int]:
+    """Wall times of forward and of backward passes [s], and the substeps of an episode."""
     actuation = travelling_wave(frames, solver.muscle_count)
-    timing = _Timing([], [])
+    forward, backward, substeps = [], [], 0
     for _ in range(repeats):
         begin = time.perf_counter()
         rollout = solver.run(actuation)
-        timing.forward.append(time.perf_counter() - begin)
+        forward.append(time.perf_counter() - begin)
         if rollout.divergences:
             raise RuntimeError(str(rollout.divergences[0]))
-        timing.substeps = rollout.substeps
+        substeps = rollout.substeps
         if gradients:
             adjoint = np.ones_like(rollout.positions)
             begin = time.perf_counter()
             solver.backward(rollout, adjoint, adjoint)
-            timing.backward.append(time.perf_counter() - begin)
-    return timing
+            backward.append(time.perf_counter() - begin)
+    return forward, backward, substeps
 
 
-def _rates(solver: "Solver", timing: _Timing) -> dict[str, Any]:
-    work = timing.substeps * solver.particle_count / 1e6
-    forward = statistics.median(timing.forward)
-    backward = statistics.median(timing.backward) if timing.backward else None
+def _rates(solver: Solver, forwards: list[float], backwards: list[float], substeps: int) -> dict[str, Any]:
+    work = substeps * solver.particle_count / 1e6
+    forward = statistics.median(forwards)
+    backward = statistics.median(backwards) if backwards else None
     return {
         "particle_count": solver.particle_count,
         "robot_particle_count": solver.robot_count,
-        "substeps": timing.substeps,
+        "substeps": substeps,
         "forward_mps": work / forward,
-        "forward_mps_min": work / max(timing.forward),
-        "forward_mps_max": work / min(timing.forward),
+        "forward_mps_min": work / max(forwards),
+        "forward_mps_max": work / min(forwards),
         "both_mps": work / (forward + backward) if backward is not None else None,
         "backward_over_forward": backward / forward if backward is not None else None,
     }

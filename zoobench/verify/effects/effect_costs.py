@@ -7,21 +7,23 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoobench.cell.driving import travelling_wave
 from zoobench.errors import DivergenceError
+from zoobench.sim.ablation import Ablation, SubstepPart
+from zoobench.sim.adjoint import Adjoint
+from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.state import Matter, Parameters
+from zoobench.sim.solver import Solver
 from zoobench.verify.effects.coverage import StudiedScene
 from zoobench.verify.effects.effect_scenes import pairs
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-    from zoobench.sim.model.rollout import Rollout
-    from zoobench.sim.model.state import Matter
-    from zoobench.sim.solver import Solver
 
 WARM_FRAMES = 5
 """Control frames under full actuation before the measurement: a law's time depends on the strain."""
@@ -81,8 +83,6 @@ def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
     Raises:
         DivergenceError: the simulation diverged before it could be measured.
     """
-    from zoobench.sim.solver import Solver
-
     for pair in pairs(studied.scene):
         solvers = [Solver(scene, studied.fidelity) for scene in (pair.on, pair.off)]
         dt = min(solver.dt for solver in solvers)
@@ -111,8 +111,6 @@ def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
 
 def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]:
     """Costs of checkpoints alone, then of the whole gradient, against a forward run of the same frames."""
-    from zoobench.sim.solver import Solver
-
     keeper, plain = (Solver(studied.scene, studied.fidelity, gradients=gradients) for gradients in (True, False))
     rollout = run(keeper, WARM_FRAMES)
     adjoint = np.ones_like(rollout.positions)
@@ -120,14 +118,11 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
     stored = state_bytes(keeper) + sum(tensor_bytes(matter.tensors()) for matter in rollout.checkpoints)
     work = rollout.substeps * keeper.particle_count * 1e-9
 
-    def keep() -> float:
-        return cpu_seconds(lambda: run(keeper, WARM_FRAMES))
+    forward: Callable[[], float] = partial(cpu_seconds, lambda: run(plain, WARM_FRAMES))
+    keep: Callable[[], float] = partial(cpu_seconds, lambda: run(keeper, WARM_FRAMES))
 
     def differentiate() -> float:
         return cpu_seconds(lambda: keeper.backward(run(keeper, WARM_FRAMES), adjoint, adjoint))
-
-    def forward() -> float:
-        return cpu_seconds(lambda: run(plain, WARM_FRAMES))
 
     for effect, without_it, measured, direction, held in (
         ("checkpoints", "gradients off", keep, "forward", stored),
@@ -161,17 +156,12 @@ def shares(studied: StudiedScene, repeats: int = 7) -> Iterator[Share]:
     Raises:
         DivergenceError: the simulation diverged before it could be measured.
     """
-    from zoobench.sim.ablation import Ablation, SubstepPart
-    from zoobench.sim.solver import Solver
-
     solver = Solver(studied.scene, studied.fidelity)
     whole = Trial(solver, solver.dt)
     ablation = Ablation(solver.simulation)
 
-    def timer(part: SubstepPart) -> Callable[[], float]:
-        return lambda: cpu_seconds(lambda: ablation.repeat(part, whole.count, solver.dt))
-
-    timers = [whole.seconds, *map(timer, ablation.parts)]
+    repeated = [partial(ablation.repeat, part, whole.count, solver.dt) for part in ablation.parts]
+    timers: list[Callable[[], float]] = [whole.seconds, *(partial(cpu_seconds, work) for work in repeated)]
     for first in timers:
         first()  # compiles
     total, *found = (whole.per_particle(seconds) for seconds in in_turn(timers, repeats))
@@ -189,7 +179,7 @@ class Trial:
         like: start from the state of this trial if it has the same tensors, so that only the effect differs.
     """
 
-    def __init__(self, solver: "Solver", dt: float, like: "Trial | None" = None) -> None:
+    def __init__(self, solver: Solver, dt: float, like: "Trial | None" = None) -> None:
         run(solver, WARM_FRAMES)
         self._solver, self._dt = solver, dt
         self._state = solver.matter.copy_slot(0)
@@ -210,11 +200,11 @@ class Trial:
         return 1e9 * seconds / (self.count * self._solver.particle_count)
 
 
-def _shapes(matter: "Matter") -> list[tuple[int, ...]]:
+def _shapes(matter: Matter) -> list[tuple[int, ...]]:
     return [tuple(tensor.shape) for tensor in matter.tensors()]
 
 
-def run(solver: "Solver", frames: int) -> "Rollout":
+def run(solver: Solver, frames: int) -> Rollout:
     """An episode under full actuation in a travelling wave.
 
     Raises:
@@ -239,16 +229,13 @@ def cpu_seconds(work: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def state_bytes(solver: "Solver") -> int:
+def state_bytes(solver: Solver) -> int:
     """Bytes of one world's state and parameters."""
     return tensor_bytes([*solver.matter.tensors(), *solver.parameters.tensors()]) // solver.worlds
 
 
-def adjoint_bytes(solver: "Solver", rollout: "Rollout") -> int:
+def adjoint_bytes(solver: Solver, rollout: Rollout) -> int:
     """Bytes of one world's backward pass without the checkpoints: the states of a segment, and the adjoints."""
-    from zoobench.sim.adjoint import Adjoint
-    from zoobench.sim.model.state import Matter, Parameters
-
     held = vars(Adjoint(solver.simulation, rollout)).values()
     return sum(tensor_bytes(item.tensors()) for item in held if isinstance(item, Matter | Parameters)) // solver.worlds
 

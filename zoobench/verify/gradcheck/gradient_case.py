@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from zoobench import registry
@@ -13,14 +13,14 @@ from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.motion import BODY_ARRAYS, MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
-from zoobench.errors import SceneError, Unbuildable
+from zoobench.envs.base import Environment
+from zoobench.errors import DivergenceError, SceneError, Unbuildable
 from zoobench.registry import Kind
+from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.tasks.base import Motion
-
-if TYPE_CHECKING:
-    from zoobench.envs.base import Environment
-    from zoobench.sim.model.rollout import Rollout
 
 Arrays = dict[str, Array]
 Counts = NDArray[np.int64]
@@ -49,9 +49,6 @@ class GradientCase:
         fidelity: Ref = Ref("smoke"),  # noqa: B008
         seed: int = 0,
     ) -> None:
-        from zoobench.sim.equilibrium import equilibrated
-        from zoobench.sim.solver import Solver
-
         environment: Environment = registry.create(Kind.ENV, env)
         grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
         self.env, self.task = str(env), str(task)
@@ -101,15 +98,12 @@ class GradientCase:
             return {"actuation": np.zeros((frames, 1, self._solver.muscle_count)), "controller": control, **groups}
         return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
 
-    def run(self, arrays: Arrays, schedule: Counts | None = None) -> "Rollout":
+    def run(self, arrays: Arrays, schedule: Counts | None = None) -> Rollout:
         """An episode with these parameters; `schedule` prescribes the substeps of every frame.
 
         Raises:
             DivergenceError: the simulation diverged.
         """
-        from zoobench.errors import DivergenceError
-        from zoobench.sim.solver import BodyState
-
         built = self._build(arrays)
         body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
@@ -120,20 +114,18 @@ class GradientCase:
             raise DivergenceError(rollout.divergences[0])
         return rollout
 
-    def objective(self, rollout: "Rollout") -> float:
+    def objective(self, rollout: Rollout) -> float:
         """The task's objective for a rollout."""
         return float(self._task.objective(self._motion(rollout, leaf=False)).sum())
 
     def objective_near(self, base: Arrays, counts: Counts, group: str, shift: Array) -> float:
         """The objective with one group of parameters shifted, in the base's substeps; NaN if it diverges."""
-        from zoobench.errors import DivergenceError
-
         try:
             return self.objective(self.run({**base, group: base[group] + shift}, counts))
         except DivergenceError:
             return np.nan
 
-    def gradient(self, rollout: "Rollout", arrays: Arrays) -> tuple[Arrays, str]:
+    def gradient(self, rollout: Rollout, arrays: Arrays) -> tuple[Arrays, str]:
         """The gradient of the objective by every group of parameters in `arrays`, and where it is not finite."""
         built, count = self._build(arrays), self._robot.control_count
         loops = FeedbackLoops.of(self._robot, [built])
@@ -172,12 +164,12 @@ class GradientCase:
             apart.append(self._distance(rollout, frame + 1))
         return np.concatenate([[0], np.cumsum(rollout.counts[:, 0])]), np.array(apart)
 
-    def _distance(self, rollout: "Rollout", frame: int) -> float:
+    def _distance(self, rollout: Rollout, frame: int) -> float:
         solver = self._solver
         here = solver.matter.x[0, 0, : solver.robot_count].numpy() + solver.origin
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
-    def _motion(self, rollout: "Rollout", *, leaf: bool) -> Motion:
+    def _motion(self, rollout: Rollout, *, leaf: bool) -> Motion:
         return motion_of(rollout, self._robot.body, self._density, gradient=leaf)
 
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
@@ -186,8 +178,6 @@ class GradientCase:
         Raises:
             SceneError: the robot cannot be built.
         """
-        import torch
-
         control, design = np.split(self._parameters, [self._robot.control_count])
         row = np.concatenate([arrays.get("controller", control), arrays.get("design", design)])
         times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS

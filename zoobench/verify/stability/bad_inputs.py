@@ -11,15 +11,12 @@ from zoobench.sim.model.matter import Medium, SandMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.state import BodyState
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
 from zoobench.verify.stability.muscles import muscle_cube
 
-CASES: list[Case] = []
 
-
-@case(CASES, "bad-matter")
+@case("bad-matter")
 def bad_matter(record: EpisodeRecorder) -> None:
     """Scenes without matter, without mass, or with values that are not finite are refused before they run."""
     body = scenes.passive(scenes.lattice(scenes.MIDDLE, (2, 2, 2)))
@@ -54,7 +51,7 @@ def _with_medium(material: Medium, positions: Array) -> Scene:
     return scenes.lone_bed(scenes.bed_of(material, positions))
 
 
-@case(CASES, "bad-actuation")
+@case("bad-actuation")
 def bad_actuation(record: EpisodeRecorder) -> None:
     """Actuation that is not finite, beyond its limit or of the wrong shape is refused, and so is a bad body."""
     solver = Solver(scenes.flight(muscle_cube(3e3), 3.0), scenes.fidelity())
@@ -70,7 +67,7 @@ def bad_actuation(record: EpisodeRecorder) -> None:
     record.refuses("a body without occupancy", "empty", lambda: solver.run(still, ghost))
 
 
-@case(CASES, "one-particle")
+@case("one-particle")
 def one_particle(record: EpisodeRecorder) -> None:
     """A robot of one particle falls on the ground and stays there; particles without occupancy have no effect on it."""
     place = np.array([[0.35, 0.05, 0.37]])
@@ -86,7 +83,7 @@ def one_particle(record: EpisodeRecorder) -> None:
     record.at_most("difference that ghosts make [m]", np.abs(paths[1] - paths[0]).max(), 1e-12)
 
 
-@case(CASES, "ice-and-glue")
+@case("ice-and-glue")
 def ice_and_glue(record: EpisodeRecorder) -> None:
     """A working caterpillar gets no thrust from frictionless ground, nor more than friction times load from any."""
     grid = scenes.fidelity(64)

@@ -7,11 +7,8 @@ import numpy as np
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import GROWTH, EnergyHistory, EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 _SIDE = 0.75
 
@@ -23,7 +20,7 @@ def _escape(energies: EnergyHistory, scene: Scene) -> float:
     return max(below, above) / scenes.SPACING
 
 
-@case(CASES, "all-corners")
+@case("all-corners")
 def all_corners(record: EpisodeRecorder) -> None:
     """A cube is thrown at 3 m/s into each of the eight corners, and rebounds from all walls."""
     positions = scenes.cube()
@@ -42,7 +39,7 @@ def all_corners(record: EpisodeRecorder) -> None:
     record.at_least("speed of return along each axis [m/s]", back.min(), 0.3)
 
 
-@case(CASES, "launched-at-the-edge")
+@case("launched-at-the-edge")
 def launched_at_the_edge(record: EpisodeRecorder) -> None:
     """A cube that touches a wall moves into it at 8 m/s; a cube that starts beyond it is refused."""
     for axis in range(3):
@@ -57,7 +54,7 @@ def launched_at_the_edge(record: EpisodeRecorder) -> None:
     )
 
 
-@case(CASES, "on-the-nodes")
+@case("on-the-nodes")
 def on_the_nodes(record: EpisodeRecorder) -> None:
     """Isolated particles on nodes, cell borders and wall planes keep a common velocity and their volume."""
     offsets = np.array([0.0, 0.5, 1.0 - 1e-7, 1e-7])
@@ -92,7 +89,7 @@ def _tumbling(shift: float) -> Scene:
     return Scene(body, lower, (shift + 1.5, _SIDE, shift + 1.5), ground=Ground(0.5))
 
 
-@case(CASES, "far-from-origin")
+@case("far-from-origin")
 def far_from_origin(record: EpisodeRecorder) -> None:
     """The same tumbling cube 0, 1, 10 and 100 m from the origin, in 32 bits: positions are relative to the arena."""
     paths = []
@@ -105,7 +102,7 @@ def far_from_origin(record: EpisodeRecorder) -> None:
         record.at_most(f"{shift:g} m: largest difference of places [m]", np.abs(path - paths[0]).max(), 0.0)
 
 
-@case(CASES, "off-the-lattice")
+@case("off-the-lattice")
 def off_the_lattice(record: EpisodeRecorder) -> None:
     """The tumbling cube shifted by fractions of a cell along the ground: its final position hardly depends on it."""
     ends = []

@@ -45,11 +45,6 @@ class EnergyHistory:
         return self.largest(lambda balance: float(np.linalg.norm(balance.momentum)))
 
     @property
-    def speed(self) -> float:
-        """Largest speed of any particle [m/s]."""
-        return self.largest(lambda balance: balance.speed)
-
-    @property
     def smallest_j(self) -> float:
         """Smallest volume ratio."""
         return self.smallest(lambda balance: balance.smallest_j)
@@ -60,6 +55,7 @@ class EnergyHistory:
         return self.smallest(lambda balance: balance.lowest[1])
 
 
+@dataclass
 class EpisodeRecorder(cases.CaseRecorder):
     """Records the checks of a case, and the solver's own figures summed over all its runs.
 
@@ -72,15 +68,13 @@ class EpisodeRecorder(cases.CaseRecorder):
         guarded, particle_frames: robot particles with a clamped log J at the end of a frame, and all of them.
     """
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.smallest_j = math.inf
-        self.step = math.inf
-        self.fraction = math.nan
-        self.retries = 0
-        self.frames = 0
-        self.guarded = 0
-        self.particle_frames = 0
+    smallest_j: float = math.inf
+    step: float = math.inf
+    fraction: float = math.nan
+    retries: int = 0
+    frames: int = 0
+    guarded: int = 0
+    particle_frames: int = 0
 
     def columns(self) -> dict[str, Any]:
         """The solver's figures; None where nothing was simulated."""
@@ -154,7 +148,8 @@ class EpisodeRecorder(cases.CaseRecorder):
     def no_drift(self, solver: Solver, energies: EnergyHistory, prefix: str = "") -> None:
         """Check that the centre of a free body stays in place."""
         speed = energies.momentum / float(solver.parameters.mass.sum())
-        self.at_most(f"{prefix}speed of the centre / largest speed", speed / energies.speed, 1e-9)
+        largest = energies.largest(lambda balance: balance.speed)
+        self.at_most(f"{prefix}speed of the centre / largest speed", speed / largest, 1e-9)
 
     def path_finite(self, rollout: Rollout, prefix: str = "", words: str = "path finite") -> None:
         """Check that all positions of an episode are finite."""

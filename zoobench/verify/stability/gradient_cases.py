@@ -11,12 +11,9 @@ from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, SnowMat
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Parameters, empty_matter
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.energies import to_array
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 Extended = NDArray[np.longdouble]
 
@@ -85,11 +82,10 @@ def solver_adjoint(name: str, frames: Array, squares: Array, adjoints: Array, pr
 
 
 def _pack(matrices: Array) -> Array:
-    packed: Array = np.stack([matrices[:, i, j] for i, j in _PACKED], axis=1)
-    return packed
+    return np.stack([matrices[:, i, j] for i, j in _PACKED], axis=1)
 
 
-@case(CASES, "equal-stretches", is_fast=False)
+@case("equal-stretches", is_fast=False)
 def equal_stretches(record: EpisodeRecorder) -> None:
     """Adjoints of sand, clay, mud and snow where principal stretches differ by 0.1 down to nothing.
 
@@ -119,7 +115,7 @@ def equal_stretches(record: EpisodeRecorder) -> None:
             record.at_most(f"{name}, {precision} bits: relative error", error.max(), tolerance)
 
 
-@case(CASES, "full-strength")
+@case("full-strength")
 def full_strength(record: EpisodeRecorder) -> None:
     """The caterpillar with all muscles at full strength in turn, its gradient included."""
     grid = scenes.fidelity()

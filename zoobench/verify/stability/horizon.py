@@ -20,11 +20,8 @@ from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.model.rollout import FloatArray, Rollout
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 FRAMES = 200
 SUBSTEPS = 18
@@ -119,8 +116,7 @@ def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nud
 def _nudged(nudge: float, seed: int, loss: Array, frames: int, *, contact: bool) -> Array:
     solver = walker(64, frames, contact=contact, nudge=nudge, seed=seed)
     found = solver.backward(solver.run(scenes.muscle_wave(solver, frames)), loss, np.zeros_like(loss))
-    gradient: Array = found.actuation[:, 0]
-    return gradient
+    return found.actuation[:, 0]
 
 
 def _loss_adjoint(positions: FloatArray, *, contact: bool) -> Array:
@@ -148,7 +144,7 @@ def check_gap(record: EpisodeRecorder, gap: Gap, *, contact: bool, frames: int) 
         record.at_most(f"{where}, 32 bits against 64", gap.total, 1e-3)
 
 
-@case(CASES, "long-horizon", is_fast=False)
+@case("long-horizon", is_fast=False)
 def long_horizon(record: EpisodeRecorder) -> None:
     """A caterpillar's gradient through 3600 substeps, on rough ground and in mid-air: bounded, and accurate in 32 bits.
 

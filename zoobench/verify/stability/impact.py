@@ -8,11 +8,8 @@ from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 _FRAME = 0.002
 """Control frame of the impacts [s]: short compared with an impact."""
@@ -32,7 +29,7 @@ def _falling(cells_per_step: float) -> tuple[Scene, float]:
     return scenes.drop(body, (0.75, 2.5, 0.75)), step
 
 
-@case(CASES, "fast-landing")
+@case("fast-landing")
 def fast_landing(record: EpisodeRecorder) -> None:
     """A cube hits the ground at 0.45 cells per declared step, above its wave speed, and bounces."""
     scene, _ = _falling(0.45)
@@ -44,7 +41,7 @@ def fast_landing(record: EpisodeRecorder) -> None:
     record.at_least("speed at the end, upwards [m/s]", rollout.velocities[-1, 0, :, 1].mean(), 0.0)
 
 
-@case(CASES, "landing-beyond-speed-limit")
+@case("landing-beyond-speed-limit")
 def landing_beyond_the_speed_limit(record: EpisodeRecorder) -> None:
     """A cube that covers 0.9 or 3 cells in a declared step: shorter steps are taken, or the episode diverges."""
     for cells in (0.9, 3.0):
@@ -62,7 +59,7 @@ def landing_beyond_the_speed_limit(record: EpisodeRecorder) -> None:
             record.robot_volume(rollout, 0.0, f"{cells:g}: ")
 
 
-@case(CASES, "control-too-fast")
+@case("control-too-fast")
 def too_fast(record: EpisodeRecorder) -> None:
     """Negative control: a cube that covers 0.55 cells or more in a fixed step is flagged as too fast for it."""
     for cells in (0.55, 0.9, 3.0):
@@ -74,7 +71,7 @@ def too_fast(record: EpisodeRecorder) -> None:
         record.path_finite(rollout, f"{cells:g}: ")
 
 
-@case(CASES, "repeated-frames")
+@case("repeated-frames")
 def repeated_frames(record: EpisodeRecorder) -> None:
     """Impacts within frames of 8 ms at the longest step allowed: frames are repeated, and the replay is exact.
 
@@ -94,7 +91,7 @@ def repeated_frames(record: EpisodeRecorder) -> None:
     record.at_least("repeated frames", retries, 1)
 
 
-@case(CASES, "head-on-collision")
+@case("head-on-collision")
 def head_on_collision(record: EpisodeRecorder) -> None:
     """Two cubes collide head-on with half the wave speed between them and separate again."""
     left = scenes.cube((0.25, 0.3125, 0.3125))

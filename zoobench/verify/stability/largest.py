@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from zoobench.sim.model.matter import ElasticMaterial, Law
+from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import Solver
@@ -102,34 +102,23 @@ def _motion(solver: Solver) -> float:
 
 def _scenes() -> Iterator[tuple[str, Solver, bool]]:
     """Name and solver of every scene, and whether it is an isolated particle whose stiffness is predicted exactly."""
+    lone, block = np.array([PLACE]), scenes.cube(_CORNER)
     for ratio in (0.0, 0.2, 0.45):
-        material = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=ratio, density=1000.0)
-        yield f"lone particle, nu {ratio:g}", _elastic(_lone(material)), True
-    yield "spray", _elastic(spray_scene().robot, 1.35), False
+        body = scenes.passive(lone, replace(scenes.RUBBER, poissons_ratio=ratio))
+        yield f"lone particle, nu {ratio:g}", scenes.reset_solver(scenes.flight(body, 1.0)), True
+    yield "spray", scenes.reset_solver(spray_scene()), False
     for ratio in (0.2, 0.45):
-        material = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=ratio, density=1000.0)
-        yield f"block, nu {ratio:g}", _elastic(_block(material)), False
+        body = scenes.passive(block, replace(scenes.RUBBER, poissons_ratio=ratio))
+        yield f"block, nu {ratio:g}", scenes.reset_solver(scenes.flight(body, 1.0)), False
     # the prediction takes all stretches of a contracted muscle as the largest, those of snow as its largest elastic one
-    yield "lone muscle, contracted", _contracted(_lone(scenes.MUSCLE)), False
-    yield "block of muscle, contracted", _contracted(_block(scenes.MUSCLE)), False
+    yield "lone muscle, contracted", _contracted(scenes.passive(lone, scenes.MUSCLE)), False
+    yield "block of muscle, contracted", _contracted(scenes.passive(block, scenes.MUSCLE)), False
     yield "caterpillar, contracted", _robot(), False
     for name in ("clay", "snow"):
         yield f"lone particle of {name}", _free_medium(name, 1), name == "clay"
         yield f"block of {name}", _free_medium(name, 4), False
-    for name in scenes.medium_names():
+    for name in scenes.MEDIA:
         yield f"box full of {name}", _boxed(name), False
-
-
-def _lone(material: ElasticMaterial) -> ElasticBody:
-    return scenes.passive(np.array([PLACE]), material)
-
-
-def _block(material: ElasticMaterial) -> ElasticBody:
-    return scenes.passive(scenes.cube(_CORNER), material)
-
-
-def _elastic(body: ElasticBody, size: float = 1.0) -> Solver:
-    return scenes.reset_solver(scenes.flight(body, size))
 
 
 def _contracted(body: ElasticBody) -> Solver:

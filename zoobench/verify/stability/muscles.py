@@ -3,25 +3,21 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 _MU, _LAM = lame_parameters(scenes.MUSCLE.youngs_modulus, scenes.MUSCLE.poissons_ratio)
 
 
 def _across(stretch: float) -> float:
     """Stretch across a fibre of this stretch along that is free across: mu (c^2 - 1) + lambda log(J) = 0."""
-    from scipy.optimize import brentq
-
     return float(brentq(lambda c: _MU * (c**2 - 1) + _LAM * np.log(stretch * c**2), 1e-3, 1e3, xtol=1e-14))
 
 
@@ -38,7 +34,6 @@ def stretches_at_rest(tension: float) -> tuple[float, float]:
 
     Free of stress along it means mu (a^2 - 1) + lambda log(J) + tension a^2 = 0.
     """
-    from scipy.optimize import brentq
 
     def stress(a: float) -> float:
         return float(_MU * (a**2 - 1) + _LAM * np.log(a * _across(a) ** 2) + tension * a**2)
@@ -49,8 +44,6 @@ def stretches_at_rest(tension: float) -> tuple[float, float]:
 
 def turning_point(tension: float) -> float:
     """The other stretch at which a fibre released from rest at stretch 1 has no kinetic energy."""
-    from scipy.optimize import brentq
-
     still = stretches_at_rest(tension)[0]
     beyond = (still, 30.0) if tension < 0.0 else (1e-2, still)
 
@@ -93,7 +86,7 @@ def _approaches(record: EpisodeRecorder, stretch: Array, still: float, prefix: s
     record.at_most(f"{prefix}distance from equilibrium at the end / at first", away, 0.3)
 
 
-@case(CASES, "muscle-step")
+@case("muscle-step")
 def muscle_step(record: EpisodeRecorder) -> None:
     """Full contraction at once, and a push at once of half the stress at which a fibre loses its equilibrium.
 
@@ -107,7 +100,7 @@ def muscle_step(record: EpisodeRecorder) -> None:
         _approaches(record, stretch[-20:], stretches_at_rest(tension)[0], f"{name}: ")
 
 
-@case(CASES, "muscle-near-runaway")
+@case("muscle-near-runaway")
 def muscle_near_runaway(record: EpisodeRecorder) -> None:
     """A push that rises within half a second to 0.8 of the stress without equilibrium; the fibre doubles its length.
 
@@ -122,7 +115,7 @@ def muscle_near_runaway(record: EpisodeRecorder) -> None:
     record.remark(f"at once, the turning point is {turning_point(-0.8 * _MU):.2g}")
 
 
-@case(CASES, "muscle-flutter")
+@case("muscle-flutter")
 def muscle_flutter(record: EpisodeRecorder) -> None:
     """Full contraction and full push in turn, 200 times a second."""
     signs = np.where(np.arange(400) % 2 == 0, 1.0, -1.0)
@@ -131,7 +124,7 @@ def muscle_flutter(record: EpisodeRecorder) -> None:
     record.at_least("smallest stretch / that of a steady pull", float(stretch.min()) / stretches_at_rest(3e3)[0], 0.5)
 
 
-@case(CASES, "control-muscle-runaway")
+@case("control-muscle-runaway")
 def muscle_runaway(record: EpisodeRecorder) -> None:
     """Negative control: a push beyond mu has no equilibrium; such a muscle is refused, or its episode diverges."""
     try:
@@ -160,7 +153,7 @@ def _horseshoe() -> ElasticBody:
     return replace(body, muscle_membership=inner[:, None].astype(float))
 
 
-@case(CASES, "fold")
+@case("fold")
 def fold(record: EpisodeRecorder) -> None:
     """A horseshoe closes with all its strength until its arms press on each other: nothing inverts or drifts."""
     body = _horseshoe()

@@ -8,11 +8,8 @@ from zoobench.sim.model.laws_numpy import principal_stress
 from zoobench.sim.model.matter import SMALLEST_PLASTIC, Law
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case, flagged
-
-CASES: list[Case] = []
 
 NEAR = 0.98
 BEYOND = 1.05
@@ -48,14 +45,14 @@ def lone_medium(name: str) -> Scene:
     return scenes.lone_bed(bed)
 
 
-@case(CASES, "lone-elastic")
+@case("lone-elastic")
 def lone_elastic_particle(record: EpisodeRecorder) -> None:
     """One elastic particle, slightly strained, for 10,000 steps of 0.98 dt_iso."""
     solver = scenes.reset_solver(lone_elastic(), np.diag([1.0 + 1e-5, 1.0, 1.0 + 0.5e-5]))
     _stays_bounded(record, solver, NEAR, _LONG)
 
 
-@case(CASES, "lone-elastic-stretched")
+@case("lone-elastic-stretched")
 def stretched_particle(record: EpisodeRecorder) -> None:
     """One elastic particle, strained by 10 %, for 10,000 steps of 0.7 dt_iso.
 
@@ -82,11 +79,9 @@ def lone_medium_particle(record: EpisodeRecorder, name: str) -> None:
     _stays_bounded(record, scenes.reset_solver(lone_medium(name)), NEAR, _LONG)
 
 
-for _name in scenes.medium_names():
+for _name in scenes.MEDIA:
     _summary = f"One particle of {_name}, compressed, for 10,000 steps of 0.98 dt_iso."
-    case(CASES, f"lone-{_name}", args=(_name,), summary=_summary, is_fast=_name in ("sand", "water"))(
-        lone_medium_particle
-    )
+    case(f"lone-{_name}", args=(_name,), summary=_summary, is_fast=_name in ("sand", "water"))(lone_medium_particle)
 
 
 def spray_scene() -> Scene:
@@ -99,7 +94,7 @@ def spray_scene() -> Scene:
     return scenes.flight(scenes.passive(positions), 1.35)
 
 
-@case(CASES, "spray")
+@case("spray")
 def spray(record: EpisodeRecorder) -> None:
     """500 single and paired particles for 2000 steps: small strains at 0.9 dt_iso, some per cent at a half."""
     for fraction, strain in ((0.9, 1e-4), (0.5, 0.03)):
@@ -113,7 +108,7 @@ def spray(record: EpisodeRecorder) -> None:
         record.holds("healthy", not flagged(solver, dt))
 
 
-@case(CASES, "control-beyond-limit")
+@case("control-beyond-limit")
 def beyond_the_limit(record: EpisodeRecorder) -> None:
     """Negative control: at 1.05 dt_iso lone particles of rubber and clay blow up, and the health check flags them."""
     elastic = scenes.reset_solver(lone_elastic(), np.diag([1.001, 1.0, 1.0]))
@@ -126,10 +121,10 @@ def beyond_the_limit(record: EpisodeRecorder) -> None:
         record.holds(f"{name} flagged ({found or 'nothing'}) after {steps} steps", bool(found))
 
 
-@case(CASES, "control-unsafe-step")
+@case("control-unsafe-step")
 def unsafe_step(record: EpisodeRecorder) -> None:
     """Negative control: a fixed step above 0.9 dt_iso is refused with the limit and the matter that sets it."""
-    for name in (None, *scenes.medium_names()):
+    for name in (None, *scenes.MEDIA):
         scene = lone_elastic() if name is None else lone_medium(name)
         limit = Solver(scene, scenes.fidelity(), frame_seconds=1.0).limit.dt_iso
         for share in (0.92, BEYOND):

@@ -24,17 +24,13 @@ ORIGIN = (0.0, 0.0, 0.0)
 MIDDLE = (0.3125, 0.3125, 0.3125)
 RUBBER = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.3, density=1000.0)
 MUSCLE = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3e3)
-_MEDIUM_HOMES = {"sand": "desert", "clay": "clay", "mud": "wetland", "snow": "snow", "water": "ocean"}
-
-
-def medium_names() -> tuple[str, ...]:
-    """Every medium of the environments."""
-    return tuple(_MEDIUM_HOMES)
+MEDIA = {"sand": "desert", "clay": "clay", "mud": "wetland", "snow": "snow", "water": "ocean"}
+"""An environment of each medium, by the medium's name."""
 
 
 def medium_material(name: str) -> Medium:
     """A medium with the parameters of its environment."""
-    material: Medium = registry.create(Kind.ENV, Ref(_MEDIUM_HOMES[name])).bed.material
+    material: Medium = registry.create(Kind.ENV, Ref(MEDIA[name])).bed.material
     return material
 
 
@@ -104,8 +100,7 @@ def muscle_wave(solver: Solver, frames: int) -> Array:
     """Actuation `[frames, 1, muscles]`: a wave along the body."""
     times = 0.008 * np.arange(frames)[:, None, None]
     phases = np.linspace(0.0, 2.0 * np.pi, solver.muscle_count, endpoint=False)
-    actuation: Array = 0.8 * np.sin(2.0 * np.pi * 1.5 * times + phases)
-    return actuation
+    return 0.8 * np.sin(2.0 * np.pi * 1.5 * times + phases)
 
 
 def strained(solver: Solver, F: Array) -> Matter:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from zoobench.db.rows import StudyRow
-from zoobench.verify.cases import Result
+from zoobench.verify.cases import CaseResult, cases_of
 from zoobench.verify.stability import (
     bad_inputs,
     contrast,
@@ -15,28 +15,18 @@ from zoobench.verify.stability import (
     muscles,
     particle_cases,
     strains,
-    water_cases,
 )
 
 STUDY = "stability"
 STEP_STUDY = "largest-step"
 
-CASES = (
-    *particle_cases.CASES,
-    *strains.CASES,
-    *impact.CASES,
-    *contrast.CASES,
-    *muscles.CASES,
-    *domain.CASES,
-    *media_cases.CASES,
-    *water_cases.CASES,
-    *gradient_cases.CASES,
-    *horizon.CASES,
-    *bad_inputs.CASES,
-)
+CASES = cases_of(
+    particle_cases, strains, impact, contrast, muscles, domain, media_cases, gradient_cases, horizon,
+    bad_inputs,
+)  # fmt: skip
 
 
-def row_of(result: Result) -> dict[str, Any]:
+def row_of(result: CaseResult) -> dict[str, Any]:
     """A result by the columns of the listing."""
     return {
         "case": result.case.name,

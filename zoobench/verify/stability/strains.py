@@ -7,12 +7,9 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case
 from zoobench.verify.energies import energy_balance
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
-
-CASES: list[Case] = []
 
 
 def _stretched(positions: Array, F: Array) -> Solver:
@@ -21,8 +18,8 @@ def _stretched(positions: Array, F: Array) -> Solver:
     return scenes.strained_solver(scenes.flight(body, 2.5), scenes.fidelity(64), F)
 
 
-@case(CASES, "release-from-tension", args=(2.0,), summary="A cube of rubber is released at twice its volume.")
-@case(CASES, "release-from-pressure", args=(0.5,), summary="A cube of rubber is released at half its volume.")
+@case("release-from-tension", args=(2.0,), summary="A cube of rubber is released at twice its volume.")
+@case("release-from-pressure", args=(0.5,), summary="A cube of rubber is released at half its volume.")
 def release(record: EpisodeRecorder, volume_ratio: float) -> None:
     """A cube released from a uniform stretch oscillates without gaining energy, inverting or drifting."""
     side = volume_ratio ** (1 / 3)
@@ -42,7 +39,7 @@ def _random_gradient(solver: Solver, rollout: Rollout) -> tuple[Gradient, tuple[
     return gradient, parts
 
 
-@case(CASES, "inverted-particles")
+@case("inverted-particles")
 def inverted_particles(record: EpisodeRecorder) -> None:
     """One particle in twenty is turned inside out: named by the health check, the state stays finite."""
     body = scenes.passive(scenes.cube())
@@ -60,7 +57,7 @@ def inverted_particles(record: EpisodeRecorder) -> None:
     record.gradient_finite(*_random_gradient(solver, rollout), may_vanish=True)
 
 
-@case(CASES, "collapsed-particles")
+@case("collapsed-particles")
 def collapsed_particles(record: EpisodeRecorder) -> None:
     """One particle in twenty is squeezed to nearly a plane, a line or a point: clamped, counted, finite gradient."""
     body = scenes.passive(scenes.cube())
@@ -87,7 +84,7 @@ def gap_count(positions: Array, reach: float) -> int:
     return int((np.diff(np.sort(positions[:, 0])) > reach).sum())
 
 
-@case(CASES, "stretched-bar")
+@case("stretched-bar")
 def stretched_bar(record: EpisodeRecorder) -> None:
     """Bars of rubber are released at 1.8, 3 and 5 times their length: within two particles per cell none breaks.
 

@@ -11,10 +11,8 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ClayMaterial, Medium, SandMaterial, SnowMaterial
 from zoobench.sim.model.scene import Scene
-from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, bed, dust
-
-CASES: list[Case] = []
 
 _KLAR = "Klar et al. 2016, Drucker-Prager elastoplasticity for sand animation; closed form of its cone in plane strain"
 
@@ -50,7 +48,7 @@ class _Element:
         return float(self._rig.history[0])
 
 
-@case(CASES, "clay-shear", "closed form of von Mises with Hencky strain (Simo 1992)", "one particle")
+@case("clay-shear", "closed form of von Mises with Hencky strain (Simo 1992)", "one particle")
 def clay_shear(record: CaseRecorder) -> None:
     """Simple shear of von Mises clay: elastic up to gamma = y / (sqrt2 mu), then tau_xy = y / sqrt2 (1 - (y / 2 mu)^2).
 
@@ -79,7 +77,7 @@ def clay_shear(record: CaseRecorder) -> None:
     figure.reference("elastic branch and cap", gamma, np.minimum(elastic, cap))
 
 
-@case(CASES, "snow-press", "Stomakhin et al. 2013, A material point method for snow simulation", "one particle")
+@case("snow-press", "Stomakhin et al. 2013, A material point method for snow simulation", "one particle")
 def snow_press(record: CaseRecorder) -> None:
     """Confined compression of snow with the paper's constants: elastic to J = 0.975, then hardening.
 
@@ -104,7 +102,7 @@ def snow_press(record: CaseRecorder) -> None:
     figure.reference("closed form", J, exact / 1e3)
 
 
-@case(CASES, "sand-shear", _KLAR, "one particle")
+@case("sand-shear", _KLAR, "one particle")
 def sand_shear(record: CaseRecorder) -> None:
     """Simple shear of sand at constant volume: tau_xy / -tau_yy tends to 3 alpha / sqrt2 of the cone's slope alpha.
 

@@ -9,10 +9,8 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
-from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, Rig, lattice, passive_body
-
-CASES: list[Case] = []
 
 _STIFF = ElasticMaterial(youngs_modulus=1e6, poissons_ratio=0.2, density=1000.0)
 _LENGTH = 6 / 32
@@ -25,25 +23,24 @@ _RAMP = 0.2
 def _tilted(rig: Rig, degrees: float, seconds: float) -> tuple[Array, Array, Array]:
     """Times [s], positions [m] and velocities [m/s] of the centre along a plane that tilts within `_RAMP`.
 
-    The rig's own gravity is the component normal to the final plane.
+    The rig's own gravity is the component normal to the final plane. All particles have the same mass.
     """
     downhill = GRAVITY * math.sin(math.radians(degrees))
     every = 8
     t = rig.times(round(seconds / rig.dt / every), every)
-    path = [_centre(rig)]
+
+    def centre() -> tuple[float, float]:
+        return float(rig.positions[:, 0].mean()), float(rig.v[:, 0].mean())
+
+    path = [centre()]
     for begin in t[:-1]:
         for n in range(every):
             risen = min((begin + n * rig.dt) / _RAMP, 1.0)
             rig.v[:, 0] += rig.dt * downhill * (0.5 - 0.5 * math.cos(math.pi * risen))
             rig.advance(1)
-        path.append(_centre(rig))
+        path.append(centre())
     x, v = np.array(path).T
     return t, x, v
-
-
-def _centre(rig: Rig) -> tuple[float, float]:
-    """Position [m] and velocity [m/s] of the centre along the plane; all particles have the same mass."""
-    return float(rig.positions[:, 0].mean()), float(rig.v[:, 0].mean())
 
 
 class Slide(NamedTuple):
@@ -83,7 +80,6 @@ def slide(
         seconds: the time from the beginning of the ramp on [s].
         cells: of the grid along the block.
         viscosity: of the block [Pa s].
-        settings: precision and further choices of the fidelity.
     """
     h = _LENGTH / cells
     high = cells // 2 * h
@@ -102,7 +98,7 @@ def slide(
     return Slide(rig, since, x[begin:] - x[begin], v[begin] * since + rate * since**2 / 2)
 
 
-@case(CASES, "incline", "Coulomb 1785: a = g (sin θ - μ cos θ), at rest for tan θ < μ", "block of 6 x 3 x 3 cells")
+@case("incline", "Coulomb 1785: a = g (sin θ - μ cos θ), at rest for tan θ < μ", "block of 6 x 3 x 3 cells")
 def incline(record: CaseRecorder) -> None:
     """A block on an inclined plane rests below the critical angle and slides as Coulomb's law says above."""
     friction = 0.4

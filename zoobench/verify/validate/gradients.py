@@ -14,11 +14,9 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.solver import Solver
-from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import lattice, passive_body
 from zoobench.verify.validate.statics import muscle_scene, muscle_stretch
-
-CASES: list[Case] = []
 
 _GRID = "cube of 4³ cells on the ground, 120 frames"
 
@@ -48,8 +46,7 @@ def _crawler(friction: float, precision: int = 64, interval: int | None = None) 
 def _actuation() -> Array:
     """A gait `[frames, 1, muscles]`: sines of different phase."""
     t = np.arange(_FRAMES)[:, None, None] / _FRAMES
-    result: Array = 0.6 * np.sin(2 * np.pi * (8 * t + np.arange(_MUSCLES) / _MUSCLES))
-    return result
+    return 0.6 * np.sin(2 * np.pi * (8 * t + np.arange(_MUSCLES) / _MUSCLES))
 
 
 class _Distance:
@@ -93,7 +90,7 @@ def _direction(muscle: int | None = None) -> Array:
 _WIDTHS = np.array([1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
 
 
-@case(CASES, "gradient-differences", "central differences of the forward run", _GRID)
+@case("gradient-differences", "central differences of the forward run", _GRID)
 def differences(record: CaseRecorder) -> None:
     """Directional derivatives against central differences of several widths."""
     distance = _Distance(_crawler(0.5))
@@ -121,7 +118,7 @@ def _quotient(distance: _Distance, direction: Array, width: float) -> float:
     return (distance.at(width * direction) - distance.at(-width * direction)) / (2 * width)
 
 
-@case(CASES, "gradient-taylor", "Taylor's theorem: the remainder is of second order", _GRID)
+@case("gradient-taylor", "Taylor's theorem: the remainder is of second order", _GRID)
 def taylor(record: CaseRecorder) -> None:
     """J(a + w d) - J(a) - w J' d is of second order in w as long as no node changes between sticking and sliding.
 
@@ -141,7 +138,7 @@ def taylor(record: CaseRecorder) -> None:
     figure.reference("slope 2", widths, left[-1] * (widths / widths[-1]) ** 2)
 
 
-@case(CASES, "gradient-frictionless", "Newton: no force along the ground, no motion of the centre", _GRID)
+@case("gradient-frictionless", "Newton: no force along the ground, no motion of the centre", _GRID)
 def frictionless(record: CaseRecorder) -> None:
     """Without friction no force along the ground acts on the body: its centre stays at any actuation."""
     smooth, rough = (_Distance(_crawler(friction)) for friction in (0.0, 0.5))
@@ -161,7 +158,7 @@ def frictionless(record: CaseRecorder) -> None:
     figure.level("bound", frames, 1e-10)
 
 
-@case(CASES, "gradient-single", "the gradient in float64", _GRID, precision=0)
+@case("gradient-single", "the gradient in float64", _GRID, precision=0)
 def single(record: CaseRecorder) -> None:
     """The gradient in float32 against that in float64."""
     double = _Distance(_crawler(0.5))
@@ -194,7 +191,7 @@ def _stretch_derivative(activation: float) -> float:
     return float((gradient * level).sum())
 
 
-@case(CASES, "gradient-muscle", "slope of the closed form of the free active block", "block of 4³ cells, 250 frames")
+@case("gradient-muscle", "slope of the closed form of the free active block", "block of 4³ cells, 250 frames")
 def free_muscle(record: CaseRecorder) -> None:
     """The derivative of the equilibrium curve, from the whole history of a slow contraction."""
     levels = np.array([-0.6, 0.3, 0.9])
@@ -213,14 +210,13 @@ def _equilibrium_derivative(activations: Array) -> Array:
     """Derivative of the equilibrium stretch by the activation, by central differences of the closed form."""
     step = 1e-5
     rise = [muscle_stretch(float(a) + step)[0] - muscle_stretch(float(a) - step)[0] for a in activations]
-    result: Array = np.array(rise) / (2 * step)
-    return result
+    return np.array(rise) / (2 * step)
 
 
 _INTERVALS = (1, 3, 7, _FRAMES)
 
 
-@case(CASES, "gradient-checkpoints", "the same arithmetic without checkpoints", _GRID)
+@case("gradient-checkpoints", "the same arithmetic without checkpoints", _GRID)
 def checkpoints(record: CaseRecorder) -> None:
     """Recomputing from checkpoints repeats the same arithmetic, and a second reverse pass equals the first."""
     runs = [_Distance(_crawler(0.5, interval=interval)) for interval in _INTERVALS]

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Fidelity
@@ -71,8 +71,7 @@ class Rig:
     @property
     def positions(self) -> Array:
         """A copy of the positions `[particle_count, 3]` [m]."""
-        found: Array = self.solver.matter.x[0, 0].numpy().astype(float) + self.solver.origin
-        return found
+        return self.solver.matter.x[0, 0].numpy().astype(float) + self.solver.origin
 
     def place(self, index: slice | NDArray[np.intp], positions: Array) -> None:
         """Set positions [m] of particles, and find the grid nodes in use again."""
@@ -81,8 +80,7 @@ class Rig:
 
     def times(self, count: int, every: int = 1) -> Array:
         """Times `[count + 1]` [s] from 0 on, at intervals of `every` substeps."""
-        found: Array = np.arange(count + 1, dtype=float) * (every * self.dt)
-        return found
+        return np.arange(count + 1, dtype=float) * (every * self.dt)
 
     def advance(self, count: int) -> None:
         """Take `count` substeps."""
@@ -94,11 +92,15 @@ class Rig:
 
         Twice the angular frequency of a motion damps it critically.
         """
-        keep = math.exp(-rate * self.dt)
         for _ in range(count):
             self.advance(1)
-            self.v[:] *= keep
-            self.C[:] *= keep
+            self.damp(rate)
+
+    def damp(self, rate: float, index: slice = slice(None)) -> None:
+        """Let velocities decay with `rate` [1/s] for the duration of a substep."""
+        keep = math.exp(-rate * self.dt)
+        self.v[index] *= keep
+        self.C[index] *= keep
 
 
 def lattice(lower: Vector, upper: Vector, spacing: float | Vector) -> Array:
@@ -130,6 +132,6 @@ def bed(material: Medium, positions: Array, volume: float, strains: Array | None
     return MediumBed.at_rest(material, positions, np.full(len(positions), volume), strains)
 
 
-def order_of_accuracy(spacings: Array, errors: Array) -> float:
+def order_of_accuracy(spacings: ArrayLike, errors: ArrayLike) -> float:
     """Observed order: the slope of log error over log spacing, by least squares."""
     return float(np.polyfit(np.log(spacings), np.log(np.abs(errors)), 1)[0])

@@ -5,14 +5,14 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
 from zoobench.sim.model.scene import Ground, Scene
-from zoobench.verify.cases import Case, CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
-
-CASES: list[Case] = []
 
 _LOAD = 0.05
 """Weight of the column over its modulus, rho g H / (lambda + 2 mu) [-]."""
@@ -29,9 +29,6 @@ def column_settlement(material: ElasticMaterial, heights: Array) -> Array:
 
     Solves P(F) = -rho g (1 - Y) for the stretch, P = (mu (F^2 - 1) + lambda log F) / F, and integrates 1 - F over Y.
     """
-    from scipy.integrate import cumulative_trapezoid
-    from scipy.optimize import brentq
-
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
 
     def excess(stretch: float, load: float) -> float:
@@ -51,8 +48,7 @@ class Column(NamedTuple):
     Attributes:
         rig: in its final state.
         error: relative error of the top's settlement.
-        height: rest heights `[particle_count]` [m].
-        sunk: settlements `[particle_count]` [m].
+        height, sunk: rest heights and settlements `[particle_count]` [m].
     """
 
     rig: Rig
@@ -62,13 +58,9 @@ class Column(NamedTuple):
 
 
 def column(cells: int, **settings: Any) -> Column:
-    """The column of `column_settlement`, damped to rest.
+    """The column of `column_settlement`, of `cells` over its height, damped to rest.
 
     It is one cell wide between walls, and all nodes lie on walls: the column cannot widen.
-
-    Args:
-        cells: of the grid over its height.
-        settings: precision and further choices of the fidelity.
     """
     h, material = 1 / cells, _column_material()
     points = lattice((0, 0, 0), (h, 1.0, h), h / 2)
@@ -83,7 +75,7 @@ def column(cells: int, **settings: Any) -> Column:
     return Column(rig, float(sunk[top].mean()) / exact - 1, points[:, 1], sunk)
 
 
-@case(CASES, "gravity-column", "closed form of the confined neo-Hookean column", "8, 16, 32 cells high")
+@case("gravity-column", "closed form of the confined neo-Hookean column", "8, 16, 32 cells high")
 def gravity_column(record: CaseRecorder) -> None:
     """Settlement of a confined column under its weight, and the order of its error."""
     cells = (8, 16, 32)
@@ -119,12 +111,11 @@ def _bend(cells: int) -> tuple[float, Array, Array]:
     scene = Scene(body, (0, 0, 0), (root + _LENGTH + 2 * h, 4 * h + _DEPTH, 3 * h), gravity=WEIGHTLESS)
     omega = 1.8751**2 * math.sqrt(_BEAM.youngs_modulus * _DEPTH**2 / 12 / _BEAM.density) / _LENGTH**2
     rig = Rig(scene, h, 9 / omega, courant=0.9)
-    keep, kick = math.exp(-2 * omega * rig.dt), rig.dt * _gentle_gravity()
+    kick = rig.dt * _gentle_gravity()
     for _ in range(rig.steps):
         rig.v[light, 1] -= kick
         rig.advance(1)
-        rig.v[:] *= keep
-        rig.C[:] *= keep
+        rig.damp(2 * omega)
     sunk = (points - rig.positions)[:, 1]
     middle = np.abs(points[:, 1] - 2 * h - _DEPTH / 2) < h / 2
     x, along = np.unique(points[middle, 0] - root, return_inverse=True)
@@ -143,11 +134,10 @@ def timoshenko_deflection(x: Array) -> Array:
     load = _BEAM.density * _gentle_gravity() * _DEPTH
     bending = load * x**2 * (6 * _LENGTH**2 - 4 * _LENGTH * x + x**2) / (2 * _BEAM.youngs_modulus * _DEPTH**3)
     shear = load * (_LENGTH * x - x**2 / 2) / (5 / 6 * _BEAM.youngs_modulus / 2 * _DEPTH)
-    result: Array = np.where(x > 0, bending + shear, 0.0)
-    return result
+    return np.where(x > 0, bending + shear, 0.0)
 
 
-@case(CASES, "cantilever", "Timoshenko 1921, beam with shear", "4 and 8 cells through the depth, length 5 depths")
+@case("cantilever", "Timoshenko 1921, beam with shear", "4 and 8 cells through the depth, length 5 depths")
 def cantilever(record: CaseRecorder) -> None:
     """Tip deflection of a beam under its weight."""
     cells = (4, 8)
@@ -172,8 +162,6 @@ def muscle_stretch(activation: float) -> tuple[float, float]:
     Passive and active stress cancel: mu (l2^2 - 1) + lambda log J = 0 and (mu + s a) l1^2 - mu + lambda log J = 0 with
     J = l1 l2^2.
     """
-    from scipy.optimize import brentq
-
     mu, lam = lame_parameters(MUSCLE.youngs_modulus, MUSCLE.poissons_ratio)
     active = mu + MUSCLE.muscle_strength * activation
 
@@ -196,46 +184,29 @@ def muscle_scene(grid_spacing: float, cells: int) -> Scene:
     return Scene(body, (0, 0, 0), ((cells + 8) * h,) * 3, gravity=WEIGHTLESS)
 
 
-class Contraction(NamedTuple):
-    """A free block of muscle in equilibrium under activation.
+def contract(activation: float, cells: int = 4, **settings: Any) -> tuple[Rig, float, float]:
+    """A free block of 1/8 m, of `cells` along a side, under an activation that rises slowly to the one given.
 
-    Attributes:
-        rig: in its final state.
-        along, across: mean stretches along and across the fibre.
-    """
-
-    rig: Rig
-    along: float
-    across: float
-
-
-def contract(activation: float, cells: int = 4, **settings: Any) -> Contraction:
-    """The block of 1/8 m under an activation that rises slowly.
-
-    Args:
-        activation: in the end [-].
-        cells: of the grid along a side of the block.
-        settings: precision and further choices of the fidelity.
+    Returns:
+        the rig in its final state, and the mean stretches along and across the fibre.
     """
     h = _SIDE / cells
     rig = Rig(muscle_scene(h, cells), h, 1.2, **settings)
     speed = math.sqrt(MUSCLE.youngs_modulus / MUSCLE.density)
     rate = 2 * math.pi * speed / (2 * _SIDE)
-    keep = math.exp(-rate * rig.dt)
     tension = rig.solver.parameters.tension
     for n in range(rig.steps):
         level = min(1.0, 1.5 * n / rig.steps)
         tension[:] = MUSCLE.muscle_strength * activation * level
         rig.advance(1)
-        rig.v[:] *= keep
-        rig.C[:] *= keep
+        rig.damp(rate)
     F = rig.F.astype(float)
     across = np.hypot(F[:, :, 1], F[:, :, 2])
     along = float(np.linalg.norm(F[:, :, 0], axis=1).mean())
-    return Contraction(rig, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2)))
+    return rig, along, float(np.linalg.norm(across, axis=1).mean() / math.sqrt(2))
 
 
-@case(CASES, "muscle-stretch", "closed form of the free active block", "block of 4³ cells")
+@case("muscle-stretch", "closed form of the free active block", "block of 4³ cells")
 def muscle(record: CaseRecorder) -> None:
     """Equilibrium stretches of a free muscle at five activations."""
     levels = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])

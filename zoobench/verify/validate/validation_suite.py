@@ -1,5 +1,6 @@
 """All validation cases."""
 
+from zoobench.verify.cases import cases_of
 from zoobench.verify.validate import (
     conservation,
     elements,
@@ -12,17 +13,7 @@ from zoobench.verify.validate import (
     waves,
 )
 
-_ALL = (
-    *conservation.CASES,
-    *waves.CASES,
-    *manufactured.CASES,
-    *statics.CASES,
-    *elements.CASES,
-    *friction.CASES,
-    *granular.CASES,
-    *fluids.CASES,
-    *gradients.CASES,
-)
+_ALL = cases_of(conservation, waves, manufactured, statics, elements, friction, granular, fluids, gradients)
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
 """By precision, 64 bits first: each change of it restarts the runtime."""
