@@ -59,7 +59,10 @@ class Launcher:
             transfer,
         )
         self.terrain = self._sample_terrain()
-        self._grids = (self._new_grid(), self._new_grid(transfer == AFLIP), self._new_grid(law == Law.WATER, 2))
+        self._grid = self._new_grid()
+        self._before = self._new_grid(transfer == AFLIP)
+        self._ratios = self._new_grid(law == Law.WATER, 2)
+        self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
 
     def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
@@ -119,7 +122,7 @@ class Launcher:
     def nodes(self, window: Tensor) -> Tensor:
         """A copy of the nodes of a window `[6]` of the first slab: velocity [m/s] and mass [kg] after a substep."""
         x0, y0, z0, x1, y1, z1 = window.tolist()
-        return self._grids[0][0, x0:x1, y0:y1, z0:z1].clone()
+        return self._grid[0, x0:x1, y0:y1, z0:z1].clone()
 
     def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1

@@ -48,14 +48,14 @@ def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None
 
 def test_the_first_adjoint_that_is_not_finite_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Substep, particle and quantity are given, and the row is not right however well the numbers agree."""
-    seed = Adjoint._seed
+    reverse = Adjoint._reverse
 
-    def spoilt(self: Adjoint, frame: int, *adjoints: FloatArray) -> None:
-        seed(self, frame, *adjoints)
-        if frame == 2:
+    def spoilt(self: Adjoint, segment: int, frame: int) -> None:
+        if frame == 1:
             self._state.x[0, 0, 7, 1] = float("nan")
+        reverse(self, segment, frame)
 
-    monkeypatch.setattr(Adjoint, "_seed", spoilt)
+    monkeypatch.setattr(Adjoint, "_reverse", spoilt)
     row = next(iter(gradcheck(_case(), (20,))))
     assert not row.is_right
     assert "adjoint of x" in row.fault
