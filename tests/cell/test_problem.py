@@ -182,7 +182,7 @@ def test_what_is_watched_is_what_is_simulated() -> None:
     seen: list[np.ndarray] = []
     for _ in range(2):  # an episode that follows another begins at its own start
         seen.clear()
-        episode = problem.observe(draw, watch=seen.append)
+        episode = problem.episode(draw, watch=seen.append)
     count = problem.scene.robot.particle_count
     assert [len(places) for places in seen] == [problem.scene.particle_count] * (problem.spec.frames + 1)
     np.testing.assert_allclose([places[:count] for places in seen], episode.motion.positions[:, 0], atol=1e-6)

@@ -78,7 +78,7 @@ class Quadratic:
     def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
         return self._all(batch, gradient=True)
 
-    def observe(self, parameters: Array, *, gradient: bool = False) -> Episode:
+    def episode(self, parameters: Array, *, gradient: bool = False) -> Episode:
         (evaluation, derivative), *_ = self._all([parameters], gradient=gradient)
         return Episode(evaluation, derivative, still())
 

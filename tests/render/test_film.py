@@ -15,7 +15,7 @@ from zoobench.spec import FRAME_SECONDS
 def test_a_film_shows_what_was_simulated() -> None:
     """Robot, centre of mass, activity and target at its moments are those of the episode with these parameters."""
     shown, problem = short_film(), Problem(SPEC)
-    episode = problem.observe(np.array(params()))
+    episode = problem.episode(np.array(params()))
     motion = episode.motion
     assert shown.evaluation.score == episode.evaluation.score
     np.testing.assert_allclose(shown.times, FRAME_SECONDS * np.array([0, 5, 10]))

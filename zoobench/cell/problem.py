@@ -149,10 +149,10 @@ class Problem:
         return [(episode.evaluation, episode.gradient) for episode in self._evaluate(batch, gradient=True)]
 
     def prepare(self, *, gradient: bool = False) -> None:
-        """Equilibrate the scene and build the solver of one world, so that the next `observe` only simulates."""
+        """Equilibrate the scene and build the solver of one world, so that the next `episode` only simulates."""
         self.solvers.get(1, gradient)
 
-    def observe(self, parameters: Array, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
+    def episode(self, parameters: Array, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
         """Simulate one episode and return its full record. Raises as `evaluate_batch`.
 
         `watch` is called at the start and after every frame with the positions of all particles, the robot's first.

@@ -50,7 +50,7 @@ class Probe:
             # the first draw is always tried, so that the problem reports a budget too small for it
             params = problem.initial(context.rng)
             close = self._is_close(problem)
-            episode = problem.observe(params, gradient=close)
+            episode = problem.episode(params, gradient=close)
             incumbent.offer(params, episode.evaluation)
             problem.meter.iterations += 1
             report(problem, context, incumbent, self._readings(episode))

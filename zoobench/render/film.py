@@ -79,7 +79,7 @@ def film(
         frame += 1
 
     problem.prepare()
-    episode = problem.observe(np.asarray(params), watch=watch)
+    episode = problem.episode(np.asarray(params), watch=watch)
     if episode.evaluation.failure is not None:
         raise DivergenceError(episode.evaluation.failure)
     return _film(problem, episode, places, kept)

@@ -78,7 +78,7 @@ class _Subject:
         params = problem.initial(np.random.default_rng(0))
         problem.prepare(gradient=gradient)
         begin = time.perf_counter()
-        problem.observe(params, gradient=gradient)
+        problem.episode(params, gradient=gradient)
         return time.perf_counter() - begin, problem.meter.forward
 
 
