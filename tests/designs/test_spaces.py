@@ -120,7 +120,7 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
     near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 / 64
     surface = np.flatnonzero(near & ~solid)
     assert len(surface) > 3
-    for particle in surface:
+    for particle in surface[:: max(1, len(surface) // 12)]:  # a dozen, evenly spread: each takes a backward pass
         (gradient,) = torch.autograd.grad(form.occupancy[0, particle], parameters, retain_graph=True)
         assert gradient.abs().max() > 1e-4
 
