@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import text
 
 from tests.harness.helpers import spec
-from zoobench.db.lifecycle import MAX_STRIKES
+from zoobench.db.lifecycle import LEASE_SECONDS, MAX_STRIKES
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Claim, Ending, FinalRow, RunState
 from zoobench.db.store import ClaimLostError, Store
@@ -249,12 +249,17 @@ def test_a_lost_attempt_ended_when_its_worker_was_last_heard_of(store: Store, mo
 
 
 def test_a_worker_elsewhere_is_lost_with_its_lease(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of another host only the lease tells."""
+    """Of another host only the lease tells, to the second; each commit renews it whole."""
+    now = 1e9
+    monkeypatch.setattr(time, "time", lambda: now)
     store.enqueue([spec()])
     claim = _claim(store, ELSEWHERE)
+    now += LEASE_SECONDS - 1.0
     assert store.recover() == []
-    later = time.time() + 3600.0
-    monkeypatch.setattr(time, "time", lambda: later)
+    store.commit(claim, Batch())
+    now += LEASE_SECONDS - 1.0
+    assert store.recover() == []
+    now += 2.0
     assert store.recover() == [claim.run_id]
 
 
