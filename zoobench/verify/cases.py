@@ -5,11 +5,11 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from types import ModuleType
 from typing import Any, SupportsFloat
 
-from zoobench.errors import UnknownNameError, UsageError, ZoobenchError
+from zoobench.errors import UsageError, ZoobenchError
+from zoobench.spec import matching
 from zoobench.verify.comparison_figure import Figure
 
 
@@ -226,12 +226,8 @@ def select(cases: Sequence[Case], patterns: Iterable[str], *, noun: str, fast: b
         UnknownNameError: a pattern matches no case.
         UsageError: `fast`, and no matching case is fast.
     """
-    chosen: set[str] = set()
-    for pattern in patterns:
-        found = {case.name for case in cases if fnmatchcase(case.name, pattern)}
-        if not found:
-            raise UnknownNameError(noun, pattern, (case.name for case in cases))
-        chosen |= found
+    names = [case.name for case in cases]
+    chosen = {name for pattern in patterns for name in matching(pattern, names, noun)}
     selected = [case for case in cases if case.name in chosen and (case.is_fast or not fast)]
     if not selected:
         raise UsageError(f"The cases {', '.join(sorted(chosen))} need longer than seconds. Leave --fast out.")
