@@ -1,6 +1,8 @@
 """The robot as a function of a parameter vector: muscle activity and, in a design space, the body."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -103,9 +105,10 @@ class Robot:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
             SceneError: the fidelity is too coarse for a single particle of the body.
         """
-        made: Design = registry.create(Kind.DESIGN, design)
+        whole = registry.resolve(Kind.DESIGN, design)
+        made, body = _sampled(registry.get(Kind.DESIGN, whole.name, whole.version).factory, whole, fidelity)
         moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
-        return cls(moved_by, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
+        return cls(moved_by, body, made if isinstance(made, DesignSpace) else None)
 
     @property
     def control_count(self) -> int:
@@ -172,6 +175,13 @@ class Robot:
         """The buildable form for the parameters `row` `[1, parameter_count]`, and its feasibility."""
         form, (feasibility,) = feasible(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
         return form, feasibility
+
+
+@lru_cache(maxsize=16)
+def _sampled(factory: Callable[..., Design], ref: Ref, fidelity: Fidelity) -> tuple[Design, Body]:
+    """The design of a complete reference and its body; kept, since cells share them and sampling takes long."""
+    made = factory(**ref.kwargs)
+    return made, made.body(fidelity)
 
 
 def elongation(places: Array, volumes: Array) -> float:

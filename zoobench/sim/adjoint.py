@@ -23,11 +23,14 @@ class Adjoint:
         real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
         self._counts = rollout.counts * healthy
+        # a stop takes a slot of the tape: the reverse of a frame reads the velocities before it
+        self._stops = rollout.stops & healthy
+        self._slots = self._counts + self._stops
         self._segments = [
             range(begin, min(begin + rollout.interval, rollout.frames))
             for begin in range(0, rollout.frames, rollout.interval)
         ]
-        longest = max(int(self._counts[segment].sum(axis=0).max()) for segment in self._segments)
+        longest = max(int(self._slots[segment].sum(axis=0).max()) for segment in self._segments)
         self._tape = empty_matter(sim.scene, longest + 1, worlds, real, device)
         self._state = empty_matter(sim.scene, 1, worlds, real, device)
         medium = sim.scene.medium
@@ -41,20 +44,21 @@ class Adjoint:
     def run(
         self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
     ) -> Gradient:
-        """The gradient, from the loss's adjoints of the trajectory `[frames + 1, worlds, robot, 3]` each."""
-        sim, rollout = self._sim, self._rollout
+        """The gradient, from the loss's adjoints of the episode's trajectory `[frames + 1, worlds, robot, 3]` each."""
+        sim, rollout, rest = self._sim, self._rollout, self._rollout.equilibration
         sim.set_body(rollout.body)
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
-        self._seed(position_adjoint[rollout.frames], velocity_adjoint[rollout.frames])
+        self._seed(position_adjoint[rollout.frames - rest], velocity_adjoint[rollout.frames - rest])
         for segment in reversed(range(len(rollout.checkpoints))):
             self._recompute(segment)
             for frame in reversed(self._segments[segment]):
                 # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._reverse(segment, frame)
-                self._seed(position_adjoint[frame], velocity_adjoint[frame])
-                if feedback is not None:
-                    self._seed(*feedback(frame, self._actuation[frame]))
+                if frame >= rest:
+                    self._seed(position_adjoint[frame - rest], velocity_adjoint[frame - rest])
+                    if feedback is not None:
+                        self._seed(*feedback(frame - rest, self._actuation[frame]))
         return self._collect()
 
     def _seed(self, positions: FloatArray, velocities: FloatArray) -> None:
@@ -66,7 +70,7 @@ class Adjoint:
 
     def _first_slots(self, segment: int, frame: int) -> IntArray:
         """Slot of the tape at which each world begins a frame of a segment, `[worlds]`."""
-        first: IntArray = self._counts[self._segments[segment].start : frame].sum(axis=0)
+        first: IntArray = self._slots[self._segments[segment].start : frame].sum(axis=0)
         return first
 
     def _recompute(self, segment: int) -> None:
@@ -74,12 +78,17 @@ class Adjoint:
         self._tape.load_slot(0, self._rollout.checkpoints[segment])
         for frame in self._segments[segment]:
             sim.set_tension(self._rollout, frame)
-            sim.advance(self._tape, self._first_slots(segment, frame), self._counts[frame], stride=1)
+            first = self._first_slots(segment, frame)
+            sim.advance(self._tape, first, self._counts[frame], stride=1)
+            for world in np.flatnonzero(self._stops[frame]).tolist():
+                self._tape.stop_after(int(first[world] + self._counts[frame, world]), world)
             sim.meter.recomputed += int(self._counts[frame].sum())
 
     def _reverse(self, segment: int, frame: int) -> None:
         sim = self._sim
         sim.set_tension(self._rollout, frame)
+        for world in np.flatnonzero(self._stops[frame]).tolist():
+            self._state.stop(0, world)  # what was stopped has no effect on what follows
         plan = sim.plan(self._first_slots(segment, frame), self._counts[frame])
         sim.launcher.reverse(self._tape, sim.parameters, plan, self._state, self._parameters)
         sim.meter.backward += int(self._counts[frame].sum())
@@ -116,7 +125,7 @@ class Adjoint:
         mass = array(self._parameters.mass[:, :count]) * robot.volumes * robot.material.density
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(
-            actuation=self._actuation,
+            actuation=self._actuation[self._rollout.equilibration :],
             stiffness=array(self._parameters.stiffness),
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),

@@ -14,6 +14,7 @@ from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gr
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters
 from zoobench.sim.model.step_limits import StepLimit, choose_step
+from zoobench.sim.relaxation import Relaxation, delayed
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.step_control import Diagnostics, StepControl
 
@@ -99,27 +100,38 @@ class Solver:
         progress: Callable[[int], None] | None = None,
         schedule: IntArray | None = None,
         feedback: Feedback | None = None,
+        equilibration: int = 0,
     ) -> Rollout:
-        """Simulate an episode from the scene's initial state.
+        """Simulate an episode from the scene's initial state, or from the state of rest that follows from it.
 
         Args:
             actuation: `[frames, worlds, muscles]` in [-1, 1], held through each control frame.
             body: the design's arrays where they differ from the scene's robot.
-            progress: called with the number of frames done.
-            schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout; None to choose them.
+            progress: called with the number of frames done, 0 at the beginning.
+            schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout, with those of its
+                equilibration; None to choose them.
             feedback: gives each frame's actuation from the state at its beginning, in place of `actuation`.
+            equilibration: frames in which the worlds come to rest before the episode, as in `equilibrate`. They are the
+                first of the rollout, and its gradient is the derivative through them, too.
 
         Raises:
             UsageError: an array of another shape, out of range or not finite.
         """
-        rollout, control = self.begin(actuation, body, schedule, feedback)
+        rollout, control = self.begin(actuation, body, schedule, feedback, equilibration)
+        relaxation = Relaxation(self.simulation)
+        if progress is not None and not equilibration:
+            progress(0)
         for frame in range(rollout.frames):
             if rollout.interval and frame % rollout.interval == 0:
                 rollout.checkpoints.append(self.matter.copy_slot(0))
             control.frame(frame)
+            if frame < equilibration:
+                rollout.stops[frame] = relaxation.damp(is_last=frame == equilibration - 1)
             self.simulation.record(rollout, frame + 1)
-            if progress is not None:
-                progress(frame + 1)
+            if frame == equilibration - 1:
+                control.ready(equilibration)
+            if progress is not None and frame >= equilibration - 1:
+                progress(frame + 1 - equilibration)
             if not self.simulation.alive.any():
                 for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
                     recorded[frame + 2 :] = recorded[frame + 1]
@@ -132,36 +144,32 @@ class Solver:
         body: BodyState | None = None,
         schedule: IntArray | None = None,
         feedback: Feedback | None = None,
+        equilibration: int = 0,
     ) -> tuple[Rollout, StepControl]:
         """An episode at its first frame, and the control of its steps; arguments and errors as of `run`."""
-        actuation = self.check_actuation(actuation)
+        rest = np.zeros((equilibration, self.worlds, self.muscle_count))
+        actuation = np.concatenate([rest, self.check_actuation(actuation)])
+        if feedback is not None and equilibration:
+            feedback = delayed(feedback, equilibration)
         if schedule is not None:
             schedule = self._check_schedule(np.asarray(schedule), len(actuation))
-        rollout = self._new_rollout(actuation, self._rewind(body))
+        rollout = self._new_rollout(actuation, self._rewind(body), equilibration)
         self.simulation.record(rollout, 0)
         return rollout, StepControl(self.simulation, rollout, schedule, feedback)
 
     def equilibrate(self, frames: int) -> Matter:
         """The first world's state after `frames` frames with all muscles at rest, under dynamic relaxation.
 
-        All matter is stopped whenever its kinetic energy has passed a peak, so that a scene under constant loads comes
-        to rest within a few periods of its slowest wave (Barnes 1999).
-
         Raises:
             DivergenceError: the scene diverges.
         """
         rollout = self._new_rollout(np.zeros((frames, self.worlds, self.muscle_count)), self._rewind(None))
-        control = StepControl(self.simulation, rollout)
-        energy = 0.0
+        control, relaxation = StepControl(self.simulation, rollout), Relaxation(self.simulation)
         for frame in range(frames):
             control.frame(frame)
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
-            before, energy = energy, float((self.parameters.mass[:, :, None] * self.matter.v[0] ** 2).sum())
-            if energy < before or frame == frames - 1:
-                self.matter.v.zero_()
-                self.matter.C.zero_()
-                energy = 0.0
+            relaxation.damp(is_last=frame == frames - 1)
         return Matter(*(tensor[:, :1].clone() for tensor in self.matter.tensors()))
 
     def backward(
@@ -171,7 +179,7 @@ class Solver:
         velocity_adjoint: FloatArray,
         feedback: FeedbackAdjoint | None = None,
     ) -> Gradient:
-        """The gradient of a loss from its adjoints of the trajectory, `[frames + 1, worlds, robot, 3]` each.
+        """The gradient of a loss from its adjoints of the episode's trajectory, `[frames + 1, worlds, robot, 3]` each.
 
         Args:
             feedback: adjoint of the feedback that the rollout was made with.
@@ -253,7 +261,7 @@ class Solver:
             )
         return schedule
 
-    def _new_rollout(self, actuation: FloatArray, arrays: dict[str, Array]) -> Rollout:
+    def _new_rollout(self, actuation: FloatArray, arrays: dict[str, Array], equilibration: int = 0) -> Rollout:
         frames = len(actuation)
         shape = (frames + 1, self.worlds, self.robot_count, 3)
         kind = runtime.host_real(self.matter.x.dtype)
@@ -269,6 +277,8 @@ class Solver:
             retries=np.zeros(self.worlds, np.int64),
             guarded=np.zeros(self.worlds, np.int64),
             smallest_j=np.full(self.worlds, np.inf),
+            stops=np.zeros((frames, self.worlds), bool),
+            equilibration=equilibration,
             interval=self._choose_interval(frames) if self.gradients else 0,
         )
 

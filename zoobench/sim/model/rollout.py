@@ -1,7 +1,7 @@
 """Results of a simulation: the robot's trajectory, divergences and tears, and the gradient."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ class SubstepMeter:
 
 @dataclass
 class Rollout:
-    """One episode of all worlds.
+    """One episode of all worlds, and the equilibration before it.
 
     Attributes:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
@@ -49,6 +49,8 @@ class Rollout:
         retries: `[worlds]` how many times a frame was repeated with half the step.
         guarded: `[worlds]` particle-frames in which J was below its guard (`elastic.SMALLEST_J`).
         smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
+        stops: `[frames, worlds]` whether the world was stopped at the end of the frame, as only equilibration does.
+        equilibration: number of frames at the beginning in which the worlds come to rest; see `episode`.
         checkpoints: the state at every `interval` frames, if the solver was made with gradients.
     """
 
@@ -63,6 +65,8 @@ class Rollout:
     retries: IntArray
     guarded: IntArray
     smallest_j: NDArray[np.float64]
+    stops: NDArray[np.bool_]
+    equilibration: int = 0
     interval: int = 0
     checkpoints: list[Matter] = field(default_factory=list)
 
@@ -70,6 +74,15 @@ class Rollout:
     def frames(self) -> int:
         """Control frames of the episode."""
         return len(self.actuation)
+
+    @property
+    def episode(self) -> "Rollout":
+        """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
+        first, names = (
+            self.equilibration,
+            ("positions", "velocities", "actuation", "muscle_potential", "counts", "stops"),
+        )
+        return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
 
     @property
     def substeps(self) -> int:

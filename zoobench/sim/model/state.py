@@ -77,6 +77,17 @@ class Matter:
         for target, source in zip(self.tensors(), saved.tensors(), strict=True):
             target[0, world] = source[0, world]
 
+    def stop(self, slot: int, world: int) -> None:
+        """Take all motion from one world at a slot."""
+        self.v[slot, world] = 0.0
+        self.C[slot, world] = 0.0
+
+    def stop_after(self, slot: int, world: int) -> None:
+        """Write one world at a slot into the next, without its motion."""
+        for tensor in self.tensors():
+            tensor[slot + 1, world] = tensor[slot, world]
+        self.stop(slot + 1, world)
+
     def bytes_per_slot(self) -> int:
         """Memory of one slot [bytes]."""
         return sum(tensor[0].numel() * tensor.element_size() for tensor in self.tensors())
