@@ -185,11 +185,11 @@ def test_what_is_watched_is_what_is_simulated() -> None:
         episode = problem.episode(draw, watch=seen.append)
     count = problem.scene.robot.particle_count
     assert [len(places) for places in seen] == [problem.scene.particle_count] * (problem.spec.frames + 1)
-    np.testing.assert_allclose([places[:count] for places in seen], episode.motion.positions[:, 0], atol=1e-6)
+    np.testing.assert_allclose([places[:count] for places in seen], episode.record.motion.positions[:, 0], atol=1e-6)
     assert np.abs(seen[-1][count:] - seen[0][count:]).max() > 0.0
     assert episode.evaluation.score == problem.evaluate(draw).score
-    assert episode.actuation.shape == (problem.spec.frames, problem.body.muscle_count)
-    np.testing.assert_array_equal(episode.body["muscle_membership"], problem.body.muscle_membership)
+    assert episode.record.actuation.shape == (problem.spec.frames, problem.body.muscle_count)
+    assert episode.record.body is problem.body
 
 
 def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

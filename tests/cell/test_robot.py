@@ -7,10 +7,14 @@ import pytest
 import torch
 
 from tests.conformance.cells import cell
+from zoobench import registry
+from zoobench.cell.episode_runner import EpisodeRunner
+from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot, elongation
 from zoobench.errors import DivergenceError, Unbuildable, UsageError
 from zoobench.methods.base import Incumbent
+from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 
@@ -32,9 +36,12 @@ def test_a_fixed_body_takes_a_controller_alone() -> None:
     """All parameters are the controller's, and the simulator's arrays are unchanged."""
     robot = _robot("caterpillar")
     draw = robot.initial(np.random.default_rng(0))
-    built = robot.build(torch.as_tensor(draw)[None], TIMES)
+    draft = robot.draft(torch.as_tensor(draw)[None], TIMES)
     assert robot.parameter_count == robot.control_count == len(draw)
-    assert (built.matter, built.fault, built.metrics()) == ({}, "", {})
+    assert not draft.fault
+    for built in (draft.solid(), draft.relaxed()):
+        assert built.body is robot.body
+        assert (built.matter, built.metrics) == ({}, {})
 
 
 def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
@@ -44,18 +51,47 @@ def test_a_design_space_adds_its_parameters_after_the_controllers() -> None:
     assert len(draw) == free.parameter_count > free.control_count == fixed.parameter_count
     np.testing.assert_array_equal(draw[: free.control_count], fixed.initial(np.random.default_rng(0)))
     still = np.concatenate([np.zeros(free.control_count), draw[free.control_count :]])
-    moving, resting = (free.build(torch.as_tensor(row)[None], TIMES) for row in (draw, still))
+    moving, resting = (free.draft(torch.as_tensor(row)[None], TIMES).solid() for row in (draw, still))
     assert moving.activity.any()
     assert not resting.activity.any()
-    torch.testing.assert_close(moving.matter["occupancy"], resting.matter["occupancy"], rtol=0.0, atol=0.0)
-    occupied = moving.matter["occupancy"][0].numpy() @ free.body.volumes
-    assert moving.metrics()["body_volume"].value == pytest.approx(occupied)
+    np.testing.assert_array_equal(moving.body.positions, resting.body.positions)
+    assert moving.metrics["body_volume"].value == pytest.approx(moving.body.volumes.sum())
+
+
+@pytest.mark.parametrize("design", ["voxel", "sdf-lerp"])
+def test_the_solid_body_is_whole_particles_where_the_form_is_solid(design: str) -> None:
+    """Nothing of half-empty sites is left, and what is left has its full mass, stiffness and strength."""
+    robot = _robot(design)
+    draw = robot.initial(np.random.default_rng(3))
+    form = robot.space.form(torch.as_tensor(draw)[None, robot.control_count :], robot.body)  # type: ignore[union-attr]
+    occupancy = form.occupancy[0].numpy()
+    assert ((occupancy > 0.01) & (occupancy < 0.5)).any(), "a form with haze"
+    body = robot.formed(draw)
+    built = (robot.body.positions[:, None] == body.positions).all(axis=2).any(axis=1)
+    assert (occupancy[built] > 0.5).all()
+    assert built.sum() == body.particle_count > 0.5 * (occupancy > 0.5).sum(), "but for loose and thin pieces"
+    assert (body.occupancy == 1.0).all()
+    np.testing.assert_array_equal(body.muscle_membership, form.muscle_membership[0].numpy()[built])
+    relaxed = robot.draft(torch.as_tensor(draw)[None], TIMES).relaxed().body
+    assert relaxed.particle_count < robot.body.particle_count or design == "voxel", "empty sites are not simulated"
+    assert relaxed.occupancy.min() > 0.0
+
+
+def test_a_form_without_head_has_an_end_for_it() -> None:
+    """Matter in the middle alone: its foremost particles are the head, its last ones the tail."""
+    robot = _robot("particle")
+    rows = robot.initial(np.random.default_rng(0))[robot.control_count :].reshape(robot.body.particle_count, -1)
+    rows[:, 0] = np.where(np.abs(robot.body.positions[:, 0]) < 0.03, 1.0, -1.0)
+    body = robot.formed(np.concatenate([np.zeros(robot.control_count), rows.ravel()]))
+    along = body.positions[:, 0]
+    assert along[body.head].min() == along.max()
+    assert along[body.tail].max() == along.min()
 
 
 def test_scarce_matter_is_soft_and_weak() -> None:
     """Elastic and active stress fall with the third power of the occupancy, one power by the volume."""
     robot = _robot("voxel")
-    built = robot.build(torch.as_tensor(robot.initial(np.random.default_rng(0)))[None], TIMES)
+    built = robot.draft(torch.as_tensor(robot.initial(np.random.default_rng(0)))[None], TIMES).relaxed()
     share = built.matter["occupancy"][0]
     torch.testing.assert_close(built.matter["muscle_membership"][0].sum(dim=1), share**2)
     assert (built.matter["stiffness"][0] <= share**2).all()
@@ -65,12 +101,32 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
     """The stiffest tissue of the primitives has its stiffness in forms and in built bodies, too."""
     robot = _robot("sdf-lerp")
     draw = robot.initial(np.random.default_rng(0))
-    built = robot.build(torch.as_tensor(draw)[None], TIMES)
+    draft = robot.draft(torch.as_tensor(draw)[None], TIMES)
     form = robot.space.form(torch.as_tensor(draw)[None, robot.control_count :], robot.body)  # type: ignore[union-attr]
     assert robot.body.stiffness.max() == 2.0
-    torch.testing.assert_close(built.matter["stiffness"], 2.0 * form.stiffness * built.matter["occupancy"] ** 2)
-    solid = form.occupancy[0].numpy() > 0.5
-    np.testing.assert_allclose(robot.formed(draw).stiffness, 2.0 * form.stiffness[0].numpy()[solid])
+    relaxed = draft.relaxed().matter
+    kept = torch.as_tensor(draft.existing)
+    torch.testing.assert_close(relaxed["stiffness"], 2.0 * form.stiffness[:, kept] * relaxed["occupancy"] ** 2)
+    solid = draft.solid().body
+    built = (robot.body.positions[:, None] == solid.positions).all(axis=2).any(axis=1)
+    np.testing.assert_allclose(solid.stiffness, 2.0 * form.stiffness[0].numpy()[built])
+
+
+@pytest.mark.parametrize("env", ["ground", "ocean"])
+def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
+    """The formed body as a fixed design has the score of the solution, bit for bit; equilibration is counted apart."""
+    problem = Problem(cell(environment=env, design="voxel", frames=4))
+    draw = problem.initial(np.random.default_rng(2))
+    scored = problem.evaluate(draw)
+    environment = registry.create(Kind.ENV, problem.spec.env)
+    shown = EpisodeRunner(
+        environment, problem.task, problem.robot, problem.fidelity, BudgetMeter(),
+        body=problem.robot.formed(draw), is_fixed=True,
+    )  # fmt: skip
+    times = torch.arange(4, dtype=torch.float64) * 0.008
+    (again,) = shown.run([problem.robot.draft(torch.as_tensor(draw)[None], times).solid()])
+    assert again.evaluation.score == scored.score
+    assert problem.meter.equilibration > problem.meter.forward > 0
 
 
 def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
@@ -91,10 +147,10 @@ def test_a_design_that_cannot_be_built_is_explained_and_charged() -> None:
     only.evaluate(_empty(only))
     assert (only.meter.forward, only.meter.substeps) == (only.substeps_per_episode, only.substeps_per_episode)
     only.loss_and_grad(_empty(only))
-    assert only.meter.substeps == 4 * only.substeps_per_episode, "as much as a gradient was expected to cost"
+    assert only.meter.substeps == 5 * only.substeps_per_episode, "as much as a gradient was expected to cost"
     only.meter.costliest = only.substeps_per_episode + 5
     only.evaluate(_empty(only))
-    assert only.meter.substeps == 5 * only.substeps_per_episode + 5, (
+    assert only.meter.substeps == 6 * only.substeps_per_episode + 5, (
         "what is expected is learnt from what was simulated"
     )
 

@@ -18,6 +18,7 @@ SPACES = [name for name in registry.names(Kind.DESIGN) if "space" in registry.ge
 SMOKE, DRAFT, TINY = Fidelity(1 / 32), Fidelity(1 / 64), Fidelity(1 / 32, particles_per_cell=1)
 
 SITE_SPACES = [name for name in SPACES if "sites" in registry.get(Kind.DESIGN, name).tags]
+BASED_SPACES = [name for name in SPACES if "base" in registry.get(Kind.DESIGN, name).parameters]
 every_space = pytest.mark.parametrize("name", SPACES)
 every_workspace = pytest.mark.parametrize(
     ("name", "params"),
@@ -76,13 +77,49 @@ def test_a_form_has_its_shapes_and_ranges(name: str, params: dict[str, str], fid
 
 @every_workspace
 def test_a_draw_from_the_prior_is_feasible(name: str, params: dict[str, str]) -> None:
-    """It is in one piece, and its muscles differ, as bending requires."""
+    """Most draws can be built and keep most of their matter, and muscles differ, as bending requires."""
     space = made(name, **params)
     for fidelity in (SMOKE, DRAFT):
         body = space.body(fidelity)
         form, reports = feasible(space.form(draws(space, body, 8), body), body, connected=False)
-        assert all(report.components == 1 and report.mass_kept == 1.0 and not report.fault for report in reports)
+        assert sum(not report.fault for report in reports) >= 6
+        assert np.median([report.mass_kept for report in reports]) > 0.7
         assert form.muscle_membership.std(dim=1).mean() > 0.1
+
+
+@pytest.mark.parametrize("name", BASED_SPACES)
+def test_draws_have_few_or_all_sites(name: str) -> None:
+    """Shares of solid matter from about 0.3 to 1, in shapes: a solid site has mostly solid neighbours."""
+    space = made(name)
+    body = space.body(DRAFT)
+    solid = (space.form(draws(space, body, 24), body).occupancy > 0.5).numpy()
+    shares = solid.mean(axis=1)
+    assert shares.min() < 0.45
+    assert shares.max() > 0.85
+    pairs = KDTree(body.positions).query_pairs(1.1 * np.cbrt(body.volumes.mean()), output_type="ndarray")
+    alike = (solid[:, pairs[:, 0]] == solid[:, pairs[:, 1]]).mean()
+    assert alike > 0.8, "independent sites agree in about 0.55 of the pairs"
+
+
+@every_space
+def test_the_published_settings_can_change_geometry(name: str) -> None:
+    """100 steps of Adam at a rate of 0.01 fill or empty at least a fifth of the matter that a draw has.
+
+    With logits two or four from the threshold, as in version 1, no site changed.
+    """
+    space = made(name)
+    body = space.body(SMOKE)
+    start = draws(space, body, 1).detach()
+    solid = space.form(start, body).occupancy.numpy() > 0.5
+    changed = np.zeros_like(solid)
+    for sign in (1.0, -1.0):
+        parameters = start.clone().requires_grad_()
+        descent = torch.optim.Adam([parameters], lr=0.01)
+        for _ in range(100):
+            (parameters.grad,) = torch.autograd.grad(sign * space.form(parameters, body).occupancy.sum(), parameters)
+            descent.step()
+        changed |= (space.form(parameters, body).occupancy.detach().numpy() > 0.5) != solid
+    assert changed.sum() >= 0.2 * solid.sum()
 
 
 @every_space
@@ -199,12 +236,13 @@ def test_a_body_has_the_patterns_that_are_painted_on_it(name: str, fidelity: Fid
 
 
 @pytest.mark.parametrize("name", SITE_SPACES)
-def test_a_blank_pattern_is_the_mean_of_the_prior(name: str) -> None:
-    """Its occupancy and stiffness are the prior's mean, and muscle shares are equal."""
+def test_a_blank_pattern_is_solid(name: str) -> None:
+    """Full occupancy, the prior's mean of stiffness, and equal shares of all muscles."""
     space = made(name)
     assert isinstance(space, SiteSpace)
     body = space.body(SMOKE)
     blank = space.painted(np.zeros((len(space.sites(body)), 2 + body.muscle_count))).reshape(-1, 2 + body.muscle_count)
     drawn = draws(space, body, 50).detach().numpy().reshape(-1, 2 + body.muscle_count)
-    np.testing.assert_allclose(blank[:, :2], np.tile(drawn[:, :2].mean(axis=0), (len(blank), 1)), atol=0.05)
+    assert (blank[:, 0] > 0.0).all()
+    np.testing.assert_allclose(blank[:, 1], drawn[:, 1].mean(), atol=0.05)
     assert not blank[:, 2:].any()

@@ -170,7 +170,7 @@ def test_progress_reports_every_frame() -> None:
     solver = Solver(scenes.flight_scene(), scenes.fidelity())
     seen: list[int] = []
     solver.run(np.zeros((3, 1, scenes.MUSCLES)), progress=seen.append)
-    assert seen == [1, 2, 3]
+    assert seen == [0, 1, 2, 3]
 
 
 def _fingerprint() -> str:

@@ -26,7 +26,7 @@ class FeedbackLoops:
 
     def __init__(self, robot: Robot, controller: ClosedLoop, built: Sequence[Built]) -> None:
         self._robot, self._controller, self._built = robot, controller, built
-        self._observation_model = ObservationModel(robot.body)
+        self._observation_models = [ObservationModel(one.body) for one in built]
         self._start: FloatArray = np.zeros(0)
         self.gradients = np.zeros((len(built), robot.parameter_count))
 
@@ -82,7 +82,7 @@ class FeedbackLoops:
 
         built = self._built[world]
         (start,) = self._state(world, self._start)
-        occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(self._robot.body.occupancy)
-        observation = self._observation_model.observe(positions, velocities, start, occupancy)
+        occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(built.body.occupancy)
+        observation = self._observation_models[world].observe(positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
         return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)

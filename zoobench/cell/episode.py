@@ -1,13 +1,14 @@
 """Results of an episode: the score with its metrics, and for studies the whole record."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.designs.base import Body
 from zoobench.errors import Failure
+from zoobench.sim.model.scene import Scene
 from zoobench.tasks.base import Metric, Motion
 
 
@@ -40,29 +41,42 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
+class Record:
+    """What was simulated in an episode, one world.
+
+    Attributes:
+        motion: of the robot.
+        actuation: muscle activity as applied `[frames, muscle_count]` [-].
+        body: the robot at rest.
+        scene: the body in its environment.
+    """
+
+    motion: Motion
+    actuation: Array
+    body: Body
+    scene: Scene
+
+
+@dataclass(frozen=True)
 class Episode:
-    """The full record of one episode, for studies that need more than the score.
+    """Result and record of one episode, for studies that need more than the score.
 
     Attributes:
         gradient: of the loss by the parameters `[parameter_count]`; all NaN if it was not computed.
-        record: the robot's motion, one world; None if the design cannot be built.
-        actuation: muscle activity as applied `[frames, muscle_count]` [-]; empty if nothing was simulated.
-        body: the robot's arrays as simulated, by the simulator's names, one world; empty if nothing was simulated.
+        recorded: None if the design cannot be built.
     """
 
     evaluation: Evaluation
     gradient: Array
-    record: Motion | None
-    actuation: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    body: Mapping[str, Array] = field(default_factory=dict)
+    recorded: Record | None
 
     @property
-    def motion(self) -> Motion:
-        """The robot's motion.
+    def record(self) -> Record:
+        """The record.
 
         Raises:
             ValueError: the design could not be built.
         """
-        if self.record is None:
-            raise ValueError(f"The episode has no motion. {self.evaluation.failure}")
-        return self.record
+        if self.recorded is None:
+            raise ValueError(f"Nothing was simulated. {self.evaluation.failure}")
+        return self.recorded

@@ -13,6 +13,7 @@ class BudgetMeter:
 
     Attributes:
         forward, recomputed, backward: world-substeps simulated.
+        equilibration: world-substeps in which bodies of design spaces came to rest, which no budget pays for.
         retries: frames that were repeated with half the step.
         episodes: evaluations, with or without gradient.
         iterations: counted by the method.
@@ -24,6 +25,7 @@ class BudgetMeter:
     forward: int = 0
     recomputed: int = 0
     backward: int = 0
+    equilibration: int = 0
     retries: int = 0
     episodes: int = 0
     iterations: int = 0

@@ -1,42 +1,38 @@
 """A cell of the benchmark as a problem for a method: every simulated substep is metered here."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.episode import Episode, Evaluation
+from zoobench.cell.episode_runner import EpisodeRunner, Watch
 from zoobench.cell.meter import BudgetMeter
-from zoobench.cell.motion import MotionAdjoint, motion_of
-from zoobench.cell.robot import Built, Robot
+from zoobench.cell.robot import Built, Draft, Robot
 from zoobench.cell.solvers import Solvers
 from zoobench.cell.warm_start import overlay
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
-from zoobench.errors import BudgetExhaustedError, Divergence, Unbuildable, UsageError
+from zoobench.errors import BudgetExhaustedError, DivergenceError, Failure, Unbuildable, UsageError
 from zoobench.inputs import Start
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.spec import FRAME_SECONDS, RunSpec
-from zoobench.tasks.base import Metric, Motion, Task
-
-if TYPE_CHECKING:
-    from zoobench.sim.solver import BodyState, Rollout, Solver
-
+from zoobench.tasks.base import Task
 
 _GRADIENT_PASSES = 3
 """A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
 
+_RELAXED_PASSES = 4
+"""The same for a relaxed body, and the solid one forward."""
+
 _COST_MARGIN = 1.25
 """Allowance for an episode that costs more than all before it: robots that move more take shorter steps."""
-
-Watch = Callable[[Array], None]
-"""A function called with the positions of all particles of the first world `[particle_count, 3]` [m]."""
 
 
 class Problem:
@@ -44,6 +40,8 @@ class Problem:
 
     A parameter vector holds the controller's parameters and then, in a design space, the body's. A body that cannot be
     built has no score and costs as much as its simulation was expected to, so that testing feasibility is not free.
+    The score is that of the solid body, which comes to rest before its episode; that is metered apart. The gradient is
+    that of the relaxed body, see `Draft`.
 
     A method that decides on every frame uses a `zoobench.cell.session.Session`.
 
@@ -63,20 +61,33 @@ class Problem:
         self.spec = spec
         self.worlds = worlds
         self.meter = BudgetMeter()
-        env: Environment = registry.create(Kind.ENV, spec.env)
+        self._env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
         self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
         self.overlay = None if start is None else overlay(start, spec, self.robot)
-        self.scene = env.scene(self.body, self.fidelity)
-        self.density = env.robot.density
+        self._runner = self._runner_of(self.body, is_fixed=self.robot.space is None)
         self._substeps_per_frame = choose_step(self.scene, self.fidelity, FRAME_SECONDS).substeps_per_frame
-        self.solvers = Solvers(self.scene, self.fidelity, env.equilibration_frames)
 
     @property
     def body(self) -> Body:
         """The robot at rest; of a design space, the workspace."""
         return self.robot.body
+
+    @property
+    def scene(self) -> Scene:
+        """The body in its environment."""
+        return self._runner.scene
+
+    @property
+    def density(self) -> float:
+        """Density of muscle [kg/m^3]."""
+        return self._env.robot.density
+
+    @property
+    def solvers(self) -> Solvers:
+        """The solvers of the scene."""
+        return self._runner.solvers
 
     @property
     def parameter_count(self) -> int:
@@ -122,7 +133,8 @@ class Problem:
 
     def _cost(self, count: int, gradient: bool) -> int:
         """Expected substeps of so many evaluations."""
-        return count * self.expected_substeps * (_GRADIENT_PASSES if gradient else 1)
+        passes = _GRADIENT_PASSES if self.robot.space is None else _RELAXED_PASSES
+        return count * self.expected_substeps * (passes if gradient else 1)
 
     def evaluate(self, parameters: Array) -> Evaluation:
         """The evaluation of one parameter vector; see `evaluate_batch`."""
@@ -144,9 +156,23 @@ class Problem:
     def loss_and_grad_batch(self, batch: Sequence[Array]) -> list[tuple[Evaluation, Array]]:
         """Evaluations with the gradient `[parameter_count]` of the loss, which is minus the task's objective.
 
-        The gradient of an episode that failed is all NaN. Raises as `evaluate_batch`.
+        The gradient of an episode that failed is all NaN. In a design space the loss is that of the relaxed body, and
+        an evaluation fails if either body does. Raises as `evaluate_batch`.
         """
         return [(episode.evaluation, episode.gradient) for episode in self._evaluate(batch, gradient=True)]
+
+    def relaxed(self, parameters: Array, *, gradient: bool = False) -> Episode:
+        """The episode of the relaxed body, whose gradient `loss_and_grad` gives; for tests of derivatives.
+
+        Raises:
+            UsageError: parameters of another shape, not finite, or of a body that cannot be built.
+        """
+        if self.robot.space is None:
+            return self.episode(parameters, gradient=gradient)
+        (draft,) = self._drafts(self._check([parameters]), gradient)
+        if draft.fault:
+            raise UsageError(str(Unbuildable(draft.fault)))
+        return self._simulate_one(draft.relaxed(), gradient=gradient)
 
     def prepare(self, *, gradient: bool = False) -> None:
         """Equilibrate the scene and build the solver of one world, so that the next `episode` only simulates."""
@@ -167,10 +193,14 @@ class Problem:
         most = self.solvers.most_worlds(self.substeps_per_episode) if gradient else self.worlds
         width, expected = min(self.worlds, most), self.expected_substeps
         for begin in range(0, len(batch), width):
-            yield from self._simulate(parameters[begin : begin + width], gradient, watch, expected)
+            drafts = self._drafts(parameters[begin : begin + width], gradient)
+            able = iter(self._simulate([draft for draft in drafts if not draft.fault], gradient, watch))
+            for draft in drafts:
+                self.meter.episodes += 1
+                yield self._fail(draft, expected, gradient) if draft.fault else next(able)
 
-    def _simulate(self, parameters: Array, gradient: bool, watch: Watch | None, expected: int) -> Iterator[Episode]:
-        """Episodes of one solver, for parameters `[worlds, parameter_count]`; an unbuildable one costs `expected`.
+    def _drafts(self, parameters: Array, gradient: bool) -> list[Draft]:
+        """The robots for parameters `[worlds, parameter_count]`.
 
         Controller, design and task are computed one world at a time: the rounding of a batched sum depends on the
         width of the batch, and no result may depend on the other worlds.
@@ -178,86 +208,45 @@ class Problem:
         import torch
 
         times = torch.arange(self.spec.frames, dtype=torch.float64) * FRAME_SECONDS
-        built = [self.robot.build(torch.tensor(row[None], requires_grad=gradient), times) for row in parameters]
-        able = [one for one in built if not one.fault]
-        episodes = iter(self._run(able, gradient, watch) if able else ())
-        for one in built:
-            if one.fault:
-                self.meter.episodes += 1
-                self.meter.charge(expected, gradient=gradient)
-                failure = Evaluation(-math.inf, {}, np.zeros(0), Unbuildable(one.fault))
-                yield Episode(failure, np.full(self.parameter_count, math.nan), None)
-            else:
-                yield next(episodes)
+        return [self.robot.draft(torch.tensor(row[None], requires_grad=gradient), times) for row in parameters]
 
-    def _run(self, built: Sequence[Built], gradient: bool, watch: Watch | None) -> Iterator[Episode]:
-        """Simulate robots side by side."""
-        from zoobench.sim.solver import BodyState
+    def _fail(self, draft: Draft, expected: int, gradient: bool) -> Episode:
+        """The episode of a body that cannot be built, which costs the `expected` substeps."""
+        self.meter.charge(expected, gradient=gradient)
+        self.meter.forward += expected if gradient else 0  # the relaxed body, too
+        return self._failed(Unbuildable(draft.fault))
 
-        solver = self.solvers.get(len(built), gradient)
-        before = (solver.meter.forward, solver.meter.recomputed, solver.meter.backward)
-        matter = {
-            name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
-        }
-        activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        loops = FeedbackLoops.of(self.robot, built)
-        body = BodyState(**matter)
-        show = _on_frame(solver, body, watch)
-        rollout = solver.run(activity, body, progress=show, feedback=loops.act if loops else None)
-        # a torn robot has no score: otherwise it could win by throwing off a piece
-        broken = {**rollout.tears, **rollout.divergences}
-        motions = [
-            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient)
-            for world in range(len(built))
-        ]
-        gradients = np.full((len(built), self.parameter_count), math.nan)
-        if gradient:
-            adjoints = self._adjoints(solver, rollout, motions, loops)
-            for world, one in enumerate(built):
-                if world not in broken:
-                    gradients[world] = one.gradient({name: adjoint[world] for name, adjoint in adjoints.items()})
-                    gradients[world] += loops.gradients[world] if loops else 0.0
-        self.meter.episodes += len(built)
-        self.meter.forward += solver.meter.forward - before[0]
-        self.meter.recomputed += solver.meter.recomputed - before[1]
-        self.meter.backward += solver.meter.backward - before[2]
-        self.meter.retries += int(rollout.retries.sum())
-        taken = enumerate(rollout.counts.sum(axis=0).tolist())
-        whole = [substeps for world, substeps in taken if world not in rollout.divergences]
-        self.meter.costliest = max(self.meter.costliest, *whole, 0)
-        for world, motion in enumerate(motions):
-            yield Episode(
-                self._read(motion, built[world], broken.get(world)),
-                gradients[world],
-                motion,
-                rollout.actuation[:, world].astype(np.float64),
-                {name: array[world] for name, array in rollout.body.items()},
-            )
+    def _failed(self, failure: Failure) -> Episode:
+        """The episode of a robot that was not simulated to the end of its equilibration."""
+        evaluation = Evaluation(-math.inf, {}, np.zeros(0), failure)
+        return Episode(evaluation, np.full(self.parameter_count, math.nan), None)
 
-    def _adjoints(
-        self, solver: "Solver", rollout: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None
-    ) -> dict[str, Array]:
-        """Adjoints of the activity and of the body's arrays by name, `[worlds, ...]` each."""
-        direct = MotionAdjoint.joined(
-            [MotionAdjoint.of(-self.task.objective(motion).sum(), motion) for motion in motions]
-        )
-        feedback = loops.adjoint(rollout) if loops else None
-        gradient = solver.backward(rollout, direct.positions, direct.velocities, feedback)
-        by_body = direct.by_arrays(gradient, rollout, self.body, self.density)
-        return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
+    def _simulate(self, drafts: Sequence[Draft], gradient: bool, watch: Watch | None) -> Iterator[Episode]:
+        """Simulate robots: those of one body side by side, each of a design space in a scene of its own."""
+        if self.robot.space is None:
+            if drafts:
+                yield from self._runner.run([draft.solid() for draft in drafts], gradient=gradient, watch=watch)
+            return
+        for draft in drafts:
+            relaxed = self._simulate_one(draft.relaxed(), gradient=True) if gradient else None
+            if relaxed is not None and relaxed.evaluation.failure is not None:
+                yield relaxed
+                continue
+            episode = self._simulate_one(draft.solid(), watch=watch)
+            if relaxed is not None and episode.evaluation.failure is None:
+                episode = replace(episode, gradient=relaxed.gradient)
+            yield episode
 
-    def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
-        """Score, reward and metrics of a motion."""
-        import torch
+    def _simulate_one(self, built: Built, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
+        runner = self._runner_of(built.body, is_fixed=False)
+        try:
+            (episode,) = runner.run([built], gradient=gradient, watch=watch)
+        except DivergenceError as error:  # before it was at rest
+            return self._failed(error.failure)
+        return episode
 
-        if divergence is not None:
-            return Evaluation(-math.inf, {}, np.zeros(0), divergence)
-        with torch.no_grad():
-            score = float(self.task.score(motion))
-            reward = self.task.reward(motion)[:, 0].numpy().copy()
-            readings = self.task.metrics(motion)
-        metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
-        return Evaluation(score, {**metrics, **built.metrics(), "score": Metric(score, self.task.unit)}, reward)
+    def _runner_of(self, body: Body, *, is_fixed: bool) -> EpisodeRunner:
+        return EpisodeRunner(self._env, self.task, self.robot, self.fidelity, self.meter, body=body, is_fixed=is_fixed)
 
     def _check(self, batch: Sequence[Array]) -> Array:
         parameters = np.array(batch, dtype=np.float64)
@@ -277,16 +266,3 @@ class Problem:
             f"{budget.kind}, but {self.meter.spent(budget.kind):,.6g} of {budget.amount:,.6g} are spent. "
             "Give a larger budget or fewer frames."
         )
-
-
-def _on_frame(solver: "Solver", body: "BodyState", watch: Watch | None) -> Callable[[int], None] | None:
-    """A callback for the solver that calls `watch` after every frame; `watch` is called for the start at once."""
-    if watch is None:
-        return None
-
-    def show(_: int) -> None:
-        watch(solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)
-
-    solver.reset(body)
-    show(0)
-    return show

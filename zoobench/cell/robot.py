@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.designs.base import Body, Design
+from zoobench.designs.base import Body, Design, Mask
 from zoobench.designs.feasibility import SOLID, Feasibility, feasible
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
@@ -23,49 +23,32 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-_LASTING = ("positions", "volumes", "density_ratio", "head", "tail")
-"""Arrays of a body that are the same for all forms in a workspace."""
+_LEAST_OCCUPANCY = 1e-4
+"""Relaxed matter of less occupancy is left out: it has no effect on the motion, and a vanishing gradient."""
+
+_DRAWS = 20
+"""Most bodies that are drawn from a prior until one can be built."""
+
+_END = 0.1  # of the length: head and tail of a form that has lost those of its workspace
 
 
 @dataclass(frozen=True)
 class Built:
-    """One robot: the inputs of the simulator, connected to the parameters by autograd.
+    """One robot for the simulator, connected to its parameters by autograd.
 
     Attributes:
         row: the parameters `[1, parameter_count]`, the leaf of the gradient.
         activity: `[frames, 1, muscle_count]`; zero in a closed loop, where it follows from the motion.
-        matter: the body's arrays by the simulator's names; empty for a fixed body.
-        feasibility: of a body from a design space; None for a fixed body.
-        body: the fixed body, or the workspace.
+        body: at rest.
+        matter: of a relaxed body, its arrays by the simulator's names; empty for a body as it is.
+        metrics: of a body from a design space; empty for a fixed body.
     """
 
     row: "Tensor"
     activity: "Tensor"
-    matter: "dict[str, Tensor]"
-    feasibility: Feasibility | None
     body: Body
-
-    @property
-    def fault(self) -> str:
-        """The reason why it cannot be built; empty if it can."""
-        return "" if self.feasibility is None else self.feasibility.fault
-
-    def metrics(self) -> dict[str, Metric]:
-        """Metrics of a body from a design space; empty for a fixed body.
-
-        * `body_volume`, `elongation`: of the whole body, weighted by occupancy.
-        * `components`: connected pieces of solid matter, before all but the largest are removed.
-        * `mass_kept`: the largest piece's share of their mass.
-        """
-        if self.feasibility is None:
-            return {}
-        volumes = self.matter["occupancy"].detach()[0].numpy() * self.body.volumes
-        return {
-            "body_volume": Metric(float(volumes.sum()), "m^3"),
-            "elongation": Metric(elongation(self.body.positions, volumes), "1"),
-            "components": Metric(float(self.feasibility.components), "1"),
-            "mass_kept": Metric(self.feasibility.mass_kept, "1"),
-        }
+    matter: "dict[str, Tensor]"
+    metrics: dict[str, Metric]
 
     def gradient(self, adjoints: dict[str, Array]) -> Array:
         """The gradient `[parameter_count]` from adjoints of the activity and of the body's arrays, by their names.
@@ -79,8 +62,98 @@ class Built:
         if not graded:
             return np.zeros(self.row.shape[1])
         weights = [torch.as_tensor(adjoints[name]) for name in graded]
-        (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights)
+        # solid and relaxed body share the graph of the activity
+        (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights, retain_graph=True)
         return gradient[0].numpy()
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The robot of a parameter vector before it is built: solid to be scored, relaxed for gradients.
+
+    Attributes:
+        row, activity: as of `Built`.
+        workspace: of a design space, or the fixed body.
+        form, feasibility: in the workspace; None for a fixed body.
+    """
+
+    row: "Tensor"
+    activity: "Tensor"
+    workspace: Body
+    form: Form | None
+    feasibility: Feasibility | None
+
+    @property
+    def fault(self) -> str:
+        """The reason why it cannot be built; empty if it can."""
+        return "" if self.feasibility is None else self.feasibility.fault
+
+    def solid(self) -> Built:
+        """The robot as it is scored, shown and exported: whole particles where the form is solid, and nothing else."""
+        if self.form is None:
+            return Built(self.row, self.activity, self.workspace, {}, {})
+        arrays = {name: value[0].detach().numpy() for name, value in vars(self.form).items()}
+        arrays["stiffness"] = arrays["stiffness"] * self.workspace.stiffness
+        kept = arrays["occupancy"] > SOLID
+        body = _subset(self.workspace, arrays | {"occupancy": np.ones(len(kept))}, kept)
+        return Built(self.row, self.activity, replace(body, malleable=False), {}, self._metrics(body))
+
+    @property
+    def existing(self) -> Mask:
+        """The particles of the workspace that a relaxed body has `[particle_count]`."""
+        if self.form is None:
+            return np.ones(self.workspace.particle_count, bool)
+        return np.asarray(self.form.occupancy[0].detach().numpy() > _LEAST_OCCUPANCY)
+
+    def relaxed(self, kept: Mask | None = None) -> Built:
+        """The robot with the form's own occupancy, by which its motion is differentiable.
+
+        Args:
+            kept: `[particle_count]` particles of the workspace to build it of; by default `existing`.
+        """
+        import torch
+
+        if self.form is None:
+            return self.solid()
+        matter = self.form.matter(self.workspace)
+        arrays = {name: value[0].detach().numpy() for name, value in matter.items()}
+        kept = self.existing if kept is None else kept
+        body = _subset(self.workspace, arrays, kept)
+        parts = {name: value[:, torch.as_tensor(kept)] for name, value in matter.items()}
+        return Built(self.row, self.activity, body, parts, self._metrics(body))
+
+    def _metrics(self, body: Body) -> dict[str, Metric]:
+        """Metrics of the body.
+
+        * `body_volume`, `elongation`: of all of its matter.
+        * `components`: connected pieces of solid matter, before all but the largest are removed.
+        * `mass_kept`: the largest piece's share of their mass.
+        """
+        assert self.feasibility is not None
+        volumes = body.occupancy * body.volumes
+        return {
+            "body_volume": Metric(float(volumes.sum()), "m^3"),
+            "elongation": Metric(elongation(body.positions, volumes), "1"),
+            "components": Metric(float(self.feasibility.components), "1"),
+            "mass_kept": Metric(self.feasibility.mass_kept, "1"),
+        }
+
+
+def _subset(workspace: Body, arrays: dict[str, Array], kept: Mask) -> Body:
+    """The workspace with other arrays, reduced to the particles that are kept.
+
+    A form without solid head or tail has its ends for them.
+    """
+    whole = {name: value for name, value in vars(workspace).items() if isinstance(value, np.ndarray)} | arrays
+    parts: dict[str, Any] = {name: value[kept] for name, value in whole.items()}
+    body = replace(workspace, **parts)
+    solid = body.occupancy > SOLID
+    if (body.head & solid).any() and (body.tail & solid).any():
+        return body
+    along = body.positions[:, 0]
+    low, high = along[solid].min(), along[solid].max()
+    end = _END * (high - low)
+    return replace(body, head=along >= high - end, tail=along <= low + end)
 
 
 @dataclass(frozen=True)
@@ -135,46 +208,44 @@ class Robot:
         return self.space
 
     def initial(self, rng: np.random.Generator) -> Array:
-        """A draw from the priors of both parts `[parameter_count]`."""
+        """A draw from the priors of both parts `[parameter_count]`; the body is drawn until one can be built."""
         control = self.controller.initial(rng, self.body.muscle_count)
-        return np.concatenate([control, self.space.initial(rng, self.body)]) if self.space else control
+        if self.space is None:
+            return control
+        for _ in range(_DRAWS):
+            draw = np.concatenate([control, self.space.initial(rng, self.body)])
+            if not self._at_rest(draw).fault:
+                break
+        return draw
 
-    def build(self, row: "Tensor", times: "Tensor") -> Built:
-        """The robot for the parameters `row` `[1, parameter_count]` and control frames at `times` `[frames]` [s].
-
-        A robot with a fault cannot be simulated.
-        """
+    def draft(self, row: "Tensor", times: "Tensor") -> Draft:
+        """The robot for the parameters `row` `[1, parameter_count]` and control frames at `times` `[frames]` [s]."""
         activity = row.new_zeros((len(times), 1, self.body.muscle_count))
         if isinstance(self.controller, OpenLoop):
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
-        if self.space is None:
-            return Built(row, activity, {}, None, self.body)
-        form, feasibility = self._form(self.space, row)
-        return Built(row, activity, form.matter(self.body), feasibility, self.body)
+        form, feasibility = None, None
+        if self.space is not None:
+            form = self.space.form(row[:, self.control_count :], self.body)
+            form, (feasibility,) = feasible(form, self.body, self.space.connected)
+        return Draft(row, activity, self.body, form, feasibility)
 
     def formed(self, parameters: Array) -> Body:
-        """The body at rest for `parameters` `[parameter_count]`, reduced to its solid particles.
+        """The body at rest for `parameters` `[parameter_count]`, as it is scored.
 
         Raises:
             SceneError: it cannot be built.
         """
+        draft = self._at_rest(parameters)
+        if draft.fault:
+            raise SceneError(str(Unbuildable(draft.fault)))
+        return draft.solid().body
+
+    def _at_rest(self, parameters: Array) -> Draft:
+        """The robot for `parameters` `[parameter_count]` without time."""
         import torch
 
-        if self.space is None:
-            return self.body
-        form, feasibility = self._form(self.space, torch.as_tensor(parameters[None]))
-        if feasibility.fault:
-            raise SceneError(str(Unbuildable(feasibility.fault)))
-        solid = form.occupancy[0].numpy() > SOLID
-        named = {name: value[0].numpy() for name, value in vars(form).items()}
-        kept = {name: getattr(self.body, name) for name in _LASTING}
-        named["stiffness"] = named["stiffness"] * self.body.stiffness
-        return replace(self.body, **{name: value[solid] for name, value in (named | kept).items()}, malleable=False)
-
-    def _form(self, space: DesignSpace, row: "Tensor") -> tuple[Form, Feasibility]:
-        """The buildable form for the parameters `row` `[1, parameter_count]`, and its feasibility."""
-        form, (feasibility,) = feasible(space.form(row[:, self.control_count :], self.body), self.body, space.connected)
-        return form, feasibility
+        with torch.no_grad():
+            return self.draft(torch.as_tensor(parameters[None]), torch.zeros(0, dtype=torch.float64))
 
 
 @lru_cache(maxsize=16)

@@ -28,7 +28,7 @@ _TEMPERATURE = 0.5  # of the sigmoid: occupancy 1 in the middle of a primitive, 
 _HALVINGS = 60  # of the interval of the level: to machine precision
 
 
-@register(Kind.DESIGN, "barycenter", tags=("space",))
+@register(Kind.DESIGN, "barycenter", version=2, tags=("space",))
 def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
     """Bodies between animals, by Wasserstein barycenters of their volumes: matter moves from one to another.
 

@@ -17,7 +17,8 @@ SOLID = 0.5
 """Occupancy above which matter is solid."""
 
 THINNEST = 2
-"""Least number of particles across the thickest place of a body: a sheet or thread of one has no bending stiffness."""
+"""Least number of particles across any place of a body: a sheet or thread of one has no bending stiffness and never
+comes to rest. Thinner matter is not built."""
 
 _REACH = 1.45  # [spacings] to neighbours: particles that share a face or an edge of the lattice are connected
 
@@ -27,7 +28,7 @@ class Feasibility:
     """The feasibility of one form.
 
     Attributes:
-        components: number of connected pieces of solid matter.
+        components: number of connected pieces of solid matter that is thick enough.
         mass_kept: the largest piece's share of the mass of solid matter, in [0, 1].
         thickness: edge of the largest block of the lattice within the largest piece [particles].
         fault: why it cannot be built, and the remedy; empty if it can.
@@ -42,8 +43,9 @@ class Feasibility:
 def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasibility]]:
     """The form that can be built, and the feasibility of each world.
 
-    With `connected`, solid particles outside the largest piece become empty; other particles, and the gradients
-    through them, are unchanged. Of pieces of equal mass, that with the first particle counts as the largest.
+    Solid particles where the form is thinner than `THINNEST` become empty, and with `connected` those outside the
+    largest piece, too; other particles, and the gradients through them, are unchanged. Of pieces of equal mass, that
+    with the first particle counts as the largest.
     """
     import torch
 
@@ -52,14 +54,13 @@ def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasib
     keep, reports = [], []
     for occupancy in form.occupancy.detach().numpy():
         solid = occupancy > SOLID
+        thick = lattice.opened(solid)
         masses = body.masses(1.0) * occupancy
-        piece, components = _largest_piece(lattice, solid, masses)
-        thickness = lattice.thickness(piece)
-        mass_kept = float(masses[piece].sum() / masses[solid].sum()) if components else 0.0
+        piece, components = _largest_piece(lattice, thick, masses)
+        thickness = lattice.thickness(piece if components else solid)
+        mass_kept = float(masses[piece].sum() / masses[thick].sum()) if components else 0.0
         reports.append(Feasibility(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, edge)))
-        keep.append(piece | ~solid)
-    if not connected:
-        return form, reports
+        keep.append((piece if connected else thick) | ~solid)
     return replace(form, occupancy=form.occupancy * torch.as_tensor(np.array(keep))), reports
 
 
@@ -110,6 +111,14 @@ class _Lattice:
         graph = coo_array((np.ones(len(near), bool), (near[:, 0], near[:, 1])), shape=(len(solid), len(solid)))
         found: Indices = connected_components(graph, directed=False)[1]
         return found
+
+    def opened(self, solid: Mask) -> Mask:
+        """The solid particles that belong to a whole cell of the lattice: morphological opening (Serra 1982)."""
+        whole = np.append(solid, False)
+        first = np.flatnonzero(whole[:-1] & whole[self.corners].all(axis=1))
+        found = np.zeros(len(whole), bool)
+        found[first] = found[self.corners[first].ravel()] = True
+        return found[:-1]
 
     def thickness(self, piece: Mask) -> int:
         """Edge of the largest block within: the number of erosions by a lattice cell until nothing is left."""

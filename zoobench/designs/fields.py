@@ -19,17 +19,25 @@ if TYPE_CHECKING:
 Field = Callable[["Tensor"], "Tensor"]
 """Maps parameters of one world `[parameter_count]` to rows of all particles `[particle_count, 2 + muscle_count]`."""
 
-FULL, FIRM = 2.2, 0.8
-"""Means of the prior's occupancy and stiffness before their sigmoids: an occupancy of 0.9, a multiplier of 0.7."""
+SHARES = (0.4, 1.0)
+"""Range of the prior's share of sites that are solid, uniform."""
 
-SPREAD = 0.35
-"""Standard deviation of both: occupancy 0.8 to 0.95 and stiffness 0.5 to 0.85 within two deviations."""
+SPREAD = 0.5
+"""Standard deviation over the sites of the prior's numbers for occupancy. A site is solid where its number is positive,
+so that most sites can change within 100 steps of 0.01."""
 
-_OCCUPANCY_GAIN = 2.0 * FULL  # of patterns: -1 gives the opposite of the prior's mean
-_STIFFNESS_GAIN = 2.0  # of patterns: multipliers of 0.25 to 0.95
-_MUSCLE_GAIN = 3.0  # of patterns: in most places one muscle dominates
+FIRM, FIRM_SPREAD = 0.4, 0.2
+"""Mean and standard deviation of the prior's numbers for stiffness: a multiplier of 0.7, from 0.5 to 0.85."""
 
-_OWN_MUSCLE = 4.0  # of a particle's muscle in the base, before the softmax: a share of 7/8 among eight muscles
+_OCCUPANCY_GAIN = 4.0  # before the sigmoid: an occupancy of 0.98 at 1
+_STIFFNESS_GAIN = 2.0  # before the sigmoid: multipliers of 0.16 to 0.89 from -1 to 1
+_MUSCLE_GAIN = 4.0  # before the softmax: a muscle has a share of 7/8 among eight where its number is greater by 1
+
+_WAVES = 16  # in the prior's field
+_WAVE_NUMBER = 2.0  # its standard deviation [1 / half extent of the workspace]: a leg or a neck or two along each axis
+
+_PATTERN_LEVEL = 0.25  # of occupancy for a pattern of 0, which is solid
+_PATTERN_STIFFNESS = 1.0  # change of the number for stiffness by a pattern of 1
 
 
 def width_of(body: Body) -> int:
@@ -48,9 +56,9 @@ def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
     rows = [field(row.clone()) for row in parameters]
     ahead = parameters.new_tensor([1.0, 0.0, 0.0]).expand(len(rows), body.particle_count, 3)
     return Form(
-        occupancy=torch.stack([torch.sigmoid(row[:, 0].contiguous()) for row in rows]),
-        stiffness=torch.stack([stiffness_multiplier(row[:, 1].contiguous()) for row in rows]),
-        muscle_membership=torch.stack([torch.softmax(row[:, 2:], dim=1) for row in rows]),
+        occupancy=torch.stack([torch.sigmoid(_OCCUPANCY_GAIN * row[:, 0]) for row in rows]),
+        stiffness=torch.stack([stiffness_multiplier(_STIFFNESS_GAIN * row[:, 1]) for row in rows]),
+        muscle_membership=torch.stack([torch.softmax(_MUSCLE_GAIN * row[:, 2:], dim=1) for row in rows]),
         fibres=ahead,
     )
 
@@ -58,21 +66,34 @@ def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
 def painted(patterns: Array) -> Array:
     """Rows, as one vector, for patterns `[n, 2 + muscle_count]`, which are clipped to [-1, 1].
 
-    Patterns of 0 give the prior's mean of occupancy and stiffness, and equal shares of all muscles.
+    Patterns of 0 are solid, with the prior's mean of stiffness and equal shares of all muscles; those of -1 are empty.
     """
     count = patterns.shape[1] - 2
-    means = np.array([FULL, FIRM, *[0.0] * count])
-    gains = np.array([_OCCUPANCY_GAIN, _STIFFNESS_GAIN, *[_MUSCLE_GAIN] * count])
+    means = np.array([_PATTERN_LEVEL, FIRM, *[0.0] * count])
+    gains = np.array([1.0, _PATTERN_STIFFNESS, *[1.0] * count])
     rows: Array = (means + gains * np.clip(patterns, -1.0, 1.0)).ravel()
     return rows
 
 
-def rows_like(membership: Array, rng: np.random.Generator) -> Array:
-    """A draw of rows `[n, 2 + muscle_count]` for places with these shares of the base's muscles `[n, muscle_count]`.
+def rows_like(membership: Array, places: Array, rng: np.random.Generator) -> Array:
+    """A draw of rows `[n, 2 + muscle_count]` for sites with these shares of the base's muscles `[n, muscle_count]`.
 
-    Occupancy is 0.8 to 0.95, stiffness 0.5 to 0.85, and the muscles are mostly the base's; where it has none, their
-    shares are equal but for the noise.
+    The muscles are mostly the base's; where it has none, their shares are equal but for the noise.
+
+    Args:
+        membership: see above.
+        places: of the sites in the workspace, from -1 to 1 along each axis `[n, 3]`.
+        rng: of the draw.
     """
-    count, muscle_count = membership.shape
-    means = np.hstack([np.tile([FULL, FIRM], (count, 1)), _OWN_MUSCLE * membership])
-    return means + rng.normal(0.0, SPREAD, (count, 2 + muscle_count))
+    waves = rng.normal(0.0, _WAVE_NUMBER, (3, _WAVES))
+    field = np.cos(places @ waves + rng.uniform(0.0, 2.0 * np.pi, _WAVES)).sum(axis=1)
+    stiffness = rng.normal(FIRM, FIRM_SPREAD, len(field))
+    muscles = membership + rng.normal(0.0, FIRM_SPREAD, membership.shape)
+    return np.column_stack([levelled(field, rng.uniform(*SHARES)), stiffness, muscles])
+
+
+def levelled(field: Array, share: float) -> Array:
+    """Numbers for occupancy `[n]` in the shape of a field `[n]`, of which this share is positive."""
+    deviation = field.std()
+    numbers: Array = SPREAD * (field - np.quantile(field, 1.0 - share)) / (deviation if deviation > 0.0 else 1.0)
+    return numbers

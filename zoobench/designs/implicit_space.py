@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _WIDTH = 32
 
 
-@register(Kind.DESIGN, "implicit", tags=("space",))
+@register(Kind.DESIGN, "implicit", version=2, tags=("space",))
 def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
     """A design space in which a small network gives occupancy, stiffness and muscle at every place.
 

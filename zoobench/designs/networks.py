@@ -9,14 +9,14 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
-from zoobench.designs.fields import FIRM, FULL, SPREAD, grow, width_of
+from zoobench.designs.fields import FIRM, FIRM_SPREAD, SHARES, SPREAD, grow, width_of
 from zoobench.designs.space import Form
 from zoobench.designs.workspace import BasedSpace, features_at
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-_MUSCLE_SPREAD = 3.0  # of the muscles' numbers over the workspace: in most places one of them dominates
+_MUSCLE_SPREAD = 0.75  # of the muscles' numbers over the workspace: in most places one of them dominates
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,10 @@ class NetworkSpace(BasedSpace):
         weights = rng.normal(size=(network.head_inputs, 2 + muscle_count))
         outputs = inputs @ weights / math.sqrt(network.head_inputs)
         deviations = outputs.std(axis=0)
-        wanted = np.array([SPREAD, SPREAD, *[_MUSCLE_SPREAD] * muscle_count])
+        wanted = np.array([SPREAD, FIRM_SPREAD, *[_MUSCLE_SPREAD] * muscle_count])
         scale = wanted / np.where(deviations > 0.0, deviations, 1.0)
-        bias = np.array([FULL, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
+        bias = np.array([0.0, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
+        bias[0] = -np.quantile(scale[0] * outputs[:, 0], 1.0 - rng.uniform(*SHARES))
         return np.concatenate([numbers, (scale * weights).ravel(), bias]) / network.rate_scale
 
     def form(self, parameters: "Tensor", body: Body) -> Form:

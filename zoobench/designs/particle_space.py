@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.DESIGN, "particle", tags=("space", "sites"))
+@register(Kind.DESIGN, "particle", version=2, tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class ParticleSpace(BasedSpace):
     """A design space in which every particle has its own occupancy, stiffness and muscle.
@@ -35,7 +35,7 @@ class ParticleSpace(BasedSpace):
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """A draw from the prior `[parameter_count]`."""
-        return rows_like(body.muscle_membership, rng).ravel()
+        return rows_like(body.muscle_membership, self.sites(body)[:, :3], rng).ravel()
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _TEMPERATURE = 0.15  # of the sigmoid [particle spacings]: occupancy 0.1 % one spacing outside the surface
 
 
-@register(Kind.DESIGN, "sdf-lerp", tags=("space",))
+@register(Kind.DESIGN, "sdf-lerp", version=2, tags=("space",))
 def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
     """Bodies between animals, where the weighted mean of the signed distances to their surfaces is negative.
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SMALLEST, _LARGEST = 0.001, 1.0  # edges of a voxel [m]
 
 
-@register(Kind.DESIGN, "voxel", tags=("space", "sites"))
+@register(Kind.DESIGN, "voxel", version=2, tags=("space", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class VoxelSpace(BasedSpace):
     """A design space in which every voxel of the workspace has its own occupancy, stiffness and muscle.
@@ -50,7 +50,7 @@ class VoxelSpace(BasedSpace):
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """A draw from the prior `[parameter_count]`."""
-        return rows_like(self._means(body.muscle_membership, body), rng).ravel()
+        return rows_like(self._means(body.muscle_membership, body), self.sites(body)[:, :3], rng).ravel()
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""

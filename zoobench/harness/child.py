@@ -121,7 +121,8 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     solution = method.run(problem, context)
     # a run that was asked to stop has no results
     needs_references = not (context.should_stop() or _is_study(spec))
-    references = reference_scores(spec) if needs_references else {}
+    design = solution.params[problem.robot.control_count :]
+    references = reference_scores(spec, design) if needs_references else {}
     archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
     return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 

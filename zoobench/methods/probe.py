@@ -73,7 +73,7 @@ class Probe:
         if episode.evaluation.failure is not None:
             return {}
         return {"score_current": episode.evaluation.score} | {
-            f"score_{name}": float(registry.create(Kind.TASK, Ref(name)).score(episode.motion).detach())
+            f"score_{name}": float(registry.create(Kind.TASK, Ref(name)).score(episode.record.motion).detach())
             for name in self._further()
         }
 
@@ -91,7 +91,7 @@ def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
 
 def path_and_spread(episode: Episode) -> tuple[Array, Array]:
     """At every `EVERY`-th frame, displacement `[points, 3]` [m] and second moments `[points, 6]` [m^2] of the mass."""
-    motion = episode.motion
+    motion = episode.record.motion
     centre = motion.centre_of_mass()[::EVERY, 0].detach().numpy()
     path: Array = centre - centre[0]
     return path, motion.second_moments()[::EVERY, 0].detach().numpy()

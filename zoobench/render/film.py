@@ -1,7 +1,7 @@
 """The film of an episode: the episode simulated again, as plain data."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording, lattice_edge, medium_exists
+from zoobench.render.recording import Positions, Recording, lattice_edge
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.paths import Path as Route
 
@@ -68,17 +68,18 @@ def film(
             f"{problem.parameter_count}. Do the run again with this version."
         )
     kept = np.arange(spec.frames + 1) if moments is None else np.asarray(moments)
-    places, frame = _allocate(len(kept), problem.scene.particle_count), 0
+    places, frame = np.zeros((0, 0, 3), np.float32), 0
     rows = {kept_frame: row for row, kept_frame in enumerate(kept.tolist())}
 
     def watch(place: Array) -> None:
-        nonlocal frame
+        nonlocal places, frame
+        if not frame:
+            places = _allocate(len(kept), len(place))
         if frame in rows:
             places[rows[frame]] = place
         progress(frame)
         frame += 1
 
-    problem.prepare()
     episode = problem.episode(np.asarray(params), watch=watch)
     if episode.evaluation.failure is not None:
         raise DivergenceError(episode.evaluation.failure)
@@ -107,23 +108,23 @@ def _allocate(moments: int, particle_count: int) -> Positions:
 
 
 def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[np.int64]) -> Film:
-    robot_count, occupancy = problem.scene.robot.particle_count, episode.body["occupancy"]
-    centre = episode.motion.centre_of_mass()[:, 0].detach().numpy()
+    record = episode.record
+    centre = record.motion.centre_of_mass()[:, 0].detach().numpy()
     route: Route | None = getattr(problem.task, "route", None)
     clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
-    fidelity = problem.fidelity
+    count = record.body.particle_count
     return Film(
         spec=problem.spec,
         evaluation=episode.evaluation,
-        scene=problem.scene,
-        body=replace(problem.body, occupancy=occupancy, muscle_membership=episode.body["muscle_membership"]),
-        particle_edge=fidelity.particle_edge,
-        lattice=lattice_edge(fidelity),
+        scene=record.scene,
+        body=record.body,
+        particle_edge=problem.fidelity.particle_edge,
+        lattice=lattice_edge(problem.fidelity),
         kept=kept,
         times=clock[kept],
-        robot=places[:, :robot_count],
-        medium=places[:, robot_count:][:, medium_exists(problem.scene, occupancy)],
-        activity=np.vstack([np.zeros_like(episode.actuation[:1]), episode.actuation])[kept],
+        robot=places[:, :count],
+        medium=places[:, count:],
+        activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,
         target=None if route is None else centre[0] + route.positions(clock),
     )

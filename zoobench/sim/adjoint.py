@@ -5,6 +5,8 @@ checkpoint into a tape of one slot for each substep, with the kernel of the forw
 that the recomputed states are those of the episode bit for bit.
 """
 
+from typing import Literal
+
 import numpy as np
 import torch
 
@@ -82,7 +84,7 @@ class Adjoint:
             sim.advance(self._tape, first, self._counts[frame], stride=1)
             for world in np.flatnonzero(self._stops[frame]).tolist():
                 self._tape.stop_after(int(first[world] + self._counts[frame, world]), world)
-            sim.meter.recomputed += int(self._counts[frame].sum())
+            self._count("recomputed", frame)
 
     def _reverse(self, segment: int, frame: int) -> None:
         sim = self._sim
@@ -91,9 +93,13 @@ class Adjoint:
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         plan = sim.plan(self._first_slots(segment, frame), self._counts[frame])
         sim.launcher.reverse(self._tape, sim.parameters, plan, self._state, self._parameters)
-        sim.meter.backward += int(self._counts[frame].sum())
+        self._count("backward", frame)
         self._look_for_fault(frame)
         self._spread_tension(frame)
+
+    def _count(self, kind: Literal["recomputed", "backward"], frame: int) -> None:
+        at_rest = frame < self._rollout.equilibration
+        self._sim.meter.count(kind, int(self._counts[frame].sum()), at_rest=at_rest)
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""

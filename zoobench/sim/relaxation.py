@@ -1,11 +1,19 @@
 """Dynamic relaxation (Barnes 1999): a scene under constant loads comes to rest within a few periods of its waves."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.sim.model.rollout import Feedback, FloatArray
 from zoobench.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from zoobench.sim.solver import Solver
+
+REST_SPEED = 1e-6
+"""Largest horizontal speed of a robot at rest [m/s]."""
 
 
 class Relaxation:
@@ -29,6 +37,30 @@ class Relaxation:
         for world in np.flatnonzero(stops).tolist():
             matter.stop(0, world)
         return stops
+
+
+def come_to_rest(solver: "Solver", frames: int, most: int) -> None:
+    """Equilibrate the only world and begin its episodes there.
+
+    By `frames` control frames at a time, until its robot's centre of mass moves by less than `REST_SPEED` along the
+    ground, or `most` times: a body that tips over or sags needs longer than one that stands.
+
+    Raises:
+        DivergenceError: the scene diverges.
+    """
+    place = _centre(solver)
+    for _ in range(most):
+        solver.start_at(solver.equilibrate(frames))
+        before, place = place, _centre(solver)
+        if np.hypot(*(place - before)[[0, 2]]) < REST_SPEED * frames * solver.frame_seconds:
+            return
+
+
+def _centre(solver: "Solver") -> Array:
+    """Centre of mass of the robot `[3]` [m]."""
+    masses = solver.parameters.mass[0, : solver.robot_count].double()
+    weighed: Array = (masses @ solver.matter.x[0, 0, : solver.robot_count].double() / masses.sum()).cpu().numpy()
+    return weighed
 
 
 def delayed(feedback: Feedback, frames: int) -> Feedback:

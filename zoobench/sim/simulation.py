@@ -60,9 +60,9 @@ class Simulation:
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
         self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
         self.refresh_window()
-        if start is not None:
-            self.matter.load_slot(0, start)
         self.start = self.matter.copy_slot(0)
+        if start is not None:
+            self.start_at(start)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
         self._plan = LaunchPlan.none(worlds, self._real, device)
@@ -80,6 +80,11 @@ class Simulation:
     def tensor(self, value: FloatArray) -> Tensor:
         """An array in the simulation's precision on its device."""
         return torch.as_tensor(np.ascontiguousarray(value), dtype=self._real, device=self._device)
+
+    def start_at(self, state: Matter) -> None:
+        """Take a state of one world for the initial state of all."""
+        self.matter.load_slot(0, state)
+        self.start = self.matter.copy_slot(0)
 
     def rewind(self) -> None:
         """Put all worlds back to the initial state, alive and with all muscles at rest."""

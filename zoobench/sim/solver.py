@@ -163,7 +163,8 @@ class Solver:
         Raises:
             DivergenceError: the scene diverges.
         """
-        rollout = self._new_rollout(np.zeros((frames, self.worlds, self.muscle_count)), self._rewind(None))
+        rest = np.zeros((frames, self.worlds, self.muscle_count))
+        rollout = self._new_rollout(rest, self._rewind(None), equilibration=frames)
         control, relaxation = StepControl(self.simulation, rollout), Relaxation(self.simulation)
         for frame in range(frames):
             control.frame(frame)
@@ -171,6 +172,10 @@ class Solver:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
             relaxation.damp(is_last=frame == frames - 1)
         return Matter(*(tensor[:, :1].clone() for tensor in self.matter.tensors()))
+
+    def start_at(self, state: Matter) -> None:
+        """Begin all episodes from here on at a state of one world."""
+        self.simulation.start_at(state)
 
     def backward(
         self,

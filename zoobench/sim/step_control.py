@@ -88,7 +88,7 @@ class StepControl:
         pending = counts
         while pending.any():
             sim.advance(sim.matter, np.zeros_like(pending), pending, stride=0)
-            sim.meter.forward += int(pending.sum())
+            sim.meter.count("forward", int(pending.sum()), at_rest=frame < rollout.equilibration)
             # one survey serves both the check of this frame and the step of the next: the stiffness that it reports is
             # that under the actuation to come
             coming = min(frame + 1, rollout.frames - 1)

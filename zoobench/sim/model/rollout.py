@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,16 +23,22 @@ number and the adjoint of its actuation."""
 
 @dataclass
 class SubstepMeter:
-    """World-substeps simulated so far, in which budgets are counted."""
+    """World-substeps simulated so far, in which budgets are counted; those of equilibration in all passes apart."""
 
     forward: int = 0
     recomputed: int = 0
     backward: int = 0
+    equilibration: int = 0
 
     @property
     def total(self) -> int:
         """All of them together."""
-        return self.forward + self.recomputed + self.backward
+        return self.forward + self.recomputed + self.backward + self.equilibration
+
+    def count(self, kind: Literal["forward", "recomputed", "backward"], substeps: int, *, at_rest: bool) -> None:
+        """Add substeps of one kind, or of equilibration."""
+        name = "equilibration" if at_rest else kind
+        setattr(self, name, getattr(self, name) + substeps)
 
 
 @dataclass

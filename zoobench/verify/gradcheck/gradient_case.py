@@ -11,7 +11,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.motion import BODY_ARRAYS, MotionAdjoint, motion_of
-from zoobench.cell.robot import Built, Robot
+from zoobench.cell.robot import Built, Draft, Robot
 from zoobench.controllers.base import ClosedLoop
 from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, SceneError, Unbuildable
@@ -54,7 +54,10 @@ class GradientCase:
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
         self._robot = Robot.of(design, controller, grid)
-        scene = environment.scene(self._robot.body, grid)
+        self._parameters = self._robot.initial(np.random.default_rng(seed))
+        self._kept = self._draft({}).existing  # differences are taken of the same particles
+        self._body = self._build({}).body
+        scene = environment.scene(self._body, grid)
         start = equilibrated(scene, grid, environment.equilibration_frames, frame_seconds=FRAME_SECONDS)
         # bounds a little beyond the design's own values, so that both one-sided derivatives exist
         self._solver = Solver(
@@ -67,7 +70,6 @@ class GradientCase:
             density_ratio_min=0.9,
         )
         self._density = environment.robot.density
-        self._parameters = self._robot.initial(np.random.default_rng(seed))
         self._arrays = {
             "stiffness": scene.robot.stiffness[None],
             "density_ratio": scene.robot.density_ratio[None],
@@ -133,7 +135,7 @@ class GradientCase:
         direct = MotionAdjoint.of(self._task.objective(motion).sum(), motion)
         feedback = loops.adjoint(rollout) if loops else None
         found = self._solver.backward(rollout, direct.positions, direct.velocities, feedback)
-        by_body = direct.by_arrays(found, rollout, self._robot.body, self._density)
+        by_body = direct.by_arrays(found, rollout, self._body, self._density)
         gradients = {"actuation": found.actuation, **by_body}
         parameters = built.gradient({name: gradients[name][0] for name in built.matter})
         if loops:
@@ -170,9 +172,13 @@ class GradientCase:
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: Rollout, *, leaf: bool) -> Motion:
-        return motion_of(rollout, self._robot.body, self._density, gradient=leaf)
+        return motion_of(rollout, self._body, self._density, gradient=leaf)
 
     def _build(self, arrays: Arrays, frames: int = 0) -> Built:
+        """The relaxed robot for groups of parameters; errors as of `_draft`."""
+        return self._draft(arrays, frames).relaxed(self._kept)
+
+    def _draft(self, arrays: Arrays, frames: int = 0) -> Draft:
         """The robot for groups of parameters; those of controller and design space are random where not given.
 
         Raises:
@@ -181,7 +187,7 @@ class GradientCase:
         control, design = np.split(self._parameters, [self._robot.control_count])
         row = np.concatenate([arrays.get("controller", control), arrays.get("design", design)])
         times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
-        built = self._robot.build(torch.tensor(row[None], requires_grad=True), times)
-        if built.fault:
-            raise SceneError(str(Unbuildable(built.fault)))
-        return built
+        draft = self._robot.draft(torch.tensor(row[None], requires_grad=True), times)
+        if draft.fault:
+            raise SceneError(str(Unbuildable(draft.fault)))
+        return draft

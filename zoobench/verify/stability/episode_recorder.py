@@ -99,8 +99,7 @@ class EpisodeRecorder(cases.CaseRecorder):
         """
         if isinstance(actuation, int):
             actuation = np.zeros((actuation, solver.worlds, solver.muscle_count))
-        solver.reset()
-        energies = EnergyHistory([energy_balance(solver)])
+        energies = EnergyHistory([])
         rollout = solver.run(actuation, progress=lambda _: energies.balances.append(energy_balance(solver)))
         self.add_rollout(solver, rollout, may_diverge=may_diverge)
         self.smallest_j = min(self.smallest_j, energies.smallest_j)

@@ -1,0 +1,160 @@
+"""Episodes of robots in one scene: simulated side by side, metered, and read by the task."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.cell.closed_loop import FeedbackLoops
+from zoobench.cell.episode import Episode, Evaluation, Record
+from zoobench.cell.meter import BudgetMeter
+from zoobench.cell.motion import MotionAdjoint, motion_of
+from zoobench.cell.robot import Built, Robot
+from zoobench.cell.solvers import Solvers
+from zoobench.designs.base import Body
+from zoobench.envs.base import Environment
+from zoobench.errors import Divergence
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.tasks.base import Metric, Motion, Task
+
+if TYPE_CHECKING:
+    from zoobench.sim.model.state import IntArray
+    from zoobench.sim.solver import Rollout, Solver, SubstepMeter
+
+_MOST_RESTS = 10
+"""Half periods of equilibration that the body of a design space has to come to rest."""
+
+Watch = Callable[[Array], None]
+"""A function called with the positions of all particles of the first world `[particle_count, 3]` [m]."""
+
+
+class EpisodeRunner:
+    """The scene of a body in its environment, and the episodes that are simulated in it.
+
+    Args:
+        env, task, robot, fidelity, meter: of the problem.
+        body: at rest.
+        is_fixed: whether all robots have this body; the scene is then equilibrated once, and its state is kept. Else
+            each episode begins with its own equilibration, which the meter counts apart.
+
+    Raises:
+        SceneError: the body does not fit into the arena.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        task: Task,
+        robot: Robot,
+        fidelity: Fidelity,
+        meter: BudgetMeter,
+        *,
+        body: Body,
+        is_fixed: bool,
+    ) -> None:
+        self.body, self.scene, self.density = body, env.scene(body, fidelity), env.robot.density
+        self._rest_frames = 0 if is_fixed else env.equilibration_frames
+        self.solvers = Solvers(self.scene, fidelity, env.equilibration_frames if is_fixed else 0)
+        self._task, self._robot, self._meter = task, robot, meter
+
+    def run(self, built: Sequence[Built], *, gradient: bool = False, watch: Watch | None = None) -> Iterator[Episode]:
+        """Simulate an episode of each of these robots side by side.
+
+        `watch` is called at the start and after every frame with the positions of all particles, the robot's first.
+        """
+        from zoobench.sim.relaxation import come_to_rest
+        from zoobench.sim.solver import BodyState
+
+        solver = self.solvers.get(len(built), gradient)
+        before = replace(solver.meter)
+        relaxed = bool(built[0].matter)
+        if self._rest_frames and not relaxed:
+            come_to_rest(solver, self._rest_frames // 2, _MOST_RESTS)
+        matter = {
+            name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
+        }
+        activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
+        loops = FeedbackLoops.of(self._robot, built)
+        whole = solver.run(
+            activity,
+            BodyState(**matter),
+            progress=watch and _on_frame(solver, watch),
+            feedback=loops.act if loops else None,
+            equilibration=self._rest_frames if relaxed else 0,
+        )
+        rollout, broken = whole.episode, _failures(whole)
+        motions = [
+            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient)
+            for world in range(len(built))
+        ]
+        gradients = np.full((len(built), self._robot.parameter_count), math.nan)
+        if gradient:
+            adjoints = self._adjoints(solver, whole, motions, loops)
+            for world, one in enumerate(built):
+                if world not in broken:
+                    gradients[world] = one.gradient({name: adjoint[world] for name, adjoint in adjoints.items()})
+                    gradients[world] += loops.gradients[world] if loops else 0.0
+        self._charge(solver.meter, before, whole)
+        for world, motion in enumerate(motions):
+            record = Record(motion, rollout.actuation[:, world].astype(np.float64), self.body, self.scene)
+            yield Episode(self._read(motion, built[world], broken.get(world)), gradients[world], record)
+
+    def _charge(self, now: "SubstepMeter", before: "SubstepMeter", whole: "Rollout") -> None:
+        for item in fields(now):
+            spent = getattr(now, item.name) - getattr(before, item.name)
+            setattr(self._meter, item.name, getattr(self._meter, item.name) + spent)
+        self._meter.retries += int(whole.retries.sum())
+        taken = enumerate(whole.episode.counts.sum(axis=0).tolist())
+        complete = [substeps for world, substeps in taken if world not in whole.divergences]
+        self._meter.costliest = max(self._meter.costliest, *complete, 0)
+
+    def _adjoints(
+        self, solver: "Solver", whole: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None
+    ) -> dict[str, Array]:
+        """Adjoints of the activity and of the body's arrays by name, `[worlds, ...]` each."""
+        direct = MotionAdjoint.joined(
+            [MotionAdjoint.of(-self._task.objective(motion).sum(), motion) for motion in motions]
+        )
+        feedback = loops.adjoint(whole.episode) if loops else None
+        gradient = solver.backward(whole, direct.positions, direct.velocities, feedback)
+        by_body = direct.by_arrays(gradient, whole, self.body, self.density)
+        return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
+
+    def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
+        """Score, reward and metrics of a motion."""
+        import torch
+
+        if divergence is not None:
+            return Evaluation(-math.inf, {}, np.zeros(0), divergence)
+        with torch.no_grad():
+            score = float(self._task.score(motion))
+            reward = self._task.reward(motion)[:, 0].numpy().copy()
+            readings = self._task.metrics(motion)
+        metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
+        return Evaluation(score, {**metrics, **built.metrics, "score": Metric(score, self._task.unit)}, reward)
+
+
+def _failures(whole: "Rollout") -> dict[int, Divergence]:
+    """Divergences and tears by world, counted from the start of the episode.
+
+    A torn robot has no score: otherwise it could win by throwing off a piece.
+    """
+    found, rest = {**whole.tears, **whole.divergences}, whole.equilibration
+    before: IntArray = whole.counts[:rest].sum(axis=0)
+    for world, failure in found.items() if rest else ():
+        advice = failure.advice if failure.frame >= rest else f"It came apart before it was at rest. {failure.advice}"
+        frame, step = max(failure.frame - rest, 0), max(failure.step - int(before[world]), 0)
+        found[world] = replace(failure, frame=frame, step=step, advice=advice)
+    return found
+
+
+def _on_frame(solver: "Solver", watch: Watch) -> Callable[[int], None]:
+    """A callback for the solver that calls `watch`."""
+
+    def show(_: int) -> None:
+        watch(solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)
+
+    return show
