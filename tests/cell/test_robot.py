@@ -18,7 +18,7 @@ TIMES = torch.arange(4, dtype=torch.float64) * 0.008
 
 
 def _robot(design: str) -> Robot:
-    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32))
+    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32), Ref("turning"))
 
 
 def _empty(problem: Problem) -> np.ndarray:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.cell.observation import ObservationModel
+from zoobench.cell.observation import ObservationModel, seen_by
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
 from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Task
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -24,17 +25,24 @@ class FeedbackLoops:
         gradients: of the loss by the parameters, as far as the adjoint has run `[worlds, parameter_count]`.
     """
 
-    def __init__(self, robot: Robot, controller: ClosedLoop, built: Sequence[Built]) -> None:
+    def __init__(
+        self, robot: Robot, controller: ClosedLoop, built: Sequence[Built], observation_model: ObservationModel
+    ) -> None:
         self._robot, self._controller, self._built = robot, controller, built
-        self._observation_model = ObservationModel(robot.body)
+        self._observation_model = observation_model
         self._start: FloatArray = np.zeros(0)
         self.gradients = np.zeros((len(built), robot.parameter_count))
 
     @classmethod
-    def of(cls, robot: Robot, built: Sequence[Built]) -> "FeedbackLoops | None":
-        """The loops of a robot with a closed-loop controller; None with an open-loop one."""
+    def of(cls, robot: Robot, built: Sequence[Built], task: Task, frames: int) -> "FeedbackLoops | None":
+        """The loops of a robot with a closed-loop controller in an episode of so many frames; None with an open loop.
+
+        `task` is the one that the robot was made for.
+        """
         controller = robot.controller
-        return cls(robot, controller, built) if isinstance(controller, ClosedLoop) else None
+        if not isinstance(controller, ClosedLoop):
+            return None
+        return cls(robot, controller, built, ObservationModel(robot.body, seen_by(controller, task), frames))
 
     def act(self, frame: int, positions: "FloatArray", velocities: "FloatArray") -> Array:
         """Activity of a frame `[worlds, muscle_count]`, from the state at its start `[worlds, particle_count, 3]`."""
@@ -83,6 +91,6 @@ class FeedbackLoops:
         built = self._built[world]
         (start,) = self._state(world, self._start)
         occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(self._robot.body.occupancy)
-        observation = self._observation_model.observe(positions, velocities, start, occupancy)
+        observation = self._observation_model.observe(frame, positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
         return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)

@@ -66,7 +66,7 @@ class Problem:
         env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
-        self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
+        self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task)
         self.overlay = None if start is None else overlay(start, spec, self.robot)
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density
@@ -200,7 +200,7 @@ class Problem:
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        loops = FeedbackLoops.of(self.robot, built)
+        loops = FeedbackLoops.of(self.robot, built, self.task, self.spec.frames)
         body = BodyState(**matter)
         show = _on_frame(solver, body, watch)
         rollout = solver.run(activity, body, progress=show, feedback=loops.act if loops else None)
