@@ -115,6 +115,11 @@ class Robot:
         return cls(moved_by, body, made if isinstance(made, DesignSpace) else None, layout)
 
     @property
+    def senses(self) -> str:
+        """The layout in words, such as `body (8), muscles (60), time left (1)`."""
+        return ", ".join(f"{name.replace('_', ' ')} ({count})" for name, count in self.layout)
+
+    @property
     def control_count(self) -> int:
         """Number of the controller's parameters."""
         muscles = self.body.muscle_count

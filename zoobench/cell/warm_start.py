@@ -52,11 +52,15 @@ def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
     taken = {part: ours == given and count == wanted > 0 for part, given, count, ours, wanted in parts}
     taken["controller"] &= theirs.layout == robot.layout
     if not any(taken.values()):
+        if theirs.layout != robot.layout and start.spec.controller == spec.controller:
+            raise UsageError(
+                f"The start does not fit: its controller {start.spec.controller} observes {theirs.senses}, and {spec} "
+                f"is given {robot.senses}. Start from a run of the same body at the task {spec.task.name}."
+            )
         raise UsageError(
             f"The start does not fit: it has {_sizes((part, given, count) for part, given, count, _, _ in parts)}, and "
             f"{spec} takes {_sizes((part, ours, wanted) for part, _, _, ours, wanted in parts)}. Start from a run with "
-            "the same controller for as many muscles, a closed loop at a task that it observes alike, or with the same "
-            "design space at the same fidelity."
+            "the same controller for as many muscles, or with the same design space at the same fidelity."
         )
     words = [
         f"the {part}'s {wanted} parameters are {'those of the start' if taken[part] else 'drawn'}"
