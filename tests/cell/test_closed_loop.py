@@ -1,12 +1,18 @@
 """Closed loops: observations change the motion."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
 from tests.conformance.cells import cell
+from zoobench.cell.closed_loop import FeedbackLoops
 from zoobench.cell.observation import ObservationModel
 from zoobench.cell.problem import Problem
+from zoobench.cell.robot import Robot
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
 from zoobench.tasks.waypoint_following import WaypointFollowing
 
 TARGET = "waypoint-following[speed=0.3]"
@@ -84,3 +90,24 @@ def test_the_time_left_falls_from_one(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = Problem(cell(task="turning", controller="sine-feedback", frames=4))
     problem.evaluate(problem.initial(np.random.default_rng(0)))
     assert seen == [1.0, 0.75, 0.5, 0.25]
+
+
+def test_the_adjoint_counts_the_start_in_every_frame() -> None:
+    """Where the start of the episode moves, so do displacement and target of all frames."""
+    robot = Robot.of(Ref("caterpillar"), Ref("sine-feedback"), Fidelity(1 / 32), Ref("waypoint-following"))
+    rng, frames = np.random.default_rng(0), 3
+    built = robot.build(torch.tensor(robot.initial(rng)[None], requires_grad=True), torch.zeros(0))
+    loops = FeedbackLoops.of(robot, [built], WaypointFollowing(), frames)
+    assert loops is not None
+    shape = (frames + 1, 1, robot.body.particle_count, 3)
+    places, speeds = robot.body.positions + 0.003 * rng.normal(size=shape), 0.1 * rng.normal(size=shape)
+    weights, way = rng.normal(size=(frames, 1, robot.body.muscle_count)), rng.normal(size=shape[1:])
+
+    def value(step: float) -> float:
+        moved = places.copy()
+        moved[0] += step * way
+        return float(sum((weights[frame] * loops.act(frame, moved[frame], speeds[frame])).sum() for frame in range(3)))
+
+    adjoint = loops.adjoint(SimpleNamespace(positions=places, velocities=speeds))  # type: ignore[arg-type]
+    found = [adjoint(frame, weights[frame])[0] for frame in reversed(range(frames))]
+    assert (found[-1] * way).sum() == pytest.approx((value(1e-5) - value(-1e-5)) / 2e-5, rel=1e-6)

@@ -51,20 +51,23 @@ class FeedbackLoops:
         if frame == 0:
             self._start = positions.copy()
         with torch.no_grad():
-            states = [self._state(world, positions, velocities) for world in range(len(self._built))]
+            states = [self._state(world, positions, velocities, self._start) for world in range(len(self._built))]
             return np.stack([self._respond(frame, world, *state) for world, state in enumerate(states)])
 
     def adjoint(self, rollout: "Rollout") -> "FeedbackAdjoint":
         """The adjoint of `act`: from the adjoint of a frame's activity `[worlds, muscle_count]` to that of the state.
 
-        Each call adds to `gradients`.
+        Frames are called from the last to the first. Each call adds to `gradients`. All frames observe the start of the
+        episode as well, and the first returns what they add up to.
         """
         import torch
+
+        start_adjoint = np.zeros(rollout.positions[0].shape)
 
         def frame_adjoint(frame: int, activity_adjoint: Array) -> tuple[Array, Array]:
             state_adjoints = []
             for world in range(len(self._built)):
-                state = self._state(world, rollout.positions[frame], rollout.velocities[frame])
+                state = self._state(world, rollout.positions[frame], rollout.velocities[frame], self._start)
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
                 # all frames share the graph of the body's form, so it is retained
@@ -73,8 +76,9 @@ class FeedbackLoops:
                 )
                 self.gradients[world] += gradient[0].numpy()
                 state_adjoints.append([adjoint.numpy() for adjoint in adjoints])
-            positions, velocities = zip(*state_adjoints, strict=True)
-            return np.stack(positions), np.stack(velocities)
+            positions, velocities, starts = (np.stack(parts) for parts in zip(*state_adjoints, strict=True))
+            start_adjoint[:] += starts
+            return (positions if frame else positions + start_adjoint), velocities
 
         self._start = rollout.positions[0]
         return frame_adjoint
@@ -85,11 +89,10 @@ class FeedbackLoops:
 
         return [torch.tensor(part[world], dtype=torch.float64) for part in parts]
 
-    def _respond(self, frame: int, world: int, positions: "Tensor", velocities: "Tensor") -> "Tensor":
+    def _respond(self, frame: int, world: int, positions: "Tensor", velocities: "Tensor", start: "Tensor") -> "Tensor":
         import torch
 
         built = self._built[world]
-        (start,) = self._state(world, self._start)
         occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(self._robot.body.occupancy)
         observation = self._observation_model.observe(frame, positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
