@@ -1,9 +1,21 @@
 """Closed loops: observations change the motion."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
+import torch
 
 from tests.conformance.cells import cell
+from zoobench.cell.closed_loop import FeedbackLoops
+from zoobench.cell.observation import ObservationModel
 from zoobench.cell.problem import Problem
+from zoobench.cell.robot import Robot
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
+from zoobench.tasks.waypoint_following import WaypointFollowing
+
+TARGET = "waypoint-following[speed=0.3]"
 
 
 def test_feedback_changes_what_the_robot_does() -> None:
@@ -15,3 +27,87 @@ def test_feedback_changes_what_the_robot_does() -> None:
     blind[basis:] = 0.0
     assert problem.evaluate(params).score != problem.evaluate(blind).score
     assert problem.evaluate(blind).score == Problem(cell(frames=10)).evaluate(blind[:basis]).score
+
+
+@pytest.mark.parametrize("controller", ["sine-feedback", "policy-network[hidden=8]"])
+def test_another_target_changes_what_the_robot_does(controller: str) -> None:
+    """The same parameters drive it elsewhere if the target moves elsewhere, and not if they see the body only."""
+    name, bracket, rest = controller.partition("[")
+    for sees in ("all", "body"):
+        ref = f"{name}[sees={sees}{',' if bracket else ']'}{rest}"
+        problems = [
+            Problem(cell(task=f"waypoint-following[path={path},speed=0.3]", controller=ref, frames=60))
+            for path in ("straight", "s-curve")
+        ]
+        params = problems[0].initial(np.random.default_rng(1))
+        runs = [problem.episode(params).motion for problem in problems]
+        assert all(run is not None for run in runs)
+        assert torch.equal(runs[0].positions, runs[1].positions) == (sees == "body")  # type: ignore[union-attr]
+
+
+def test_a_controller_that_sees_its_body_has_the_inputs_of_its_body() -> None:
+    """Eight numbers of the whole and six of each muscle, whatever the task."""
+    counts = {
+        task: Problem(cell(task=task, controller="sine-feedback[sees=body]")).parameter_count
+        for task in ("turning", "waypoint-following")
+    }
+    muscles = Problem(cell()).body.muscle_count
+    assert set(counts.values()) == {9 * muscles * (1 + 8) + 8 * (8 + 6 * muscles) + 8}
+
+
+def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In double precision it is that of differences, and it is not without the target's terms."""
+    problem = Problem(cell(task=TARGET, controller="sine-feedback", fidelity="smoke[precision=64]", frames=6))
+    params = problem.initial(np.random.default_rng(1))
+    basis = 9 * problem.body.muscle_count
+    params[basis:] *= 5.0  # strong feedback
+    direction = np.random.default_rng(2).normal(size=len(params))
+    _, gradient = problem.loss_and_grad(params)
+    ahead, behind = (problem.evaluate(params + sign * 1e-5 * direction).score for sign in (1.0, -1.0))
+    assert -gradient @ direction == pytest.approx((ahead - behind) / 2e-5, rel=1e-6)
+
+    observed = WaypointFollowing.observed
+    monkeypatch.setattr(
+        WaypointFollowing,
+        "observed",
+        lambda task, situation: {name: part.detach() for name, part in observed(task, situation).items()},
+    )
+    _, without = problem.loss_and_grad(params)
+    assert -without @ direction != pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
+
+
+def test_the_time_left_falls_from_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frame by frame over the episode, to the share of the last frame."""
+    seen: list[float] = []
+    observe = ObservationModel.observe
+
+    def record(model: ObservationModel, *given: object) -> torch.Tensor:
+        found = observe(model, *given)  # type: ignore[arg-type]
+        seen.append(float(found[-1]))
+        return found
+
+    monkeypatch.setattr(ObservationModel, "observe", record)
+    problem = Problem(cell(task="turning", controller="sine-feedback", frames=4))
+    problem.evaluate(problem.initial(np.random.default_rng(0)))
+    assert seen == [1.0, 0.75, 0.5, 0.25]
+
+
+def test_the_adjoint_counts_the_start_in_every_frame() -> None:
+    """Where the start of the episode moves, so do displacement and target of all frames."""
+    robot = Robot.of(Ref("caterpillar"), Ref("sine-feedback"), Fidelity(1 / 32), Ref("waypoint-following"))
+    rng, frames = np.random.default_rng(0), 3
+    built = robot.build(torch.tensor(robot.initial(rng)[None], requires_grad=True), torch.zeros(0))
+    loops = FeedbackLoops.of(robot, [built], WaypointFollowing(), frames)
+    assert loops is not None
+    shape = (frames + 1, 1, robot.body.particle_count, 3)
+    places, speeds = robot.body.positions + 0.003 * rng.normal(size=shape), 0.1 * rng.normal(size=shape)
+    weights, way = rng.normal(size=(frames, 1, robot.body.muscle_count)), rng.normal(size=shape[1:])
+
+    def value(step: float) -> float:
+        moved = places.copy()
+        moved[0] += step * way
+        return float(sum((weights[frame] * loops.act(frame, moved[frame], speeds[frame])).sum() for frame in range(3)))
+
+    adjoint = loops.adjoint(SimpleNamespace(positions=places, velocities=speeds))  # type: ignore[arg-type]
+    found = [adjoint(frame, weights[frame])[0] for frame in reversed(range(frames))]
+    assert (found[-1] * way).sum() == pytest.approx((value(1e-5) - value(-1e-5)) / 2e-5, rel=1e-6)

@@ -22,7 +22,7 @@ TIMES = torch.arange(4, dtype=torch.float64) * 0.008
 
 
 def _robot(design: str) -> Robot:
-    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32))
+    return Robot.of(Ref(design), Ref("sine-basis"), Fidelity(1 / 32), Ref("turning"))
 
 
 def _empty(problem: Problem) -> np.ndarray:
@@ -121,7 +121,7 @@ def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
     environment = registry.create(Kind.ENV, problem.spec.env)
     shown = EpisodeRunner(
         environment, problem.task, problem.robot, problem.fidelity, BudgetMeter(),
-        body=problem.robot.formed(draw), is_fixed=True,
+        body=problem.robot.formed(draw), frames=4, is_fixed=True,
     )  # fmt: skip
     times = torch.arange(4, dtype=torch.float64) * 0.008
     (again,) = shown.run([problem.robot.draft(torch.as_tensor(draw)[None], times).solid()])

@@ -117,3 +117,16 @@ def test_a_design_space_is_refused() -> None:
     """A policy needs a fixed body."""
     with pytest.raises(UsageError, match="is a design space"):
         new_session(Problem(cell(design="particle")), 1)
+
+
+def test_observations_are_those_of_task_and_controller() -> None:
+    """The time left falls from 1 to 0 and begins again; a controller that sees its body is given its body."""
+    session = new_session(Problem(cell(task="turning", frames=2)), 1)
+    still = np.zeros((1, session.muscle_count))
+    left = [session.begin()[0, -1]] + [session.step(still).observations[0, -1] for _ in range(2)]
+    assert [*left, session.begin()[0, -1]] == [1.0, 0.5, 0.0, 1.0]
+    body = 8 + 6 * session.muscle_count
+    for sees, added in (("all", 5), ("body", 0)):
+        problem = Problem(cell(task="waypoint-following", controller=f"policy-network[sees={sees}]"))
+        session = new_session(problem, 1)
+        assert session.observation_count == session.begin().shape[1] == body + added

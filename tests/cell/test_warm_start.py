@@ -1,5 +1,7 @@
 """Warm starts: names of stored runs, and the parts of a solution that fit another run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,25 @@ def test_a_start_that_does_not_fit_is_refused(other: dict[str, str]) -> None:
         UsageError, match=rf"it has {len(start.params)} of the controller sine-basis.* takes [0-9]+ of the controller"
     ):
         overlay_of(start, cell(**other))
+
+
+def test_a_policy_that_saw_another_target_is_refused() -> None:
+    """Equal counts do not make it fit; one that sees its body only fits any task."""
+    home, away = (
+        cell(task=task, controller="policy-network[hidden=4]") for task in ("movement-speed", "velocity-tracking")
+    )
+    start = start_of(home)
+    assert len(start.params) == Problem(away).parameter_count
+    with pytest.raises(UsageError, match=r"observes.*target direction \(2\).*is given.*target velocity \(2\)"):
+        overlay_of(start, away)
+    blind = [cell(task=task, controller="policy-network[sees=body]") for task in ("turning", "velocity-tracking")]
+    assert "are those of the start" in overlay_of(start_of(blind[0]), blind[1]).words
+
+
+@pytest.mark.parametrize("controller", ["policy-network", "sine-feedback"])
+def test_a_policy_of_the_version_that_saw_no_target_is_refused(controller: str) -> None:
+    """It has other inputs, so that it is not read as the present one."""
+    spec = cell(controller=controller)
+    old = replace(spec, controller=replace(spec.controller, version=1))
+    with pytest.raises(UsageError, match=rf"'{controller}' has no version 1. Known: {controller}-v2"):
+        overlay_of(Start(old, start_of(spec).params), spec)

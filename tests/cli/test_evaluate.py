@@ -67,3 +67,16 @@ def test_a_body_that_does_not_fit_the_fidelity_is_refused(zoobench: Command, tmp
     reply = zoobench("evaluate", "1", "--fidelity", "draft")
     assert reply.code == 2
     assert "do not fit particle" in reply.err
+
+
+def test_a_policy_is_not_tried_where_it_would_see_something_else(zoobench: Command, tmp_path: Path) -> None:
+    """As many numbers of another meaning are no observation of its own; another target of the same task is."""
+    spec = cell(task="velocity-tracking", controller="sine-feedback", frames=3)
+    parameters = Problem(spec).initial(np.random.default_rng(0))
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", 0.0, "m/s"),), params=tuple(parameters.tolist()))
+    with Store(tmp_path / "zoobench.db") as store:
+        add_ended(store, spec, ending)
+    reply = zoobench("evaluate", "1", "--task", "movement-speed")
+    assert reply.code == 2
+    assert "observes body (8), muscles (60), target velocity (2), time left (1)" in reply.err.replace("\n", " ")
+    assert zoobench("evaluate", "1", "--task", "velocity-tracking[path=s-curve]").code == 0

@@ -12,7 +12,7 @@ from tests.methods.toy import Context
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
-from zoobench.controllers.base import Controller, OpenLoop, observation_count
+from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
@@ -40,6 +40,9 @@ CELLS = [
     pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
     for names in itertools.product(ENVS, TASKS, DESIGNS)
 ]
+SEEN = 30
+"""Length of the observations that closed loops are given here."""
+
 DOUBLE = "smoke[precision=64]"
 """Of all tests with a gradient, whose kernels take far longer to compile than to run."""
 
@@ -88,7 +91,7 @@ def _activity(controller: Controller, params: torch.Tensor) -> torch.Tensor:
     times = torch.arange(200, dtype=torch.float64) * FRAME_SECONDS
     if isinstance(controller, OpenLoop):
         return controller.actuation(params, times, 3)
-    observations = torch.as_tensor(np.random.default_rng(5).normal(size=(200, observation_count(3))))
+    observations = torch.as_tensor(np.random.default_rng(5).normal(size=(200, SEEN)))
     frames = [
         torch.stack([controller.response(row, time, observed, 3) for row in params])
         for time, observed in zip(times.tolist(), observations, strict=True)
@@ -100,8 +103,15 @@ def _activity(controller: Controller, params: torch.Tensor) -> torch.Tensor:
 def test_a_controller_is_a_differentiable_map_into_the_range(name: str) -> None:
     """Activity has its shape, stays in [-1, 1], is none for zeros, and every parameter, if any, matters."""
     controller: Controller = registry.create(Kind.CONTROLLER, Ref(name))
-    draws = [controller.initial(np.random.default_rng(seed), 3) for seed in range(2)]
-    assert draws[0].shape == (controller.parameter_count(3),)
+    if isinstance(controller, OpenLoop):
+        draws, count = (
+            [controller.initial(np.random.default_rng(seed), 3) for seed in range(2)],
+            controller.parameter_count(3),
+        )
+    else:
+        draws = [controller.initial(np.random.default_rng(seed), 3, SEEN) for seed in range(2)]
+        count = controller.parameter_count(3, SEEN)
+    assert draws[0].shape == (count,)
     params = torch.tensor(np.array(draws), requires_grad=True)
     activity = _activity(controller, params)
     assert activity.shape == (200, 2, 3)

@@ -10,6 +10,7 @@ from zoobench.gym.learner import Learner, Worlds
 from zoobench.gym.vector import ZooVectorEnv
 from zoobench.methods.base import pack, unpack
 
+SEEN = Mirror.observation_count
 POLICY = PolicyNetwork(hidden=16)
 SETTINGS = {"n_steps": 16, "batch_size": 16, "n_epochs": 2}
 
@@ -20,10 +21,10 @@ def _learner(actor: np.ndarray, worlds: int = 2) -> Learner:
 
 def test_what_it_does_without_exploration_is_what_the_controller_does() -> None:
     """Before and after learning, clipped to [-1, 1] on both sides."""
-    start = 3.0 * POLICY.initial(np.random.default_rng(0), 1)
+    start = 3.0 * POLICY.initial(np.random.default_rng(0), 1, SEEN)
     learner = _learner(start)
     np.testing.assert_array_equal(learner.actor, start.astype(np.float32))
-    seen = np.random.default_rng(1).normal(size=16).astype(np.float32)
+    seen = np.random.default_rng(1).normal(size=SEEN + 2).astype(np.float32)
     for _ in range(2):
         action, _ = learner._model.predict(seen, deterministic=True)
         expected = POLICY.action(torch.as_tensor(learner.actor), torch.as_tensor(seen).double(), 1)
@@ -34,12 +35,12 @@ def test_what_it_does_without_exploration_is_what_the_controller_does() -> None:
 
 def test_the_exploration_begins_as_asked() -> None:
     """One deviation for every action."""
-    assert _learner(POLICY.initial(np.random.default_rng(0), 1)).deviation == pytest.approx(0.3)
+    assert _learner(POLICY.initial(np.random.default_rng(0), 1, SEEN)).deviation == pytest.approx(0.3)
 
 
 def test_it_goes_on_from_its_state() -> None:
     """Policy, value function, optimiser and count; the worlds begin again."""
-    start = POLICY.initial(np.random.default_rng(0), 1)
+    start = POLICY.initial(np.random.default_rng(0), 1, SEEN)
     first = _learner(start)
     first.learn()
     second = _learner(np.zeros_like(start))
@@ -74,4 +75,4 @@ def test_an_episode_that_reaches_its_length_is_not_one_that_failed() -> None:
     assert over.all()
     assert rewards[1] == 0.0
     assert [info["TimeLimit.truncated"] for info in infos] == [True, False]
-    assert all(info["terminal_observation"].shape == (16,) for info in infos)
+    assert all(info["terminal_observation"].shape == (SEEN + 2,) for info in infos)

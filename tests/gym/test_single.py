@@ -59,3 +59,14 @@ def test_invalid_input_is_refused() -> None:
     env.reset()
     with pytest.raises(UsageError, match="shape"):
         env.step(np.zeros(2, np.float32))
+
+
+def test_the_observation_tells_of_the_task() -> None:
+    """The space has what the task adds and the time left, and an observation fits in it."""
+    added = {"turning": 0, "movement-speed": 2, "velocity-tracking": 2, "waypoint-following": 4}
+    for task, count in added.items():
+        env = ZooEnv("ground", "caterpillar", task, **SMALL)
+        muscles = env.action_space.shape[0] // 9  # eight weights and a bias each
+        seen, _ = env.reset()
+        assert env.observation_space.shape == (8 + 6 * muscles + count + 1 + 2,)
+        assert env.observation_space.contains(seen)

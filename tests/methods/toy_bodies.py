@@ -16,7 +16,7 @@ NOW = torch.zeros(1, dtype=torch.float64)
 
 def robot_of(design: str, controller: str = "fixed-sine") -> Robot:
     """The robot at a coarse resolution."""
-    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64))
+    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64), Ref("turning"))
 
 
 class Sculpture(Quadratic):

@@ -10,7 +10,6 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.session import Step
-from zoobench.controllers.base import observation_count
 from zoobench.controllers.policy_network import PolicyNetwork
 from zoobench.errors import BudgetExhaustedError, Divergence
 from zoobench.registry import Kind, resolve
@@ -30,12 +29,12 @@ def orders(episodes: int) -> Array:
 class Mirror:
     """As `zoobench.cell.session.Session`: one muscle, whose activity is to be the first number of the observation.
 
-    A frame's reward is 1 minus the square of what it misses, and it costs a substep. An activity beyond `limit` blows
-    the world up.
+    The last number is the share of the episode that is left, the others are zero. A frame's reward is 1 minus the
+    square of what it misses, and it costs a substep. An activity beyond `limit` blows the world up.
     """
 
     muscle_count = 1
-    observation_count = observation_count(1)
+    observation_count = 15
 
     def __init__(self, worlds: int = 1, budget: Budget = PLENTY, limit: float = 2.0) -> None:
         self.worlds, self._budget, self._limit = worlds, budget, limit
@@ -81,6 +80,7 @@ class Mirror:
     def _observations(self) -> Array:
         observations = np.zeros((self.worlds, self.observation_count))
         observations[:, 0] = self._orders[self._episodes, self._frames]
+        observations[:, -1] = 1.0 - self._frames / FRAMES
         return observations
 
 
@@ -95,11 +95,11 @@ class Obey:
         self.spec = replace(spec, controller=resolve(Kind.CONTROLLER, Ref.parse("policy-network[hidden=16]")))
         self.meter = BudgetMeter()
         self._limit = limit
-        self.parameter_count = self._policy.parameter_count(1)
+        self.parameter_count = self._policy.parameter_count(1, Mirror.observation_count)
         self.seen: list[Array] = []
 
     def initial(self, rng: np.random.Generator) -> Array:
-        return self._policy.initial(rng, 1)
+        return self._policy.initial(rng, 1, Mirror.observation_count)
 
     def session(self, worlds: int) -> Mirror:
         session = Mirror(worlds, self.spec.budget, self._limit)

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.cell.observation import ObservationModel
+from zoobench.cell.observation import ObservationModel, seen_by
 from zoobench.cell.robot import Built, Robot
 from zoobench.controllers.base import ClosedLoop
 from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Task
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -24,17 +25,24 @@ class FeedbackLoops:
         gradients: of the loss by the parameters, as far as the adjoint has run `[worlds, parameter_count]`.
     """
 
-    def __init__(self, robot: Robot, controller: ClosedLoop, built: Sequence[Built]) -> None:
+    def __init__(
+        self, robot: Robot, controller: ClosedLoop, built: Sequence[Built], task: Task | None, frames: int
+    ) -> None:
         self._robot, self._controller, self._built = robot, controller, built
-        self._observation_models = [ObservationModel(one.body) for one in built]
+        self._observation_models = [ObservationModel(one.body, task, frames) for one in built]
         self._start: FloatArray = np.zeros(0)
         self.gradients = np.zeros((len(built), robot.parameter_count))
 
     @classmethod
-    def of(cls, robot: Robot, built: Sequence[Built]) -> "FeedbackLoops | None":
-        """The loops of a robot with a closed-loop controller; None with an open-loop one."""
+    def of(cls, robot: Robot, built: Sequence[Built], task: Task, frames: int) -> "FeedbackLoops | None":
+        """The loops of a robot with a closed-loop controller in an episode of so many frames; None with an open loop.
+
+        `task` is the one that the robot was made for.
+        """
         controller = robot.controller
-        return cls(robot, controller, built) if isinstance(controller, ClosedLoop) else None
+        if not isinstance(controller, ClosedLoop):
+            return None
+        return cls(robot, controller, built, seen_by(controller, task), frames)
 
     def act(self, frame: int, positions: "FloatArray", velocities: "FloatArray") -> Array:
         """Activity of a frame `[worlds, muscle_count]`, from the state at its start `[worlds, particle_count, 3]`."""
@@ -43,20 +51,23 @@ class FeedbackLoops:
         if frame == 0:
             self._start = positions.copy()
         with torch.no_grad():
-            states = [self._state(world, positions, velocities) for world in range(len(self._built))]
+            states = [self._state(world, positions, velocities, self._start) for world in range(len(self._built))]
             return np.stack([self._respond(frame, world, *state) for world, state in enumerate(states)])
 
     def adjoint(self, rollout: "Rollout") -> "FeedbackAdjoint":
         """The adjoint of `act`: from the adjoint of a frame's activity `[worlds, muscle_count]` to that of the state.
 
-        Each call adds to `gradients`.
+        Frames are called from the last to the first. Each call adds to `gradients`. All frames observe the start of the
+        episode as well, and the first returns what they add up to.
         """
         import torch
+
+        start_adjoint = np.zeros(rollout.positions[0].shape)
 
         def frame_adjoint(frame: int, activity_adjoint: Array) -> tuple[Array, Array]:
             state_adjoints = []
             for world in range(len(self._built)):
-                state = self._state(world, rollout.positions[frame], rollout.velocities[frame])
+                state = self._state(world, rollout.positions[frame], rollout.velocities[frame], self._start)
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
                 # all frames share the graph of the body's form, so it is retained
@@ -65,8 +76,9 @@ class FeedbackLoops:
                 )
                 self.gradients[world] += gradient[0].numpy()
                 state_adjoints.append([adjoint.numpy() for adjoint in adjoints])
-            positions, velocities = zip(*state_adjoints, strict=True)
-            return np.stack(positions), np.stack(velocities)
+            positions, velocities, starts = (np.stack(parts) for parts in zip(*state_adjoints, strict=True))
+            start_adjoint[:] += starts
+            return (positions if frame else positions + start_adjoint), velocities
 
         self._start = rollout.positions[0]
         return frame_adjoint
@@ -77,12 +89,11 @@ class FeedbackLoops:
 
         return [torch.tensor(part[world], dtype=torch.float64) for part in parts]
 
-    def _respond(self, frame: int, world: int, positions: "Tensor", velocities: "Tensor") -> "Tensor":
+    def _respond(self, frame: int, world: int, positions: "Tensor", velocities: "Tensor", start: "Tensor") -> "Tensor":
         import torch
 
         built = self._built[world]
-        (start,) = self._state(world, self._start)
         occupancy = built.matter["occupancy"][0] if built.matter else torch.as_tensor(built.body.occupancy)
-        observation = self._observation_models[world].observe(positions, velocities, start, occupancy)
+        observation = self._observation_models[world].observe(frame, positions, velocities, start, occupancy)
         control = built.row[0, : self._robot.control_count]
         return self._controller.response(control, frame * FRAME_SECONDS, observation, self._robot.body.muscle_count)

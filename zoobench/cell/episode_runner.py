@@ -37,6 +37,7 @@ class EpisodeRunner:
     Args:
         env, task, robot, fidelity, meter: of the problem.
         body: at rest.
+        frames: length of an episode.
         is_fixed: whether all robots have this body; the scene is then equilibrated once, and its state is kept. Else
             each episode begins with its own equilibration, which the meter counts apart.
 
@@ -53,12 +54,13 @@ class EpisodeRunner:
         meter: BudgetMeter,
         *,
         body: Body,
+        frames: int,
         is_fixed: bool,
     ) -> None:
         self.body, self.scene, self.density = body, env.scene(body, fidelity), env.robot.density
         self._rest_frames = 0 if is_fixed else env.equilibration_frames
         self.solvers = Solvers(self.scene, fidelity, env.equilibration_frames if is_fixed else 0)
-        self._task, self._robot, self._meter = task, robot, meter
+        self._task, self._robot, self._meter, self._frames = task, robot, meter, frames
 
     def run(self, built: Sequence[Built], *, gradient: bool = False, watch: Watch | None = None) -> Iterator[Episode]:
         """Simulate an episode of each of these robots side by side.
@@ -77,7 +79,7 @@ class EpisodeRunner:
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }
         activity = np.concatenate([one.activity.detach().numpy() for one in built], axis=1)
-        loops = FeedbackLoops.of(self._robot, built)
+        loops = FeedbackLoops.of(self._robot, built, self._task, self._frames)
         whole = solver.run(
             activity,
             BodyState(**matter),

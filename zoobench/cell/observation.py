@@ -1,20 +1,49 @@
 """The observation: the input of closed-loop controllers and policies."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoobench.controllers.base import WAVE_RATE
+from zoobench.controllers.base import WAVE_RATE, Controller
 from zoobench.designs.base import Body
+from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Observed, Situation, Task
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
+Layout = tuple[tuple[str, int], ...]
+"""The parts of an observation by name, each with its length."""
+
+
+def layout_of(muscle_count: int, task: Task | None) -> Layout:
+    """The layout of the observations of a robot with so many muscles; `task` is as in `ObservationModel`."""
+    body = (("body", 8), ("muscles", 6 * muscle_count))
+    if task is None:
+        return body
+    import torch
+
+    zero, *axes = torch.cat([torch.zeros(1, 3), torch.eye(3)]).double()
+    anywhere = Situation(time=0.0, start=zero, centre=zero, ahead=axes[0], right=axes[2], length=1.0)
+    added = ((name, len(values)) for name, values in _observed(task, anywhere).items())
+    return (*body, *added, ("time_left", 1))
+
+
+def seen_by(controller: Controller, task: Task) -> Task | None:
+    """The task for the observations of this controller, None if it sees its own body only."""
+    return None if getattr(controller, "sees", "all") == "body" else task
+
+
+def _observed(task: Task, situation: Situation) -> "Mapping[str, Tensor]":
+    return task.observed(situation) if isinstance(task, Observed) else {}
+
+
 @dataclass(frozen=True)
 class ObservationModel:
-    """Observations of one body.
+    """Observations of one body at one task.
 
     Lengths are in units of the body's length L and velocities in 20 L/s. Vectors have the components ahead, up and
     right of the present heading, except the displacement, whose components are those of the heading at rest.
@@ -22,15 +51,32 @@ class ObservationModel:
     * the centre of mass: velocity (3) and displacement since the start (3);
     * the heading: cosine and sine of its horizontal angle from that at rest (2);
     * each muscle: displacement of its centre from its place at rest (3) and velocity (3), both relative to the centre
-      of mass.
+      of mass;
+    * what the task adds, see `zoobench.tasks.base.Observed`;
+    * the share of the episode that is left (1).
+
+    Attributes:
+        body: at rest.
+        task: None for observations of the body only, without the last two.
+        frames: length of the episode.
     """
 
     body: Body
+    task: Task | None
+    frames: int
 
-    def observe(self, positions: "Tensor", velocities: "Tensor", start: "Tensor", occupancy: "Tensor") -> "Tensor":
-        """The observation `[observation_count]`; differentiable by all arguments.
+    @property
+    def count(self) -> int:
+        """Length of an observation."""
+        return sum(count for _, count in layout_of(self.body.muscle_count, self.task))
+
+    def observe(
+        self, frame: int, positions: "Tensor", velocities: "Tensor", start: "Tensor", occupancy: "Tensor"
+    ) -> "Tensor":
+        """The observation `[count]`; differentiable by all tensors.
 
         Args:
+            frame: number of control frames since the start of the episode.
             positions: of the particles `[particle_count, 3]` [m].
             velocities: `[particle_count, 3]` [m/s].
             start: positions at the start of the episode `[particle_count, 3]` [m].
@@ -41,18 +87,22 @@ class ObservationModel:
         masses = occupancy * torch.as_tensor(self.body.density_ratio * self.body.volumes)
         share = masses / masses.sum()
         length = float(np.ptp(self.body.positions[:, 0]))
-        frame, angle = self._frame(positions, share)
+        axes, angle = self._axes(positions, share)
         centre, speed = share @ positions, share @ velocities
         muscles = masses[:, None] * torch.as_tensor(self.body.muscle_membership)
         weights = muscles / muscles.sum(dim=0).clamp(min=torch.finfo(masses.dtype).tiny)
         rest = torch.as_tensor(self.body.positions)
-        apart = (weights.T @ positions - centre) @ frame.T - (weights.T @ rest - share @ rest)
-        faster = (weights.T @ velocities - speed) @ frame.T
-        moved = centre - share @ start
-        own = (frame @ speed / (WAVE_RATE * length), moved / length, angle)
-        return torch.cat([*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)])
+        apart = (weights.T @ positions - centre) @ axes.T - (weights.T @ rest - share @ rest)
+        faster = (weights.T @ velocities - speed) @ axes.T
+        begun = share @ start
+        own = (axes @ speed / (WAVE_RATE * length), (centre - begun) / length, angle)
+        parts = [*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)]
+        if self.task is not None:
+            situation = Situation(frame * FRAME_SECONDS, begun, centre, axes[0], axes[2], length)
+            parts += [*_observed(self.task, situation).values(), centre.new_tensor([1.0 - frame / self.frames])]
+        return torch.cat(parts)
 
-    def _frame(self, positions: "Tensor", share: "Tensor") -> tuple["Tensor", "Tensor"]:
+    def _axes(self, positions: "Tensor", share: "Tensor") -> tuple["Tensor", "Tensor"]:
         """Unit vectors ahead, up and right as rows `[3, 3]`, and cosine and sine of the heading `[2]`.
 
         Ahead is the horizontal direction from the centre of the tail to that of the head.

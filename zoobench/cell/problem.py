@@ -64,7 +64,7 @@ class Problem:
         self._env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
-        self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
+        self.robot = Robot.of(spec.design, spec.controller, self.fidelity, spec.task)
         self.overlay = None if start is None else overlay(start, spec, self.robot)
         self._runner = self._runner_of(self.body, is_fixed=self.robot.space is None)
         self._substeps_per_frame = choose_step(self.scene, self.fidelity, FRAME_SECONDS).substeps_per_frame
@@ -246,7 +246,10 @@ class Problem:
         return episode
 
     def _runner_of(self, body: Body, *, is_fixed: bool) -> EpisodeRunner:
-        return EpisodeRunner(self._env, self.task, self.robot, self.fidelity, self.meter, body=body, is_fixed=is_fixed)
+        return EpisodeRunner(
+            self._env, self.task, self.robot, self.fidelity, self.meter,
+            body=body, frames=self.spec.frames, is_fixed=is_fixed,
+        )  # fmt: skip
 
     def _check(self, batch: Sequence[Array]) -> Array:
         parameters = np.array(batch, dtype=np.float64)

@@ -9,6 +9,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
+from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.designs.base import Body, Design, Mask
 from zoobench.designs.feasibility import SOLID, Feasibility, feasible
@@ -164,15 +165,17 @@ class Robot:
         controller: drives the muscles.
         body: at rest; of a design space, the workspace.
         space: the design space, or None for a fixed body.
+        layout: of a closed loop's observations; empty in an open loop.
     """
 
     controller: Controller
     body: Body
     space: DesignSpace | None
+    layout: Layout = ()
 
     @classmethod
-    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity) -> "Robot":
-        """The robot of a design and a controller at this fidelity.
+    def of(cls, design: Ref, controller: Ref, fidelity: Fidelity, task: Ref) -> "Robot":
+        """The robot of a design and a controller at this fidelity, for a task, which a closed loop observes.
 
         Raises:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
@@ -181,12 +184,27 @@ class Robot:
         whole = registry.resolve(Kind.DESIGN, design)
         made, body = _sampled(registry.get(Kind.DESIGN, whole.name, whole.version).factory, whole, fidelity)
         moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
-        return cls(moved_by, body, made if isinstance(made, DesignSpace) else None)
+        layout: Layout = ()
+        if not isinstance(moved_by, OpenLoop):
+            layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))
+        return cls(moved_by, body, made if isinstance(made, DesignSpace) else None, layout)
+
+    @property
+    def senses(self) -> str:
+        """The layout in words, such as `body (8), muscles (60), time left (1)`."""
+        return ", ".join(f"{name.replace('_', ' ')} ({count})" for name, count in self.layout)
 
     @property
     def control_count(self) -> int:
         """Number of the controller's parameters."""
-        return self.controller.parameter_count(self.body.muscle_count)
+        muscles = self.body.muscle_count
+        if isinstance(self.controller, OpenLoop):
+            return self.controller.parameter_count(muscles)
+        return self.controller.parameter_count(muscles, self._observation_count)
+
+    @property
+    def _observation_count(self) -> int:
+        return sum(count for _, count in self.layout)
 
     @property
     def parameter_count(self) -> int:
@@ -209,7 +227,11 @@ class Robot:
 
     def initial(self, rng: np.random.Generator) -> Array:
         """A draw from the priors of both parts `[parameter_count]`; the body is drawn until one can be built."""
-        control = self.controller.initial(rng, self.body.muscle_count)
+        muscles = self.body.muscle_count
+        if isinstance(self.controller, OpenLoop):
+            control = self.controller.initial(rng, muscles)
+        else:
+            control = self.controller.initial(rng, muscles, self._observation_count)
         if self.space is None:
             return control
         for _ in range(_DRAWS):

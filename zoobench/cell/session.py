@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.cell.motion import motion_of
-from zoobench.cell.observation import ObservationModel
+from zoobench.cell.observation import ObservationModel, seen_by
 from zoobench.cell.problem import Problem
-from zoobench.controllers.base import observation_count
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
 from zoobench.spec import FRAME_SECONDS
 
@@ -65,7 +64,8 @@ class Session:
             )
         self._problem, self._solver = problem, solver
         self._playback = Playback(solver)
-        self._observation_model = ObservationModel(problem.body)
+        task = seen_by(problem.robot.controller, problem.task)
+        self._observation_model = ObservationModel(problem.body, task, problem.spec.frames)
         rollout = self._playback.rollout
         self._starts = [
             motion_of(rollout, problem.body, problem.density, slice(world, world + 1)) for world in range(solver.worlds)
@@ -87,7 +87,7 @@ class Session:
     @property
     def observation_count(self) -> int:
         """Length of an observation."""
-        return observation_count(self.muscle_count)
+        return self._observation_model.count
 
     @property
     def times(self) -> Array:
@@ -168,8 +168,12 @@ class Session:
         import torch
 
         observe, occupancy = self._observation_model.observe, torch.as_tensor(self._problem.body.occupancy)
-        starts = [start.positions[1, 0] for start in self._starts]
-        return np.stack([observe(*self._state(world), start, occupancy).numpy() for world, start in enumerate(starts)])
+        frames, starts = self._playback.frames.tolist(), [start.positions[1, 0] for start in self._starts]
+        seen = [
+            observe(frame, *self._state(world), start, occupancy).numpy()
+            for world, (frame, start) in enumerate(zip(frames, starts, strict=True))
+        ]
+        return np.stack(seen)
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""

@@ -36,8 +36,8 @@ class Overlay:
 def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
     """The parts of a stored solution that fit a run with this robot.
 
-    The controller's part fits the same controller with as many parameters, whatever the body; the design's part fits
-    the same design space with as many parameters.
+    The controller's part fits the same controller with as many parameters, whatever the body; a closed loop must
+    observe the same as well. The design's part fits the same design space with as many parameters.
 
     Raises:
         UsageError: no part fits.
@@ -50,7 +50,13 @@ def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
          robot.parameter_count - robot.control_count),
     )  # fmt: skip
     taken = {part: ours == given and count == wanted > 0 for part, given, count, ours, wanted in parts}
+    taken["controller"] &= theirs.layout == robot.layout
     if not any(taken.values()):
+        if theirs.layout != robot.layout and start.spec.controller == spec.controller:
+            raise UsageError(
+                f"The start does not fit: its controller {start.spec.controller} observes {theirs.senses}, and {spec} "
+                f"is given {robot.senses}. Start from a run of the same body at the task {spec.task.name}."
+            )
         raise UsageError(
             f"The start does not fit: it has {_sizes((part, given, count) for part, given, count, _, _ in parts)}, and "
             f"{spec} takes {_sizes((part, ours, wanted) for part, _, _, ours, wanted in parts)}. Start from a run with "
@@ -79,4 +85,4 @@ def _sizes(parts: Iterable[tuple[str, Ref, int]]) -> str:
 
 
 def _robot(spec: RunSpec) -> Robot:
-    return Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity))
+    return Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)

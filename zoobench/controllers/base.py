@@ -5,7 +5,7 @@ every muscle at rest, if there are parameters.
 """
 
 import math
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,19 +14,11 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-_OWN = 8
-"""Length of the observation of the body: velocity, displacement, heading."""
-
-_PER_MUSCLE = 6  # displacement and velocity
+Senses = Literal["all", "body"]
+"""What a closed loop is given of the observation: all of it, or the robot's own body without task and clock."""
 
 WAVE_RATE = 20.0
 """[rad/s] that scales observed velocities, with the body's length: the rate of the slow waves of the sine basis."""
-
-
-def observation_count(muscle_count: int) -> int:
-    """Length of an observation."""
-    return _OWN + _PER_MUSCLE * muscle_count
-
 
 PHASE_COUNT = 2
 """Length of the phase of the waves."""
@@ -44,8 +36,9 @@ def with_phase(observation: "Tensor", time: float) -> "Tensor":
     return torch.cat([observation, observation.new_tensor([math.sin(angle), math.cos(angle)])])
 
 
-class Parametrised(Protocol):
-    """The parameters of open and closed loops."""
+@runtime_checkable
+class OpenLoop(Protocol):
+    """A controller that depends on time only."""
 
     def parameter_count(self, muscle_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles."""
@@ -54,11 +47,6 @@ class Parametrised(Protocol):
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
         """A draw from the prior `[parameter_count]`, from which every method starts."""
         ...
-
-
-@runtime_checkable
-class OpenLoop(Parametrised, Protocol):
-    """A controller that depends on time only."""
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity in [-1, 1] of every muscle `[frames, worlds, muscle_count]`, constant over a control frame.
@@ -72,8 +60,19 @@ class OpenLoop(Parametrised, Protocol):
 
 
 @runtime_checkable
-class ClosedLoop(Parametrised, Protocol):
-    """A controller that depends on time and on the observation at the start of every control frame."""
+class ClosedLoop(Protocol):
+    """A controller that depends on time and on the observation at the start of every control frame.
+
+    One with an attribute `sees` of type `Senses` is given that part of the observation, any other all of it.
+    """
+
+    def parameter_count(self, muscle_count: int, observation_count: int) -> int:
+        """Length of the parameter vector for a robot with so many muscles, and observations of this length."""
+        ...
+
+    def initial(self, rng: np.random.Generator, muscle_count: int, observation_count: int) -> NDArray[np.float64]:
+        """A draw from the prior `[parameter_count]`, from which every method starts."""
+        ...
 
     def response(self, parameters: "Tensor", time: float, observation: "Tensor", muscle_count: int) -> "Tensor":
         """Activity in [-1, 1] of every muscle `[muscle_count]`, constant over the control frame.
@@ -81,7 +80,7 @@ class ClosedLoop(Parametrised, Protocol):
         Args:
             parameters: `[parameter_count]`.
             time: start of the frame [s].
-            observation: at that time, see `zoobench.cell.observation.ObservationModel`.
+            observation: at that time `[observation_count]`, see `zoobench.cell.observation.ObservationModel`.
             muscle_count: of the robot.
         """
         ...

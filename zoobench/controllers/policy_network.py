@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.controllers.base import PHASE_COUNT, observation_count, with_phase
+from zoobench.controllers.base import PHASE_COUNT, Senses, with_phase
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.CONTROLLER, "policy-network", tags=("closed-loop", "policy"))
+@register(Kind.CONTROLLER, "policy-network", version=2, tags=("closed-loop", "policy"))
 @dataclass(frozen=True, kw_only=True)
 class PolicyNetwork:
     """The sine basis, whose weights and biases a network of two hidden layers of tanh units gives in every frame.
@@ -29,10 +29,12 @@ class PolicyNetwork:
 
     * `hidden`: units of a hidden layer.
     * `scale`: standard deviation of the initial weights of the basis.
+    * `sees`: `all` of the observation, or the own `body` only: neither the task's target nor the time left.
     """
 
     hidden: int = 64
     scale: float = 0.3
+    sees: Senses = "all"
 
     def __post_init__(self) -> None:
         if self.hidden < 1:
@@ -42,20 +44,19 @@ class PolicyNetwork:
     def _waves(self) -> SineBasis:
         return SineBasis(scale=self.scale)
 
-    def _widths(self, muscle_count: int) -> list[int]:
+    def _widths(self, muscle_count: int, inputs: int) -> list[int]:
         """Widths of the layers, from the inputs to the outputs."""
-        inputs = observation_count(muscle_count) + PHASE_COUNT
         return [inputs, self.hidden, self.hidden, self._waves.parameter_count(muscle_count)]
 
-    def parameter_count(self, muscle_count: int) -> int:
+    def parameter_count(self, muscle_count: int, observation_count: int) -> int:
         """Weights and biases of three layers."""
-        widths = self._widths(muscle_count)
+        widths = self._widths(muscle_count, observation_count + PHASE_COUNT)
         return sum((inputs + 1) * outputs for inputs, outputs in pairwise(widths))
 
-    def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
+    def initial(self, rng: np.random.Generator, muscle_count: int, observation_count: int) -> NDArray[np.float64]:
         """A draw of the basis as the last biases, and random weights."""
         basis = self._waves.initial(rng, muscle_count)
-        layers = pairwise(self._widths(muscle_count))
+        layers = pairwise(self._widths(muscle_count, observation_count + PHASE_COUNT))
         parts: list[NDArray[np.float64]] = []
         for (inputs, outputs), deviation in zip(layers, (1.0, 1.0, 0.1 * self.scale), strict=True):
             parts += [rng.normal(0.0, deviation / math.sqrt(inputs), inputs * outputs), np.zeros(outputs)]
@@ -65,7 +66,7 @@ class PolicyNetwork:
         """The parameters of the basis in a frame, in [-1, 1], from the inputs of the network."""
         import torch
 
-        widths = self._widths(muscle_count)
+        widths = self._widths(muscle_count, len(inputs))
         sizes = [size for before, after in pairwise(widths) for size in (before * after, after)]
         inner, inner_bias, middle, middle_bias, outer, outer_bias = torch.split(parameters, sizes)
         first = torch.tanh(inner.reshape(self.hidden, -1) @ inputs + inner_bias)

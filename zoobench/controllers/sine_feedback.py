@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.controllers.base import observation_count
+from zoobench.controllers.base import Senses
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.CONTROLLER, "sine-feedback", tags=("closed-loop",))
+@register(Kind.CONTROLLER, "sine-feedback", version=2, tags=("closed-loop",))
 @dataclass(frozen=True, kw_only=True)
 class SineFeedback:
     """The sine basis, whose weights and biases depend on the observation in every control frame.
@@ -27,10 +27,12 @@ class SineFeedback:
 
     * `hidden`: size of the hidden layer.
     * `scale`: standard deviation of the initial weights of the basis.
+    * `sees`: `all` of the observation, or the own `body` only: neither the task's target nor the time left.
     """
 
     hidden: int = 8
     scale: float = 0.3
+    sees: Senses = "all"
 
     def __post_init__(self) -> None:
         if self.hidden < 1:
@@ -40,19 +42,19 @@ class SineFeedback:
     def _waves(self) -> SineBasis:
         return SineBasis(scale=self.scale)
 
-    def _sizes(self, muscle_count: int) -> list[int]:
+    def _sizes(self, muscle_count: int, observation_count: int) -> list[int]:
         """Lengths of w, V, U and c."""
-        basis, inputs = self._waves.parameter_count(muscle_count), observation_count(muscle_count)
-        return [basis, basis * self.hidden, self.hidden * inputs, self.hidden]
+        basis = self._waves.parameter_count(muscle_count)
+        return [basis, basis * self.hidden, self.hidden * observation_count, self.hidden]
 
-    def parameter_count(self, muscle_count: int) -> int:
+    def parameter_count(self, muscle_count: int, observation_count: int) -> int:
         """The parameters of the basis and of the network."""
-        return sum(self._sizes(muscle_count))
+        return sum(self._sizes(muscle_count, observation_count))
 
-    def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
+    def initial(self, rng: np.random.Generator, muscle_count: int, observation_count: int) -> NDArray[np.float64]:
         """A draw of the basis, and a network that changes it a little."""
         basis = self._waves.initial(rng, muscle_count)
-        _, outer, inner, hidden = self._sizes(muscle_count)
+        _, outer, inner, hidden = self._sizes(muscle_count, observation_count)
         outwards = rng.normal(0.0, 0.1 * self.scale, outer)
         inwards = rng.normal(0.0, 1.0 / math.sqrt(inner / self.hidden), inner)
         return np.concatenate([basis, outwards, inwards, np.zeros(hidden)])
@@ -61,7 +63,7 @@ class SineFeedback:
         """Activity `[muscle_count]`."""
         import torch
 
-        basis, outwards, inwards, offsets = torch.split(parameters, self._sizes(muscle_count))
+        basis, outwards, inwards, offsets = torch.split(parameters, self._sizes(muscle_count, len(observation)))
         hidden = torch.tanh(inwards.reshape(self.hidden, -1) @ observation + offsets)
         weights = basis + outwards.reshape(-1, self.hidden) @ hidden
         return self._waves.actuation(weights[None], parameters.new_tensor([time]), muscle_count)[0, 0]

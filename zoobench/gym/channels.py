@@ -23,8 +23,8 @@ _UNLIMITED = Budget("substeps", 1e18)
 class Channels:
     """Observations and actions of a policy in a session.
 
-    An observation is that of `zoobench.cell.observation.ObservationModel`, followed by the phase of the waves. An
-    action is given for every frame, in [-1, 1]:
+    An observation is that of `zoobench.cell.observation.ObservationModel`, task and time left included, followed by the
+    phase of the waves. An action is given for every frame, in [-1, 1]:
 
     * `waves`: the parameters of the sine basis (specification G): weights, muscle by muscle and slow waves first, then
       biases. The activity of muscle k is tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;

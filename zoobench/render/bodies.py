@@ -86,7 +86,7 @@ def formed(spec: RunSpec, parameters: Sequence[float], fidelity: Ref | None = No
         SceneError: the fidelity is too coarse for the body.
     """
     grid: Fidelity = registry.create(Kind.FIDELITY, fidelity or spec.fidelity)
-    robot = Robot.of(spec.design, spec.controller, grid)
+    robot = Robot.of(spec.design, spec.controller, grid, spec.task)
     if len(parameters) != robot.parameter_count:
         raise UsageError(
             f"The run's {len(parameters)} parameters describe no {spec.design.name} body at "

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -110,4 +110,42 @@ class Task(Protocol):
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Readings of the episode by name, each `[worlds]` with its unit."""
+        ...
+
+
+@dataclass(frozen=True)
+class Situation:
+    """The robot at the start of a control frame, from which a task tells a closed loop about itself.
+
+    Attributes:
+        time: since the start of the episode [s].
+        start: centre of mass at the start of the episode `[3]` [m].
+        centre: centre of mass now `[3]` [m].
+        ahead, right: horizontal unit vectors of the present heading `[3]`.
+        length: of the body at rest [m].
+    """
+
+    time: float
+    start: "Tensor"
+    centre: "Tensor"
+    ahead: "Tensor"
+    right: "Tensor"
+    length: float
+
+    def components(self, vector: "Tensor") -> "Tensor":
+        """The components of a vector `[3]` ahead and to the right `[2]`."""
+        import torch
+
+        return torch.stack([self.ahead @ vector, self.right @ vector])
+
+
+@runtime_checkable
+class Observed(Protocol):
+    """A task that adds to the observation; of any other a closed loop knows the time left only."""
+
+    def observed(self, situation: Situation) -> "Mapping[str, Tensor]":
+        """What the task adds, by name, each `[count]`, in numbers of order one; differentiable by the situation.
+
+        Names and counts must be the same in every situation.
+        """
         ...

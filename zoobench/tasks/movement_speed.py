@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.base import Motion, Situation, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.readings import common_readings
 
@@ -22,6 +22,8 @@ class MovementSpeed(Task):
     The score is the velocity of the particles, averaged by occupancy, projected on the target direction and averaged
     over the frames [m/s].
 
+    A closed loop observes the target direction: its components ahead and right of the robot's present heading.
+
     * `heading`: the target direction [degrees], counter-clockwise seen from above, relative to the robot's heading at
       rest.
     """
@@ -29,14 +31,22 @@ class MovementSpeed(Task):
     heading: float = 0.0
     unit: ClassVar[str] = "m/s"
 
+    def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
+        """The target direction, ahead and right."""
+        return {"target_direction": situation.components(self._target(situation.centre))}
+
     def reward(self, motion: Motion) -> "Tensor":
         """Mean particle velocity along the target at the end of every frame `[frames, worlds]` [m/s]."""
-        return motion.mean_over_existing(motion.velocities[1:]) @ self._target(motion)
+        return motion.mean_over_existing(motion.velocities[1:]) @ self._target(motion.velocities)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The heading's deviation from the target direction, and the common readings."""
-        return {"heading_error": (heading_error(motion, self._target(motion)), "rad"), **common_readings(motion)}
+        return {
+            "heading_error": (heading_error(motion, self._target(motion.velocities)), "rad"),
+            **common_readings(motion),
+        }
 
-    def _target(self, motion: Motion) -> "Tensor":
+    def _target(self, like: "Tensor") -> "Tensor":
+        """The unit vector `[3]`, in the precision of another tensor."""
         angle = math.radians(self.heading)
-        return motion.velocities.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])
+        return like.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])

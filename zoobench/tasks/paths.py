@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import count, islice
 from typing import TYPE_CHECKING, Literal
 
@@ -60,20 +61,25 @@ class Path:
 
     def positions(self, times: Array) -> Array:
         """Positions of the target `[times, 3]` [m] at `times` from 0 [s]."""
-        return np.asarray(self._through(times)(times))
+        return np.asarray(_course(self, self._state_count(times))(times))
 
     def velocities(self, times: Array) -> Array:
         """Velocities of the target `[times, 3]` [m/s], the first derivative of `positions`."""
-        return np.asarray(self._through(times).derivative()(times))
+        return np.asarray(_velocity(self, self._state_count(times))(times))
+
+    def at(self, time: float) -> tuple[Array, Array]:
+        """Position [m] and velocity [m/s] of the target at a time from 0 [s], `[3]` each."""
+        times = np.array([time])
+        return self.positions(times)[0], self.velocities(times)[0]
 
     def states(self, number: int) -> Array:
         """The first states of the path, `INTERVAL` apart `[number, 3, 3]`, as `quintic` takes them."""
         return np.array(list(islice(self._random() if self.shape == "random" else self._curve(), number)))
 
-    def _through(self, times: Array) -> "BPoly":
+    @staticmethod
+    def _state_count(times: Array) -> int:
         # one more state than needed, so that rounding cannot end the path before the last time
-        number = math.ceil(float(times.max()) / INTERVAL) + 2
-        return quintic(INTERVAL * np.arange(float(number)), self.states(number))
+        return math.ceil(float(times.max()) / INTERVAL) + 2
 
     def _curve(self) -> Iterator[Array]:
         """States of a curve with constant `speed` after the run-up."""
@@ -100,6 +106,19 @@ class Path:
         """The state after the run-up, whose speed grows symmetrically about its middle: half of the way is done."""
         ahead = np.array([1.0, 0.0, 0.0])
         return self.speed * np.array([INTERVAL / 2 * ahead, ahead, _ZERO])
+
+
+# kept, because closed loops ask for the target in every frame
+@lru_cache(maxsize=64)
+def _course(path: Path, number: int) -> "BPoly":
+    """The path through its first states."""
+    return quintic(INTERVAL * np.arange(float(number)), path.states(number))
+
+
+@lru_cache(maxsize=64)
+def _velocity(path: Path, number: int) -> "BPoly":
+    """The derivative of `_course`."""
+    return _course(path, number).derivative()
 
 
 def _straight(seconds: float) -> Array:

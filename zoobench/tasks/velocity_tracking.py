@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.base import Motion, Situation, Task
 from zoobench.tasks.heading import heading, heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
@@ -32,6 +32,9 @@ class VelocityTracking(Task):
 
     The first term is the error of the magnitude, the second that of the direction, |u| (1 - cos angle). Zero is
     perfect. The score is the mean over frames.
+
+    A closed loop observes the target's velocity in body lengths per second: its components ahead and right of the
+    robot's present heading.
 
     * `path`: straight, arc (to the left), s-curve or random.
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
@@ -58,6 +61,11 @@ class VelocityTracking(Task):
     def targets(self, motion: Motion) -> "Tensor":
         """Velocity of the target at every state `[frames + 1, 3]` [m/s]."""
         return motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))
+
+    def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
+        """Velocity of the target [body lengths/s], ahead and right."""
+        velocity = situation.centre.new_tensor(self.route.at(situation.time)[1])
+        return {"target_velocity": situation.components(velocity) / situation.length}
 
     def reward(self, motion: Motion) -> "Tensor":
         """The negated errors of speed and direction at the end of every frame `[frames, worlds]` [m/s]."""

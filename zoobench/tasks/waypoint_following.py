@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.base import Motion, Situation, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
@@ -23,6 +23,9 @@ class WaypointFollowing(Task):
     The path of quintic polynomials begins at the robot's centre of mass. The reward of a frame is the negated
     horizontal distance from the centre of mass to the target [m]; the vertical distance does not count, since hills and
     waves lift a robot. The score is the mean over frames; zero is perfect.
+
+    A closed loop observes the target's position relative to the centre of mass, in body lengths, and its velocity, in
+    body lengths per second: components ahead and right of the robot's present heading.
 
     * `path`: straight, arc (to the left), s-curve or random.
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
@@ -50,6 +53,15 @@ class WaypointFollowing(Task):
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
         path = motion.positions.new_tensor(self.route.positions(motion.clock().numpy()))
         return motion.centre_of_mass()[0] + path[:, None]
+
+    def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
+        """Position relative to the centre of mass [body lengths] and velocity [body lengths/s], ahead and right."""
+        place, velocity = (situation.centre.new_tensor(part) for part in self.route.at(situation.time))
+        away = situation.start + place - situation.centre
+        return {
+            "target_position": situation.components(away) / situation.length,
+            "target_velocity": situation.components(velocity) / situation.length,
+        }
 
     def reward(self, motion: Motion) -> "Tensor":
         """The negated horizontal distance to the waypoint at the end of every frame `[frames, worlds]` [m]."""

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from zoobench.cell.problem import Problem
+from zoobench.cell.robot import Robot
 from zoobench.db.rows import StudyRow
 from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
@@ -70,11 +71,13 @@ def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: Tran
     """Try the solution of a run in every target, one episode each.
 
     Raises:
-        UsageError: the parameters do not fit a target: those of a design space depend on the fidelity.
+        UsageError: the parameters do not fit a target: those of a design space depend on the fidelity, those of a
+            closed loop on what it observes of the task.
     """
     home = (str(spec.env), str(spec.task), str(spec.fidelity))
     for cell in targets.of(spec):
         problem = Problem(cell, worlds=1)
+        _check_senses(run, spec, problem)
         if problem.parameter_count != len(parameters):
             raise UsageError(
                 f"The {len(parameters)} parameters of run {run} do not fit {spec.design.name} at {cell.fidelity}, "
@@ -94,6 +97,18 @@ def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: Tran
             score=found.score if math.isfinite(found.score) else None,
             unit=problem.task.unit,
             reason="" if found.failure is None else str(found.failure),
+        )
+
+
+def _check_senses(run: int, spec: RunSpec, problem: Problem) -> None:
+    """Raise UsageError if the controller would be given another observation than where it was found."""
+    if problem.spec.task == spec.task:
+        return
+    home = Robot.of(spec.design, spec.controller, problem.fidelity, spec.task)
+    if home.layout != problem.robot.layout:
+        raise UsageError(
+            f"The controller {spec.controller.name} of run {run} observes {home.senses}; at "
+            f"{problem.spec.task.name} it would be given {problem.robot.senses}. Keep to the task {spec.task.name}."
         )
 
 

@@ -53,7 +53,7 @@ class GradientCase:
         grid = replace(registry.create(Kind.FIDELITY, fidelity), precision=64)
         self.env, self.task = str(env), str(task)
         self._task = registry.create(Kind.TASK, task)
-        self._robot = Robot.of(design, controller, grid)
+        self._robot = Robot.of(design, controller, grid, task)
         self._parameters = self._robot.initial(np.random.default_rng(seed))
         self._kept = self._draft({}).existing  # differences are taken of the same particles
         self._body = self._build({}).body
@@ -106,10 +106,10 @@ class GradientCase:
         Raises:
             DivergenceError: the simulation diverged.
         """
-        built = self._build(arrays)
+        built, frames = self._build(arrays), len(arrays["actuation"])
         body = {name: arrays[name] for name in BODY_ARRAYS if name in arrays}
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
-        loops = FeedbackLoops.of(self._robot, [built])
+        loops = FeedbackLoops.of(self._robot, [built], self._task, frames)
         feedback = loops.act if loops else None
         rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, feedback=feedback)
         if rollout.divergences:
@@ -130,7 +130,7 @@ class GradientCase:
     def gradient(self, rollout: Rollout, arrays: Arrays) -> tuple[Arrays, str]:
         """The gradient of the objective by every group of parameters in `arrays`, and where it is not finite."""
         built, count = self._build(arrays), self._robot.control_count
-        loops = FeedbackLoops.of(self._robot, [built])
+        loops = FeedbackLoops.of(self._robot, [built], self._task, len(arrays["actuation"]))
         motion = self._motion(rollout, leaf=True)
         direct = MotionAdjoint.of(self._task.objective(motion).sum(), motion)
         feedback = loops.adjoint(rollout) if loops else None
