@@ -20,6 +20,9 @@ from zoobench.errors import UnknownNameError, UsageError
 from zoobench.inputs import InputFile, StoredRun, checked_run_name, pin
 from zoobench.spec import Ref, Scalar
 
+COMPOSED = "composed"
+"""Tag of a component that is made of others and is nothing without settings."""
+
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
@@ -75,6 +78,11 @@ class Component:
     def required(self) -> frozenset[str]:
         """The parameters without a default, which a reference must give."""
         return frozenset(self.parameters) - frozenset(self.defaults)
+
+    @property
+    def needs_settings(self) -> bool:
+        """Whether the bare name is nothing that can be run: a parameter is required, or one of several (`COMPOSED`)."""
+        return bool(self.required) or COMPOSED in self.tags
 
     @property
     def ref(self) -> Ref:

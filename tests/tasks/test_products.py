@@ -32,7 +32,7 @@ work = torch.rand(60, 1, 2, dtype=torch.float64, generator=chance)
 moved = motion(rest, rest + 0.02 * places, 0.1 * speeds, work)
 found = {"elongation": elongation(places[0].numpy(), speeds[0, :, 0].abs().numpy()).hex()}
 for name in registry.names(Kind.TASK):
-    task = registry.create(Kind.TASK, Ref(name))
+    task = registry.create(Kind.TASK, Ref.parse("mix[movement-speed=1,turning=1]" if name == "mix" else name))
     found[name] = [float(value).hex() for value in task.reward(moved)]
     found |= {f"{name} {key}": float(value).hex() for key, (value, _) in task.metrics(moved).items()}
 print(json.dumps(found))

@@ -63,7 +63,7 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
-    A glob leaves out components for studies, and those with a required parameter that is not given.
+    A glob leaves out components for studies, and those that lack settings.
 
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
@@ -98,7 +98,8 @@ def parse_one(text: str, kind: Kind) -> Ref:
 
 def _is_meant(component: registry.Component, given: Collection[str]) -> bool:
     """Whether a glob stands for a component too: not for those of studies, nor for those that lack a parameter."""
-    return FOR_STUDIES not in component.tags and component.required <= set(given)
+    lacks_settings = not component.required <= set(given) or (component.needs_settings and not given)
+    return FOR_STUDIES not in component.tags and not lacks_settings
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:
