@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from zoobench.errors import UsageError
+from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import COMPOSED, Kind, register
 from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.final_position import FinalPosition
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "mix", tags=("locomotion", COMPOSED))
+@register(Kind.TASK, "mix", tags=("locomotion", COMPOSED), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class Mix(Task):
     """A weighted sum of other tasks, as in `mix[movement-speed=1,turning=0.2]`.
@@ -31,7 +33,8 @@ class Mix(Task):
     * `movement_speed`, `turning`, `velocity_tracking`, `waypoint_following`, `final_position`: the weights; one at
       least is not zero.
     * `heading`: of movement-speed.
-    * `path`, `speed`, `path_seed`: of velocity-tracking and waypoint-following; `direction_weight`: of the former.
+    * `path`, `speed`, `path_seed`, `target`: of velocity-tracking and waypoint-following.
+    * `direction_weight`: of velocity-tracking.
     * `x`, `z`: of final-position.
     """
 
@@ -44,6 +47,7 @@ class Mix(Task):
     path: PathShape = "arc"
     speed: float = 0.05
     path_seed: int = 0
+    target: InputFile = NO_FILE
     direction_weight: float = 0.9
     x: float = 0.1
     z: float = 0.0
@@ -53,14 +57,14 @@ class Mix(Task):
         if not self.terms:
             raise UsageError("A mixture without weights has no score. Give some: mix[movement-speed=1,turning=0.2].")
 
-    @property
+    @cached_property
     def terms(self) -> dict[str, tuple[float, Task]]:
         """Weight and task by name, of all with a weight.
 
         Raises:
             UsageError: a task refuses its parameters.
         """
-        route: dict[str, Any] = {"path": self.path, "speed": self.speed, "path_seed": self.path_seed}
+        route: dict[str, Any] = {name: getattr(self, name) for name in ("path", "speed", "path_seed", "target")}
         made: dict[str, Task] = {
             "movement_speed": MovementSpeed(heading=self.heading),
             "turning": Turning(),

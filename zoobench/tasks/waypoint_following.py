@@ -2,20 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
+from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
+from zoobench.tasks.target_file import FilePath
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"))
+@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class WaypointFollowing(Task):
     """Follow a target that moves along a path.
@@ -28,12 +31,14 @@ class WaypointFollowing(Task):
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
     * `tolerance`: largest distance at which an episode is a success [m].
     * `path_seed`: of the random path.
+    * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """
 
     path: PathShape = "arc"
     speed: float = 0.05
     tolerance: float = 0.02
     path_seed: int = 0
+    target: InputFile = NO_FILE
     unit: ClassVar[str] = "m"
 
     def __post_init__(self) -> None:
@@ -41,10 +46,10 @@ class WaypointFollowing(Task):
             raise UsageError(f"A tolerance of {self.tolerance:g} m cannot be met. Give a positive tolerance.")
         _ = self.route  # checks the path
 
-    @property
-    def route(self) -> Path:
+    @cached_property
+    def route(self) -> Path | FilePath:
         """The path of the target, relative to the robot's start."""
-        return Path(self.path, self.speed, self.path_seed)
+        return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
