@@ -14,6 +14,7 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
+from zoobench.cell.targets import target_fault
 from zoobench.cell.warm_start import overlay
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
@@ -67,6 +68,8 @@ class Problem:
         self.task: Task = registry.create(Kind.TASK, spec.task)
         self.fidelity: Fidelity = registry.create(Kind.FIDELITY, spec.fidelity)
         self.robot = Robot.of(spec.design, spec.controller, self.fidelity)
+        if fault := target_fault(spec):
+            raise UsageError(fault)
         self.overlay = None if start is None else overlay(start, spec, self.robot)
         self.scene = env.scene(self.body, self.fidelity)
         self.density = env.robot.density

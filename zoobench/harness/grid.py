@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from zoobench import registry
+from zoobench.cell.targets import target_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector, matching
@@ -133,6 +134,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
                 f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} is none. "
                 f"Choose one that is: --{kind.noun} {','.join(known)}."
             )
+    if fault := target_fault(spec):
+        return fault
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

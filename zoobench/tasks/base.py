@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
+from zoobench.arrays import Array
+
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -81,6 +83,14 @@ class Motion:
         return torch.stack([(weights * offset[..., i] * offset[..., j]).sum(dim=2) for i, j in pairs], dim=-1)
 
 
+class Route(Protocol):
+    """The path of a target, which begins at the robot's centre of mass; x is ahead at rest, z to the right."""
+
+    def positions(self, times: Array) -> Array:
+        """Positions `[times, 3]` [m] at times from 0 [s]."""
+        ...
+
+
 class Task(Protocol):
     """A task. All functions are differentiable and computed over all worlds at once.
 
@@ -91,6 +101,11 @@ class Task(Protocol):
     """
 
     unit: ClassVar[str]
+
+    @property
+    def routes(self) -> "tuple[Route, ...]":
+        """The paths of its targets, for which the arena must have room; by default none."""
+        return ()
 
     def reward(self, motion: Motion) -> "Tensor":
         """Reward of every control frame `[frames, worlds]`; higher is better.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from zoobench.errors import UsageError
 from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import COMPOSED, Kind, register
-from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.base import Motion, Route, Task
 from zoobench.tasks.final_position import FinalPosition
 from zoobench.tasks.movement_speed import MovementSpeed
 from zoobench.tasks.paths import PathShape
@@ -73,6 +73,11 @@ class Mix(Task):
             "final_position": FinalPosition(x=self.x, z=self.z),
         }
         return {name: (getattr(self, name), task) for name, task in made.items() if getattr(self, name)}
+
+    @property
+    def routes(self) -> tuple[Route, ...]:
+        """The paths of the targets of its tasks."""
+        return tuple(route for _, task in self.terms.values() for route in task.routes)
 
     def reward(self, motion: Motion) -> "Tensor":
         """The weighted sum of the rewards `[frames, worlds]` [-]."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from zoobench.errors import UsageError
 from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Task
+from zoobench.tasks.base import Motion, Route, Task
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
@@ -50,6 +50,11 @@ class WaypointFollowing(Task):
     def route(self) -> Path | FilePath:
         """The path of the target, relative to the robot's start."""
         return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
+
+    @property
+    def routes(self) -> tuple[Route, ...]:
+        """The path of the target."""
+        return (self.route,)
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
