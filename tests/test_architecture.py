@@ -34,7 +34,7 @@ ALLOWED = {
     "fidelities": "registry sim.model",
     "designs": "errors arrays spec inputs registry sim.model",
     "envs": "errors arrays registry sim.model designs",
-    "tasks": "errors arrays registry",
+    "tasks": "errors arrays inputs registry",
     "controllers": "errors arrays spec registry",
     "cell": "errors arrays files spec inputs registry sim.model sim designs envs tasks controllers",
     "gym": "errors arrays spec registry controllers cell",

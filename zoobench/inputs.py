@@ -22,6 +22,8 @@ class InputFile(str):
     __slots__ = ()
 
 
+NO_FILE = InputFile("")
+
 _MARK = "@sha256-"
 
 

@@ -58,7 +58,7 @@ class Ref:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read `name`, `name-v2` or `name[key=value,key=value]`.
+        """Read `name`, `name-v2` or `name[key=value,key=value]`; keys may be written with - for _, as names are.
 
         Raises:
             UsageError: the text has another form.
@@ -71,7 +71,7 @@ class Ref:
             key, separator, value = item.partition("=")
             if not separator or not key.strip() or not value.strip():
                 raise UsageError(f"Cannot read the parameter {item!r} of {text!r}. Write key=value.")
-            params[key.strip()] = _parse_scalar(value)
+            params[key.strip().replace("-", "_")] = _parse_scalar(value)
         return cls(match["name"], int(match["version"] or 0), tuple(sorted(params.items())))
 
     @property

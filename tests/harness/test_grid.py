@@ -13,6 +13,10 @@ def _ground(*, depth: float = 0.5) -> float:
     return depth
 
 
+def _weighted(*, weight: float = 0.0) -> float:
+    return weight
+
+
 @pytest.fixture(autouse=True)
 def _registry(monkeypatch: pytest.MonkeyPatch) -> None:
     """A small world of its own."""
@@ -142,3 +146,14 @@ def test_a_negative_seed_is_refused() -> None:
     """The message names the seed."""
     with pytest.raises(UsageError, match="-1 is negative"):
         expand(_grid(seeds=(-1,)))
+
+
+def test_a_glob_leaves_out_what_is_nothing_without_settings() -> None:
+    """Unless settings are given; by its name it is always meant."""
+    register(Kind.TASK, "turn-mix", tags=(registry.COMPOSED,))(_weighted)
+
+    def names(text: str) -> list[str]:
+        return [ref.name for ref in parse_selector(text, Kind.TASK)]
+
+    assert names("turn*") == ["turning"]
+    assert names("turn-*[weight=1]") == names("turn-mix") == ["turn-mix"]

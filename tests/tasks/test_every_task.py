@@ -21,6 +21,8 @@ SMALL = disc(rings=1, spokes=3)
         ("turning", SMALL, True, True),
         ("velocity-tracking", block(count=1), True, True),
         ("waypoint-following", block(count=1), True, False),
+        ("final-position", block(count=1), True, False),
+        ("mix[turning=0.2,velocity-tracking=-1,final-position=3]", block(count=1), True, True),
     ],
 )
 def test_the_gradient_is_that_of_the_score(
@@ -39,7 +41,17 @@ def test_the_gradient_is_that_of_the_score(
     assert torch.autograd.gradcheck(objective, leaves)
 
 
-@pytest.mark.parametrize("task", ["movement-speed", "turning", "velocity-tracking", "waypoint-following[path=random]"])
+@pytest.mark.parametrize(
+    "task",
+    [
+        "movement-speed",
+        "turning",
+        "velocity-tracking",
+        "waypoint-following[path=random]",
+        "final-position",
+        "mix[movement-speed=1,velocity-tracking=2,waypoint-following=3,final-position=4]",
+    ],
+)
 def test_a_reward_does_not_depend_on_what_comes_after(task: str) -> None:
     """The rewards of a shorter episode are the first rewards of a longer one."""
     whole = rigid(block(), spin=1.0, velocity=(0.02, 0.0, 0.01), frames=150)
@@ -55,6 +67,10 @@ def test_a_reward_does_not_depend_on_what_comes_after(task: str) -> None:
         ("velocity-tracking[speed=0]", "is not possible"),
         ("waypoint-following[tolerance=0]", "positive tolerance"),
         ("waypoint-following[path_seed=-1]", "is not possible"),
+        ("mix", "without weights"),
+        ("mix[speed=2]", "without weights"),
+        ("mix[waypoint_following=1,speed=0]", "is not possible"),
+        ("mix[hopping=1]", "hopping"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused(task: str, message: str) -> None:

@@ -19,6 +19,7 @@ from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
 from zoobench.tasks.base import Metric
+from zoobench.tasks.products import symmetric_eigen
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -283,7 +284,7 @@ def elongation(places: Array, volumes: Array) -> float:
     1 - (second longest / longest standard deviation along the principal axes): 0 for a ball or a disc, 1 for a needle.
     """
     centre = np.average(places, axis=0, weights=volumes)
-    # einsum adds in the same order for any number of threads
-    moments = np.einsum("ni,nj,n->ij", places - centre, places - centre, volumes)
-    spreads = np.linalg.eigvalsh(moments)
+    apart = places - centre
+    moments = (apart[:, :, None] * (volumes[:, None] * apart)[:, None, :]).sum(axis=0)
+    spreads, _ = symmetric_eigen(moments)
     return float(1.0 - np.sqrt(max(spreads[1], 0.0) / spreads[2]))

@@ -13,7 +13,7 @@ _NAMESPACE = "zoobench"
 
 def register_envs() -> None:
     """Register every combination of environment, body and task once."""
-    for env, design, task in product(registry.names(Kind.ENV), _bodies(), registry.names(Kind.TASK)):
+    for env, design, task in product(registry.names(Kind.ENV), _bodies(), _tasks()):
         name = name_of(env, design, task)
         if f"{_NAMESPACE}/{name}" in gymnasium.registry:
             continue
@@ -36,3 +36,8 @@ def _bodies() -> list[str]:
     """Designs with a fixed body and no required parameter: neither design spaces nor bodies from a file."""
     components = (registry.get(Kind.DESIGN, name) for name in registry.names(Kind.DESIGN))
     return [component.name for component in components if "space" not in component.tags and not component.required]
+
+
+def _tasks() -> list[str]:
+    """Tasks that are complete without settings; another one names when making, as in `task="mix[turning=1]"`."""
+    return [name for name in registry.names(Kind.TASK) if not registry.get(Kind.TASK, name).needs_settings]

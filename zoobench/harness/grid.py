@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from zoobench import registry
+from zoobench.cell.targets import target_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector, matching
@@ -63,7 +64,7 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
 def parse_selector(text: str, kind: Kind) -> list[Ref]:
     """Read `desert,ice`, `*`, `des*` or `name-v1[key=value]` (also `random*[batch=4]`) as references, each once.
 
-    A glob leaves out components for studies, and those with a required parameter that is not given.
+    A glob leaves out components for studies, and those that lack settings.
 
     Raises:
         UnknownNameError: a name or pattern that fits no component; suggests the nearest.
@@ -98,7 +99,8 @@ def parse_one(text: str, kind: Kind) -> Ref:
 
 def _is_meant(component: registry.Component, given: Collection[str]) -> bool:
     """Whether a glob stands for a component too: not for those of studies, nor for those that lack a parameter."""
-    return FOR_STUDIES not in component.tags and component.required <= set(given)
+    lacks_settings = not component.required <= set(given) or (component.needs_settings and not given)
+    return FOR_STUDIES not in component.tags and not lacks_settings
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:
@@ -132,6 +134,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
                 f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} is none. "
                 f"Choose one that is: --{kind.noun} {','.join(known)}."
             )
+    if fault := target_fault(spec):
+        return fault
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

@@ -151,8 +151,9 @@ class Simulation:
     def _muscle_potential(self, rollout: Rollout) -> Array:
         """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
         deformation = self.matter.F[0, :, : self.robot_count].double()
-        stretched = torch.einsum("wpij,wpj->wpi", deformation, self.parameters.fibre[0].double())
+        # sums and products of our own: the libraries' products are rounded by the processor's make
+        stretched = (deformation * self.parameters.fibre[0].double()[:, :, None, :]).sum(dim=-1)
         volume = self.parameters.volume[:, : self.robot_count].double()
         density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
-        potential: Array = np.einsum("wpk,wp->wk", rollout.body["muscle_membership"], density.cpu().numpy())
+        potential: Array = (rollout.body["muscle_membership"] * density.cpu().numpy()[:, :, None]).sum(axis=1)
         return potential

@@ -4,6 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
+import numpy as np
+
+from zoobench.arrays import Array
+
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -81,6 +85,24 @@ class Motion:
         return torch.stack([(weights * offset[..., i] * offset[..., j]).sum(dim=2) for i, j in pairs], dim=-1)
 
 
+class Route(Protocol):
+    """The path of a target, which begins at the robot's centre of mass; x is ahead at rest, z to the right."""
+
+    def positions(self, times: Array) -> Array:
+        """Positions `[times, 3]` [m] at times from 0 [s]."""
+        ...
+
+    def velocities(self, times: Array) -> Array:
+        """Their first derivative `[times, 3]` [m/s]."""
+        ...
+
+
+def route_at(route: Route, time: float) -> tuple[Array, Array]:
+    """Position [m] and velocity [m/s] of a target at a time from 0 [s], `[3]` each."""
+    times = np.array([time])
+    return route.positions(times)[0], route.velocities(times)[0]
+
+
 class Task(Protocol):
     """A task. All functions are differentiable and computed over all worlds at once.
 
@@ -91,6 +113,11 @@ class Task(Protocol):
     """
 
     unit: ClassVar[str]
+
+    @property
+    def routes(self) -> "tuple[Route, ...]":
+        """The paths of its targets, for which the arena must have room; by default none."""
+        return ()
 
     def reward(self, motion: Motion) -> "Tensor":
         """Reward of every control frame `[frames, worlds]`; higher is better.

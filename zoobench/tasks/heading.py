@@ -2,7 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from zoobench.arrays import Array
 from zoobench.tasks.base import Motion
+from zoobench.tasks.products import matmul, symmetric_eigen
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -22,11 +26,14 @@ def heading(motion: Motion) -> "Tensor":
     """
     import torch
 
-    weights = motion.masses * (motion.head + motion.tail)  # [worlds, particle_count]
+    labelled = (motion.head + motion.tail) > 0
+    weights = motion.masses[:, labelled]  # [worlds, labelled]
     total = weights.sum(dim=1)
-    share = weights / torch.where(total > 0, total, 1.0)[:, None]
-    now = motion.positions - torch.einsum("wp,fwpi->fwi", share, motion.positions)[:, :, None]
-    turned = rotation(torch.einsum("wp,fwpi,pj->fwij", share, now, motion.rest)) @ _rest_heading(motion)
+    share = (weights / torch.where(total > 0, total, 1.0)[:, None])[..., None]
+    positions, rest = motion.positions[:, :, labelled], motion.rest[labelled]
+    now = share * (positions - (share * positions).sum(dim=2, keepdim=True))
+    moments = torch.stack([(now * rest[:, axis, None]).sum(dim=2) for axis in range(3)], dim=-1)
+    turned = (rotation(moments) * _rest_heading(motion)).sum(dim=-1)
     return torch.where((total > 0)[:, None], turned, torch.nan)
 
 
@@ -49,6 +56,9 @@ def heading_error(motion: Motion, directions: "Tensor") -> "Tensor":
 def rotation(moments: "Tensor") -> "Tensor":
     """The rotation R nearest to each A `[..., 3, 3]`: R^T A is symmetric with the largest trace.
 
+    R is the rotation of the unit quaternion q = (w, v) that maximises tr(R^T A), a quadratic form in q (Horn 1987): the
+    eigenvector of its largest eigenvalue.
+
     The derivative is that of the polar decomposition. It contains 1/(s_i + s_j) only and is regular where singular
     values s coincide, unlike that of the singular value decomposition. With A = R S, a change dA rotates R by R [w],
     where (tr(S) 1 - S) w is the axial vector of R^T dA. R is computed without gradient; a Newton step from it, whose
@@ -56,25 +66,48 @@ def rotation(moments: "Tensor") -> "Tensor":
     """
     import torch
 
-    with torch.no_grad():
-        left, _, right = torch.linalg.svd(moments)
-        signs = torch.ones_like(moments[..., 0])
-        signs[..., 2] = torch.linalg.det(left @ right).sign()
-        nearest = left * signs[..., None, :] @ right
-        stretch = nearest.mT @ moments
-        trace = stretch.diagonal(dim1=-2, dim2=-1).sum(dim=-1)[..., None, None]
-        inverse = torch.linalg.pinv(trace * torch.eye(3, dtype=moments.dtype) - (stretch + stretch.mT) / 2)
-    residual = nearest.mT @ moments
-    twist = (inverse @ _axial(residual - residual.mT)[..., None])[..., 0]
-    result: Tensor = nearest + nearest @ _cross(twist)
-    return result
+    nearest = torch.as_tensor(_nearest_rotation(moments.detach().numpy()))
+    if not moments.requires_grad:
+        return nearest
+    residual = matmul(nearest.mT, moments)
+    inverse = torch.as_tensor(_inverse_inertia(residual.detach().numpy()))
+    twist = (inverse * _axial(residual - residual.mT)[..., None, :]).sum(dim=-1)
+    return nearest + matmul(nearest, _cross(twist))
+
+
+def _nearest_rotation(moments: Array) -> Array:
+    """The rotation R nearest to each A `[..., 3, 3]`."""
+    skew = moments - moments.swapaxes(-1, -2)
+    trace = moments[..., 0, 0] + moments[..., 1, 1] + moments[..., 2, 2]
+    form = np.empty((*moments.shape[:-2], 4, 4))
+    form[..., 0, 0] = trace
+    form[..., 0, 1:] = form[..., 1:, 0] = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+    form[..., 1:, 1:] = moments + moments.swapaxes(-1, -2) - trace[..., None, None] * np.eye(3)
+    w, x, y, z = np.moveaxis(symmetric_eigen(form)[1][..., -1], -1, 0)
+    rows = (
+        (w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _inverse_inertia(stretch: Array) -> Array:
+    """The pseudo-inverse of tr(S) 1 - S `[..., 3, 3]` for the symmetric part of each S."""
+    values, axes = symmetric_eigen((stretch + stretch.swapaxes(-1, -2)) / 2.0)
+    # the eigenvalue of an axis is the sum of the other two of S
+    inertia = np.stack([values[..., i] + values[..., j] for i, j in ((1, 2), (0, 2), (0, 1))], axis=-1)
+    is_free = inertia <= 3.0 * np.finfo(inertia.dtype).eps * np.abs(inertia).max(axis=-1, keepdims=True)
+    inverse = np.where(is_free, 0.0, 1.0 / np.where(is_free, 1.0, inertia))
+    scaled = axes * inverse[..., None, :]
+    return np.asarray((scaled[..., :, None, :] * axes[..., None, :, :]).sum(axis=-1))
 
 
 def _rest_heading(motion: Motion) -> "Tensor":
     """The heading at rest `[3]`, from the labels without weighting by mass."""
     import torch
 
-    ends = [label @ motion.rest / label.sum() for label in (motion.head, motion.tail)]
+    ends = [(label[:, None] * motion.rest).sum(dim=0) / label.sum() for label in (motion.head, motion.tail)]
     level = (ends[0] - ends[1]) * motion.rest.new_tensor([1.0, 0.0, 1.0])
     unit: Tensor = level / torch.linalg.vector_norm(level)
     return unit

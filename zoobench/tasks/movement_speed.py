@@ -37,7 +37,8 @@ class MovementSpeed(Task):
 
     def reward(self, motion: Motion) -> "Tensor":
         """Mean particle velocity along the target at the end of every frame `[frames, worlds]` [m/s]."""
-        return motion.mean_over_existing(motion.velocities[1:]) @ self._target(motion.velocities)
+        ahead = self._target(motion.velocities)
+        return (motion.mean_over_existing(motion.velocities[1:]) * ahead).sum(dim=-1)
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The heading's deviation from the target direction, and the common readings."""

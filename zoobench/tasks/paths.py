@@ -67,11 +67,6 @@ class Path:
         """Velocities of the target `[times, 3]` [m/s], the first derivative of `positions`."""
         return np.asarray(_velocity(self, self._state_count(times))(times))
 
-    def at(self, time: float) -> tuple[Array, Array]:
-        """Position [m] and velocity [m/s] of the target at a time from 0 [s], `[3]` each."""
-        times = np.array([time])
-        return self.positions(times)[0], self.velocities(times)[0]
-
     def states(self, number: int) -> Array:
         """The first states of the path, `INTERVAL` apart `[number, 3, 3]`, as `quintic` takes them."""
         return np.array(list(islice(self._random() if self.shape == "random" else self._curve(), number)))

@@ -3,14 +3,17 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
+from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task
+from zoobench.tasks.base import Motion, Route, Situation, Task, route_at
 from zoobench.tasks.heading import heading, heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
+from zoobench.tasks.target_file import FilePath
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -20,7 +23,7 @@ _SPEED_TOLERANCE = 0.2  # relative to the target's speed
 _HEADING_TOLERANCE = math.radians(15.0)
 
 
-@register(Kind.TASK, "velocity-tracking", tags=("locomotion", "path"))
+@register(Kind.TASK, "velocity-tracking", version=2, tags=("locomotion", "path"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class VelocityTracking(Task):
     """Match heading and speed of a target that moves along a path.
@@ -40,12 +43,14 @@ class VelocityTracking(Task):
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
     * `direction_weight`: w in [0, 1]; the specification weights direction more.
     * `path_seed`: of the random path.
+    * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """
 
     path: PathShape = "arc"
     speed: float = 0.05
     direction_weight: float = 0.9
     path_seed: int = 0
+    target: InputFile = NO_FILE
     unit: ClassVar[str] = "m/s"
 
     def __post_init__(self) -> None:
@@ -53,10 +58,15 @@ class VelocityTracking(Task):
             raise UsageError(f"A direction weight of {self.direction_weight:g} is out of range. Give 0 to 1.")
         _ = self.route  # checks the path
 
-    @property
-    def route(self) -> Path:
+    @cached_property
+    def route(self) -> Path | FilePath:
         """The path of the target."""
-        return Path(self.path, self.speed, self.path_seed)
+        return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
+
+    @property
+    def routes(self) -> tuple[Route, ...]:
+        """The path of the target."""
+        return (self.route,)
 
     def targets(self, motion: Motion) -> "Tensor":
         """Velocity of the target at every state `[frames + 1, 3]` [m/s]."""
@@ -64,7 +74,7 @@ class VelocityTracking(Task):
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """Velocity of the target [body lengths/s], ahead and right."""
-        velocity = situation.centre.new_tensor(self.route.at(situation.time)[1])
+        velocity = situation.centre.new_tensor(route_at(self.route, situation.time)[1])
         return {"target_velocity": situation.components(velocity) / situation.length}
 
     def reward(self, motion: Motion) -> "Tensor":

@@ -1,21 +1,25 @@
 """Waypoint following (specification A.4): the position of a moving target."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
+from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task
+from zoobench.tasks.base import Motion, Route, Situation, Task, route_at
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.paths import Path, PathShape
 from zoobench.tasks.readings import common_readings
+from zoobench.tasks.target_file import FilePath
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"))
+@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class WaypointFollowing(Task):
     """Follow a target that moves along a path.
@@ -31,12 +35,14 @@ class WaypointFollowing(Task):
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
     * `tolerance`: largest distance at which an episode is a success [m].
     * `path_seed`: of the random path.
+    * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """
 
     path: PathShape = "arc"
     speed: float = 0.05
     tolerance: float = 0.02
     path_seed: int = 0
+    target: InputFile = NO_FILE
     unit: ClassVar[str] = "m"
 
     def __post_init__(self) -> None:
@@ -44,10 +50,15 @@ class WaypointFollowing(Task):
             raise UsageError(f"A tolerance of {self.tolerance:g} m cannot be met. Give a positive tolerance.")
         _ = self.route  # checks the path
 
-    @property
-    def route(self) -> Path:
+    @cached_property
+    def route(self) -> Path | FilePath:
         """The path of the target, relative to the robot's start."""
-        return Path(self.path, self.speed, self.path_seed)
+        return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
+
+    @property
+    def routes(self) -> tuple[Route, ...]:
+        """The path of the target."""
+        return (self.route,)
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
@@ -56,7 +67,7 @@ class WaypointFollowing(Task):
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """Position relative to the centre of mass [body lengths] and velocity [body lengths/s], ahead and right."""
-        place, velocity = (situation.centre.new_tensor(part) for part in self.route.at(situation.time))
+        place, velocity = (situation.centre.new_tensor(part) for part in route_at(self.route, situation.time))
         away = situation.start + place - situation.centre
         return {
             "target_position": situation.components(away) / situation.length,
@@ -77,10 +88,13 @@ class WaypointFollowing(Task):
         `rms_error` is the root mean square of the distances over time, `heading_error` the angle to the path's
         direction. `success` is 1 if no distance exceeds the tolerance.
         """
+        import torch
+
         distances = -self.reward(motion)
         directions = motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))[1:]
         return {
-            "rms_error": ((distances**2).mean(dim=0).sqrt(), "m"),
+            # the norm's root is exact; torch's own comes from a library that rounds by the processor's make
+            "rms_error": (torch.linalg.vector_norm(distances, dim=0) / math.sqrt(len(distances)), "m"),
             "final_error": (distances[-1], "m"),
             "heading_error": (heading_error(motion, directions), "rad"),
             "success": ((distances.amax(dim=0) <= self.tolerance).to(distances.dtype), "1"),

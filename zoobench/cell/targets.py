@@ -1,0 +1,59 @@
+"""Targets against the arena: whether a robot has room to follow the path of its task."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.designs.base import Design
+from zoobench.envs.base import Environment
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
+
+_ROUNDING = 1e-9  # [m]
+
+
+def target_fault(spec: RunSpec) -> str:
+    """Why the target of a run's task cannot be followed to the end; empty if it can, or if the task has no target.
+
+    The target must keep half of the robot's length away from the walls, and a path from a file must last as long as the
+    episode. A body that cannot be made is refused elsewhere.
+    """
+    return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
+
+
+@lru_cache
+def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int) -> str:
+    # a task of a plug-in may lack what the protocol has gained
+    routes = getattr(registry.create(Kind.TASK, task_ref), "routes", ())
+    if not routes:
+        return ""
+    env: Environment = registry.create(Kind.ENV, env_ref)
+    times = np.arange(frames + 1) * FRAME_SECONDS
+    sizes = np.array(env.arena)[[0, 2]]
+    try:
+        room = 0.5 * _length(design, fidelity)
+        paths = [np.array(env.start) * sizes + route.positions(times)[:, [0, 2]] for route in routes]
+    except SceneError:
+        return ""
+    except UsageError as error:
+        return str(error)
+    for places in paths:
+        outside = ((places < room - _ROUNDING) | (places > sizes - room + _ROUNDING)).any(axis=1)
+        if outside.any():
+            first = int(outside.argmax())
+            return (
+                f"The target leaves the arena of {env_ref.name!r}: after {times[first]:.3g} s it is at "
+                f"x = {places[first, 0]:.3g} m, z = {places[first, 1]:.3g} m, nearer than half the robot's length, "
+                f"{room:.3g} m, to a wall of the {sizes[0]:.4g} m by {sizes[1]:.4g} m. Give a lower speed, another "
+                "path, fewer frames, or a larger bed where the environment has a length and a width."
+            )
+    return ""
+
+
+@lru_cache
+def _length(design: Ref, fidelity: Ref) -> float:
+    """Length of a body along x [m]."""
+    made: Design = registry.create(Kind.DESIGN, design)
+    return float(np.ptp(made.body(registry.create(Kind.FIDELITY, fidelity)).positions[:, 0]))

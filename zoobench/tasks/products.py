@@ -1,0 +1,60 @@
+"""Products and eigenvectors of small matrices whose rounding no library decides.
+
+BLAS and LAPACK choose their code by the processor's make, so that equal inputs give other last digits elsewhere. Sums,
+products and roots of single numbers are rounded alike on every processor, and here they have one order.
+"""
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from zoobench.arrays import Array
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+_SWEEPS = 8
+"""Always so many, that the rounding of one matrix does not depend on the others; six reach the last digit for n = 4."""
+
+
+def matmul(one: "Tensor", other: "Tensor") -> "Tensor":
+    """The product of matrices `[..., n, m]` and `[..., m, k]`, `[..., n, k]`; differentiable."""
+    product: Tensor = (one[..., :, :, None] * other[..., None, :, :]).sum(dim=-2)
+    return product
+
+
+def symmetric_eigen(matrices: Array) -> tuple[Array, Array]:
+    """Eigenvalues `[..., n]`, ascending, and unit eigenvectors as columns `[..., n, n]` of symmetric matrices.
+
+    By cyclic Jacobi rotations (Golub and Van Loan 2013, algorithm 8.5.3), for n of a few.
+    """
+    size = np.shape(matrices)[-1]
+    # the matrix, and below it the product of all rotations, whose columns turn with those of the matrix
+    table = np.concatenate([matrices, np.broadcast_to(np.eye(size), np.shape(matrices))], axis=-2)
+    matrix = table[..., :size, :]
+    for _ in range(_SWEEPS):
+        for p, q in combinations(range(size), 2):
+            turn = _rotation(matrix[..., p, p], matrix[..., q, q], matrix[..., p, q])
+            _mix(table, p, q, *turn)
+            _mix(matrix.swapaxes(-1, -2), p, q, *turn)
+    values = np.diagonal(matrix, axis1=-2, axis2=-1)
+    order = np.argsort(values, axis=-1, kind="stable")
+    return np.take_along_axis(values, order, -1), np.take_along_axis(table[..., size:, :], order[..., None, :], -1)
+
+
+def _rotation(first: Array, second: Array, beside: Array) -> tuple[Array, Array]:
+    """Cosine and sine, `[..., 1]` each, of the smaller rotation that removes an off-diagonal element `[...]`."""
+    apart = second - first
+    # tan t = sign(d) 2 b / (|d| + sqrt(d^2 + 4 b^2)), of elements d apart and b beside the diagonal
+    length = np.abs(apart) + np.sqrt(apart * apart + 4.0 * beside * beside)
+    tangent = np.where(apart < 0.0, -2.0, 2.0) * beside / np.where(length > 0.0, length, 1.0)
+    cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+    return cosine[..., None], (tangent * cosine)[..., None]
+
+
+def _mix(columns: Array, p: int, q: int, cosine: Array, sine: Array) -> None:
+    """Rotate columns p and q of matrices in place."""
+    one, other = columns[..., p].copy(), columns[..., q].copy()
+    columns[..., p] = cosine * one - sine * other
+    columns[..., q] = sine * one + cosine * other
