@@ -8,7 +8,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.designs.base import Body, Design
+from zoobench.designs.base import Body, Design, check_ends
 from zoobench.designs.feasibility import SOLID, Feasibility, feasible
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
@@ -101,11 +101,13 @@ class Robot:
 
         Raises:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
-            SceneError: the fidelity is too coarse for a single particle of the body.
+            SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
         made: Design = registry.create(Kind.DESIGN, design)
         moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
-        return cls(moved_by, made.body(fidelity), made if isinstance(made, DesignSpace) else None)
+        body = made.body(fidelity)
+        check_ends(body, design.name)
+        return cls(moved_by, body, made if isinstance(made, DesignSpace) else None)
 
     @property
     def control_count(self) -> int:
