@@ -1,6 +1,7 @@
 """Robots as functions of parameters, with fixed bodies and design spaces."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from zoobench.cell.episode_runner import EpisodeRunner
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot, elongation
-from zoobench.errors import DivergenceError, Unbuildable, UsageError
+from zoobench.designs.base import Body
+from zoobench.designs.block import Block
+from zoobench.errors import DivergenceError, SceneError, Unbuildable, UsageError
 from zoobench.methods.base import Incumbent
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -190,6 +193,24 @@ def test_elongation_tells_needles_from_balls() -> None:
     assert elongation(grid * (4.0, 4.0, 1.0), ones) == pytest.approx(0.0, abs=1e-9)
     assert elongation(grid * (1.0, 0.0, 0.0), ones) == pytest.approx(1.0)
     assert elongation(np.vstack([grid, 9.0 * grid[:4]]), np.append(ones, np.zeros(4))) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("end", ["head", "tail"])
+@pytest.mark.parametrize("space", [False, True])
+def test_a_body_without_a_head_or_a_tail_is_refused(end: str, space: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever made it, a plug-in or the base of a space: it would have no heading, and its scores would be NaN."""
+
+    def headless(self: Block, fidelity: Fidelity) -> Body:
+        body = sampled(self, fidelity)
+        return replace(body, **{end: np.zeros(body.particle_count, bool)})
+
+    sampled = Block.body
+    monkeypatch.setattr(Block, "body", headless)
+    with pytest.raises(SceneError, match=f"no particle in its {end}"):
+        Problem(cell(design="voxel" if space else "block"))
+    monkeypatch.setattr(Block, "body", lambda *given: replace(sampled(*given), **{end: np.ones(3, bool)}))
+    with pytest.raises(SceneError, match=r"shape \(3,\)"):
+        _robot("block")
 
 
 def test_only_a_space_with_sites_can_be_painted_on() -> None:

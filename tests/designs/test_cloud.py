@@ -153,3 +153,70 @@ def test_without_its_library_a_pcd_file_is_refused(tmp_path: Path, monkeypatch: 
     monkeypatch.setitem(sys.modules, "pypcd4", None)
     with pytest.raises(UsageError, match=r"zoobench\[meshes\]"):
         CloudDesign(path=InputFile(tmp_path / "a.pcd"))
+
+
+def painted(path: Path, *, packed: bool = True, scattered: bool = False) -> CloudDesign:
+    """A body of 90 x 30 x 30 in any unit with a red and a green half, a black core and a pair of blue legs.
+
+    As Open3D writes annotated bodies: with colours packed into a float, of points on a lattice or at random.
+    """
+    pypcd4 = pytest.importorskip("pypcd4")
+    rng = np.random.default_rng(0)
+    lattice = 3.0 * (np.indices((30, 20, 10)).reshape(3, -1).T + 0.5)
+    points = rng.uniform((0, 0, 0), (90, 60, 30), size=(30000, 3)) if scattered else lattice
+    x, y, z = points.T
+    is_leg = y < 30.0
+    kept = ~is_leg | ((x > 60.0) & (np.abs(z - 15.0) > 5.0))
+    colour = np.where(is_leg, 255, np.where(x > 45.0, 255 << 16, 255 << 8))
+    colour = np.where(~is_leg & (y < 36.0), 0, colour)[kept].astype(np.uint32)
+    values, kinds = (colour.view(np.float32), np.float32) if packed else (colour, np.uint32)
+    columns = [*points[kept].T.astype(np.float32), values]
+    cloud = pypcd4.PointCloud.from_points(columns, ["x", "y", "z", "rgb"], [np.float32] * 3 + [kinds])
+    cloud.save(path, pypcd4.Encoding("binary"))
+    return CloudDesign(path=InputFile(path), length=0.09)
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("scattered", [True, False])
+def test_the_colours_of_an_annotated_cloud_are_muscles(packed: bool, scattered: bool, tmp_path: Path) -> None:
+    """In the order of red, green, blue; black is passive; fibres run along each part, in one leg of a pair."""
+    body = painted(tmp_path / "a.pcd", packed=packed, scattered=scattered).body(PAPER)
+    assert body.muscles == ("muscle-1", "muscle-2", "muscle-3")
+    blue, green, red = (body.muscle_membership[:, number] > 0.5 for number in range(3))
+    assert body.positions[blue, 1].max() < body.positions[green, 1].min()
+    assert body.positions[green, 0].max() < body.positions[red, 0].min()
+    passive = body.muscle_membership.sum(axis=1) == 0.0
+    assert passive.mean() == pytest.approx(0.2 * 0.5 / (0.5 + 0.5 / 3 * 2 / 3), abs=0.06)
+    assert np.abs(body.fibres[red][:, 0]).min() > 0.9
+    assert np.abs(body.fibres[blue]).max(axis=0).argmax() != 2
+    assert np.ptp(body.positions[:, 0]) + 1 / 256 == pytest.approx(0.09, abs=1 / 128)
+    assert body.volumes.sum() == pytest.approx(0.09 * 0.06 * 0.03 * (0.5 + 0.5 / 3 * 2 / 3), rel=0.25)
+    assert body.head.any()
+    assert body.tail.any()
+    assert "3 colours" in body.notes[0]
+    assert "black and passive" in body.notes[0]
+
+
+def test_a_cloud_without_muscles_gets_pairs_with_a_word(tmp_path: Path) -> None:
+    """Positions alone; `grouping` replaces the file's muscles, too."""
+    np.savez(tmp_path / "a.npz", positions=columns()["positions"])
+    body = CloudDesign(path=InputFile(tmp_path / "a.npz"), muscles=8).body(PAPER)
+    assert body.muscles[-1] == "row-2-right-top"
+    assert "no muscles" in body.notes[0]
+    regrouped = CloudDesign(path=InputFile(tmp_path / "a.npz"), muscles=3, grouping="axis").body(PAPER)
+    assert (len(regrouped.muscles), regrouped.notes) == (3, ())
+
+
+def test_a_picture_is_no_annotation(tmp_path: Path) -> None:
+    """A colour of its own for every point, or black alone."""
+    for colours in (np.arange(80) + 1, np.zeros(80, int)):
+        with pytest.raises(UsageError, match="colours other than black"):
+            _paint(tmp_path / "a.pcd", colours)
+
+
+def _paint(path: Path, colour: Any) -> CloudDesign:
+    """The block of `columns` with these colours."""
+    pypcd4 = pytest.importorskip("pypcd4")
+    data = [*columns()["positions"].T.astype(np.float32), colour.astype(np.uint32)]
+    pypcd4.PointCloud.from_points(data, ["x", "y", "z", "rgb"], [np.float32] * 3 + [np.uint32]).save(path)
+    return CloudDesign(path=InputFile(path))

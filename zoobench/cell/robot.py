@@ -11,7 +11,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.designs.base import Body, Design, Mask
+from zoobench.designs.base import Body, Design, Mask, check_ends
 from zoobench.designs.feasibility import SOLID, Feasibility, feasible
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
@@ -180,7 +180,7 @@ class Robot:
 
         Raises:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
-            SceneError: the fidelity is too coarse for a single particle of the body.
+            SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
         whole = registry.resolve(Kind.DESIGN, design)
         made, body = _sampled(registry.get(Kind.DESIGN, whole.name, whole.version).factory, whole, fidelity)
@@ -275,7 +275,9 @@ class Robot:
 def _sampled(factory: Callable[..., Design], ref: Ref, fidelity: Fidelity) -> tuple[Design, Body]:
     """The design of a complete reference and its body; kept, since cells share them and sampling takes long."""
     made = factory(**ref.kwargs)
-    return made, made.body(fidelity)
+    body = made.body(fidelity)
+    check_ends(body, ref.name)
+    return made, body
 
 
 def elongation(places: Array, volumes: Array) -> float:

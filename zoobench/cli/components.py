@@ -223,6 +223,8 @@ def _print_body(body: dict[str, Any]) -> None:
     print("particles")
     counts = body["particles"].items()
     emit_facts((f"  {name}", "too coarse" if count is None else f"{count:,}") for name, count in counts)
+    for note in body["notes"]:
+        print(note)
 
 
 def _print_run(card: dict[str, Any]) -> None:

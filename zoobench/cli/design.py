@@ -48,6 +48,8 @@ def export(
         raise UsageError(f"--elite needs a run, and {name!r} is a design. Give a run's number.")
     else:
         sampled = body_at(parse_one(name, Kind.DESIGN), grid_ref or Ref("fine"))
+    for note in sampled.body.notes:
+        say(note)
     export_body(sampled, out)
     say(f"{sampled.body.particle_count:,} particles")
     print(out)

@@ -27,12 +27,14 @@ class Body(BodyParticles):
         head, tail: `[particle_count]` labels that define the heading.
         muscles: names of the muscles.
         malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
+        notes: what a user should know of how the body was made, as sentences; such as repairs of a file.
     """
 
     head: Mask
     tail: Mask
     muscles: tuple[str, ...]
     malleable: bool = False
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def uniform(
@@ -92,19 +94,43 @@ class Shape:
         Raises:
             SceneError: no particle lies inside.
         """
+        lattice = self.lattice(fidelity)
+        positions = lattice[self.inside(lattice)]
+        if not len(positions):
+            raise SceneError(
+                f"A body of {tuple(np.round(np.subtract(self.upper, self.lower), 4))} m holds no particle at a grid "
+                f"spacing of {fidelity.grid_spacing:.4g} m. Use a finer fidelity or a larger body."
+            )
+        return positions, np.full(len(positions), self.volume() / len(positions))
+
+    def lattice(self, fidelity: Fidelity) -> Array:
+        """All places for particles in the box `[place_count, 3]` [m], rounded up to whole cells."""
         lower, upper = np.array(self.lower), np.array(self.upper)
         cells = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9)
         start = (lower + upper) / 2 - cells * fidelity.grid_spacing / 2
         start[1] = lower[1]
         end = start + cells * fidelity.grid_spacing
-        lattice = fill_box(start, end, fidelity.grid_spacing, fidelity.particles_per_cell)
-        positions = lattice[self.inside(lattice)]
-        if not len(positions):
+        return fill_box(start, end, fidelity.grid_spacing, fidelity.particles_per_cell)
+
+
+def check_ends(body: Body, name: str) -> None:
+    """Check that a body has a heading, from the centre of its tail to that of its head; without, scores are NaN.
+
+    Raises:
+        SceneError: no particle with mass is labelled as head, or none as tail, or the labels are not one per particle.
+    """
+    for end in ("head", "tail"):
+        label = np.asarray(getattr(body, end))
+        if label.shape != (body.particle_count,):
             raise SceneError(
-                f"A body of {tuple(np.round(upper - lower, 4))} m holds no particle at a grid spacing of "
-                f"{fidelity.grid_spacing:.4g} m. Use a finer fidelity or a larger body."
+                f"The {end} of the design {name!r} has labels of shape {label.shape}; one for each of its "
+                f"{body.particle_count} particles was expected. Correct the design's `body`."
             )
-        return positions, np.full(len(positions), self.volume() / len(positions))
+        if not (label.astype(bool) & (body.occupancy > 0.0)).any():
+            raise SceneError(
+                f"The design {name!r} has no particle in its {end}, so it has no heading and no score. Use a finer "
+                f"fidelity or a longer body, or have the design label particles as `{end}`."
+            )
 
 
 def check_size(noun: str, *edges: float) -> None:

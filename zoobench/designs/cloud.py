@@ -1,53 +1,109 @@
 """A user's own body: a point cloud from a file, with muscles and fibres."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from io import BytesIO
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body, Mask, Shape
-from zoobench.designs.solid_mesh import trimesh_or_advice
+from zoobench.designs.cloud_file import Points, load_points
+from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
+from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
+from zoobench.designs.thin_parts import NEAR, Sampler, Thin, clumps
 from zoobench.errors import SceneError, UsageError
-from zoobench.inputs import InputFile, path_of, read
+from zoobench.inputs import InputFile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
 _LARGEST = 1.0  # [m]
 _END = 0.25  # of the length: head and tail
+_GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 
 
-@register(Kind.DESIGN, "cloud", tags=("file",))
+@register(Kind.DESIGN, "cloud", version=2, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class CloudDesign:
     """A body from a point cloud in a file (PLY, PCD or NPZ), with the muscles and fibres given there.
 
-    In metres, x ahead, y up. A PLY file has the vertex properties, and a PCD file the fields, x, y, z, muscle (a number
-    from 0, or -1 for none), fx, fy, fz, and optionally stiffness and density_ratio; an NPZ file has the arrays
-    `positions` [n, 3], `muscle` [n] and `fibres` [n, 3], and optionally the other two. `zoobench design export` writes
-    such PLY and PCD files. Each point represents a cube as wide as the distance of neighbouring points; particles in
-    the cube have the properties of the point.
+    A PLY file has the vertex properties, and a PCD file the fields, x, y, z, muscle (a number from 0, or -1 for none),
+    fx, fy, fz, and optionally stiffness and density_ratio; an NPZ file has the arrays `positions` [n, 3], `muscle` [n]
+    and `fibres` [n, 3], and optionally the other two. `zoobench design export` writes such PLY and PCD files.
+
+    Instead of muscles and fibres, a PLY or PCD file may have colours, as the published benchmark's annotated bodies:
+    every colour is a muscle, whose fibres run along its longest direction, and black is passive.
+
+    Each point represents a cube as wide as the distance of neighbouring points, or twice that if they are scattered at
+    random; particles in the cube have the properties of the point.
 
     * `path`: of the file; its content becomes part of the run's key.
+    * `length`: of the body along `ahead` [m]; 0 if the file is in metres.
+    * `grouping`: `file` for the muscles or colours of the file, or `paired` if it has none; otherwise as for a mesh.
+    * `muscles`: number of groups, if they are not the file's.
+    * `ahead`, `up`, `thin`: as for a mesh, see `zoobench show mesh`.
     """
 
     path: InputFile
+    length: float = 0.0
+    grouping: Literal["file", "paired", "k-means", "axis"] = "file"
+    muscles: int = 12
+    ahead: Direction = "x"
+    up: Direction = "y"
+    thin: Thin = "keep"
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.length < np.inf:
+            raise UsageError(
+                f"A cloud of length {self.length:g} m cannot be. Give a length of 0 (as in the file) or more."
+            )
+        check_count(self._scheme, self.muscles)
+        check_directions(self.ahead, self.up)
         _ = self._points  # checks the file
 
+    @property
+    def _scheme(self) -> Scheme:
+        """The scheme of the groups, if they are not the file's."""
+        return "paired" if self.grouping == "file" else self.grouping
+
     @cached_property
-    def _points(self) -> "_Points":
-        points = _load(self.path)
-        size = np.ptp(points.positions, axis=0)
+    def _raw(self) -> Points:
+        return load_points(self.path)
+
+    @cached_property
+    def _directions(self) -> tuple[str, str]:
+        """The directions ahead and up in the file."""
+        from scipy.spatial import KDTree
+
+        points = self._raw.positions
+        tree, near = KDTree(points), self._raw.edge
+
+        def inside(places: Array) -> Mask:
+            return np.asarray(tree.query(places)[0] <= near)
+
+        size = np.ptp(points, axis=0)
+        return directions(self.ahead, self.up, size, lambda axis: mirror_symmetry(points, inside, axis))
+
+    @cached_property
+    def _points(self) -> Points:
+        """The points in place: x ahead, y up [m]."""
+        raw = self._raw
+        positions = turned(raw.positions, *self._directions)
+        positions = positions * (self._scale if self.length else 1.0)
+        size = np.ptp(positions, axis=0)
         if not 0.0 < size.max() <= _LARGEST:
             raise SceneError(
-                f"The points of {self.path!r} span {size.max():g} m; up to {_LARGEST:g} m was expected. Give metres."
+                f"The points of {self.path!r} span {size.max():g} m; up to {_LARGEST:g} m was expected. The file's "
+                "unit may not be the metre: give metres, or the intended length, such as length=0.1."
             )
-        return points
+        return replace(raw, positions=positions, fibres=turned(raw.fibres, *self._directions))
+
+    @property
+    def _scale(self) -> float:
+        """Metres per unit of the file."""
+        along = np.ptp(turned(self._raw.positions, *self._directions)[:, 0])
+        return float(self.length / (along + self._raw.edge)) if self.length else 1.0
 
     @cached_property
     def _tree(self) -> Any:
@@ -58,7 +114,7 @@ class CloudDesign:
     @cached_property
     def _edge(self) -> float:
         """Edge of the cube that a point represents [m]."""
-        return float(np.quantile(self._tree.query(self._points.positions, k=2)[0][:, 1], 0.95))
+        return self._raw.edge * self._scale
 
     @cached_property
     def _foot(self) -> Array:
@@ -77,129 +133,54 @@ class CloudDesign:
         size = np.ptp(self._points.positions, axis=0) + self._edge
         return Shape.standing(lambda points: self._nearest(points)[1], *size)
 
+    @cached_property
+    def _sampler(self) -> Sampler:
+        points = self._points.positions - self._foot
+
+        def pieces() -> int:
+            return int(clumps(points, NEAR * self._edge).max()) + 1
+
+        return Sampler(self.path, self.shape, self.shape.volume(), lambda _: points, pieces, self.thin, None)
+
+    @cached_property
+    def groups(self) -> Grouping:
+        """The muscle groups, if they are not the file's; they do not depend on the fidelity."""
+        spacing = (self.shape.volume() / _GROUPING_POINTS) ** (1 / 3)
+        points, _ = self.shape.sample(Fidelity(spacing, particles_per_cell=1))
+        return group(self._scheme, points, self.muscles)
+
     def body(self, fidelity: Fidelity) -> Body:
-        """The body at this resolution."""
-        positions, volumes = self.shape.sample(fidelity)
+        """The body at this resolution.
+
+        Raises:
+            SceneError: an end of the body is lost, or a muscle has no particle.
+        """
+        positions, volumes, thin_notes = self._sampler.sample(fidelity)
         own, _ = self._nearest(positions)
         points = self._points
-        count = int(points.muscle.max()) + 1
-        reach = (1.0 - 2.0 * _END) * float(np.abs(positions[:, 0]).max())
+        notes = (*pose_notes(self.up, self._directions), *thin_notes)
+        if self.grouping == "file" and points.muscle is not None:
+            count = int(points.muscle.max()) + 1
+            membership = np.eye(count + 1)[points.muscle[own], :count]  # -1 selects the last row, which is zero
+            names = tuple(f"muscle-{number + 1}" for number in range(count))
+            fibres, notes = points.fibres[own], (*points.notes, *notes)
+        else:
+            membership, names = self.groups.membership(positions), self.groups.names
+            fibres = self.groups.fibres(positions)
+            if self.grouping == "file":
+                notes = (f"The file has no muscles: {len(names)} in rows of four were made (grouping=paired).", *notes)
+        check_used(membership, names, fidelity, self.path)
+        reach = (1.0 - 2.0 * _END) * self.shape.upper[0]
         return Body(
             positions=positions,
             volumes=volumes,
             stiffness=points.stiffness[own],
             density_ratio=points.density_ratio[own],
             occupancy=np.ones(len(positions)),
-            muscle_membership=np.eye(count + 1)[points.muscle[own], :count],  # -1 selects the last row, which is zero
-            fibres=points.fibres[own],
+            muscle_membership=membership,
+            fibres=fibres,
             head=positions[:, 0] > reach,
             tail=positions[:, 0] < -reach,
-            muscles=tuple(f"muscle-{number + 1}" for number in range(count)),
+            muscles=names,
+            notes=notes,
         )
-
-
-@dataclass(frozen=True)
-class _Points:
-    """The checked columns of a file; see `CloudDesign`."""
-
-    positions: Array
-    muscle: NDArray[np.int64]
-    fibres: Array
-    stiffness: Array
-    density_ratio: Array
-
-
-def _load(name: str) -> _Points:
-    """The points of a file.
-
-    Raises:
-        UsageError: the file cannot be read, or its columns are invalid.
-    """
-    path, content = path_of(name), read(name)
-    reader = {".npz": _npz, ".pcd": _pcd, ".ply": _ply}.get(path.suffix.lower())
-    if reader is None:
-        raise UsageError(f"{path.name!r} ends in {path.suffix!r}. Give a point cloud as .ply, .pcd or .npz.")
-    try:
-        columns = reader(content)
-        positions = np.array(columns["positions"], float)
-        ones = np.ones(len(positions))
-        found = _Points(
-            positions,
-            _whole(columns["muscle"]),
-            np.array(columns["fibres"], float),
-            np.array(columns.get("stiffness", ones), float),
-            np.array(columns.get("density_ratio", ones), float),
-        )
-    except UsageError:
-        raise
-    except Exception as error:  # readers raise errors of many types
-        reason = str(error).partition("\n")[0]
-        raise UsageError(
-            f"{path.name!r} is no point cloud with the required columns: {reason}. See `zoobench show cloud`."
-        ) from None
-    _check(found, path.name)
-    lengths = np.linalg.norm(found.fibres, axis=1, keepdims=True)
-    found.fibres[:] = np.where(lengths > 0.0, found.fibres / np.maximum(lengths, 1e-300), (1.0, 0.0, 0.0))
-    return found
-
-
-def _check(points: _Points, name: str) -> None:
-    count = len(points.positions)
-    shapes = {"positions": (count, 3), "muscle": (count,), "fibres": (count, 3), "stiffness": (count,)}
-    shapes["density_ratio"] = (count,)
-    for column, shape in shapes.items():
-        values = getattr(points, column)
-        if values.shape != shape or not np.isfinite(values).all() or count < 2:
-            raise UsageError(
-                f"The column {column!r} of {name!r} has shape {values.shape}; {shape} and finite values were expected."
-            )
-    if points.muscle.min() < -1 or set(range(points.muscle.max() + 1)) - set(points.muscle.tolist()):
-        raise UsageError(f"The muscles of {name!r} are not numbered 0, 1, 2, ... with -1 for none. Renumber them.")
-    if points.muscle.max() < 0:
-        raise UsageError(f"{name!r} has no muscle. Give some points a muscle from 0 on.")
-    if min(points.stiffness.min(), points.density_ratio.min()) <= 0.0:
-        raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
-
-
-def _whole(values: Any) -> NDArray[np.int64]:
-    """Numbers of muscles as integers; other programs may write them as decimals.
-
-    Raises:
-        ValueError: a number is not whole.
-    """
-    numbers = np.asarray(values, float)
-    if not (np.isfinite(numbers) & (numbers == np.round(numbers))).all():
-        raise ValueError("a muscle's number is not whole")
-    return numbers.astype(np.int64)
-
-
-def _npz(content: bytes) -> dict[str, Any]:
-    with np.load(BytesIO(content), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
-
-
-def _ply(content: bytes) -> dict[str, Any]:
-    cloud = trimesh_or_advice().load(BytesIO(content), file_type="ply")
-    return _columns(cloud.metadata["_ply_raw"]["vertex"]["data"])
-
-
-def _pcd(content: bytes) -> dict[str, Any]:
-    try:
-        from pypcd4 import PointCloud
-    except ImportError:
-        raise UsageError(
-            "PCD files need pypcd4, which is not installed. Try: pip install 'zoobench[meshes]'."
-        ) from None
-    cloud: Any = PointCloud.from_fileobj(BytesIO(content))
-    rows, promised = cloud.pc_data, cloud.metadata.points
-    if len(rows) != promised:  # the library accepts truncated files
-        raise ValueError(f"its header declares {promised} points, but it has {len(rows)}")
-    return _columns(rows)
-
-
-def _columns(rows: NDArray[np.void]) -> dict[str, Any]:
-    """The columns of a table by name, with `positions` and `fibres` as vectors."""
-    columns: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
-    columns["positions"] = np.stack([rows[name] for name in ("x", "y", "z")], axis=1)
-    columns["fibres"] = np.stack([rows[name] for name in ("fx", "fy", "fz")], axis=1)
-    return columns

@@ -1,17 +1,124 @@
 """Muscle groups and fibres derived from the shape of a body."""
 
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.errors import SceneError, UsageError
+from zoobench.sim.model.fidelity import Fidelity
 
 _ROUNDS = 100  # limit of k-means iterations; it converges earlier
 _ELONGATED = 1.3  # least ratio of the longest to the second longest spread for an axis of its own
 
 
+Scheme = Literal["paired", "k-means", "axis"]
+
+MOST = 32
+"""Largest number of muscles of a body from a file."""
+
+_QUARTERS = ("left-bottom", "left-top", "right-bottom", "right-top")
+_MIDDLE = 0.02  # of the width: a row whose middle is this close to the body's middle plane is divided there
+
+
+class Grouping(Protocol):
+    """Muscle groups and fibres as functions of place."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the muscles."""
+        ...
+
+    def membership(self, points: Array) -> Array:
+        """The share of each muscle `[n, muscle_count]` at points `[n, 3]` [m]."""
+        ...
+
+    def fibres(self, points: Array) -> Array:
+        """Unit directions `[n, 3]` at points `[n, 3]` [m]."""
+        ...
+
+
+def check_count(scheme: Scheme, count: int) -> None:
+    """Check the number of muscles of a scheme.
+
+    Raises:
+        UsageError: it is none, too many, or cannot be divided into quarters.
+    """
+    if not 1 <= count <= MOST:
+        raise UsageError(f"A body with {count} muscles cannot be. Give 1 to {MOST} muscles.")
+    if scheme == "paired" and count % len(_QUARTERS):
+        raise UsageError(
+            f"{count} muscles cannot be paired: each row has four, left and right, bottom and top. Give a multiple of "
+            "4, such as muscles=12, or grouping=k-means."
+        )
+
+
+def group(scheme: Scheme, points: Array, count: int) -> Grouping:
+    """The groups of a scheme for a body of these points `[n, 3]` [m]."""
+    if scheme == "paired":
+        return paired(points, count)
+    return (k_means if scheme == "k-means" else slices)(points, count)
+
+
+def check_used(membership: Array, names: tuple[str, ...], fidelity: Fidelity, design: str) -> None:
+    """Check that every muscle has a particle.
+
+    Raises:
+        SceneError: one has none.
+    """
+    if empty := [name for name, share in zip(names, membership.T, strict=True) if not share.any()]:
+        raise SceneError(
+            f"The body of {design!r} has no particle for {', '.join(empty)} at a grid spacing of "
+            f"{fidelity.grid_spacing:.4g} m. Use fewer muscles, a finer fidelity or a larger length."
+        )
+
+
 @dataclass(frozen=True)
-class Grouping:
+class PairedGroups:
+    """Rows from the tail to the head, each divided into left and right, bottom and top: they bend and twist the body.
+
+    Attributes:
+        edges: between rows along x `[row_count - 1]` [m].
+        middles: of every row along y and z `[row_count, 2]` [m].
+    """
+
+    edges: Array
+    middles: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names such as `row-1-left-bottom`, row by row from the tail."""
+        return tuple(f"row-{row + 1}-{quarter}" for row in range(len(self.middles)) for quarter in _QUARTERS)
+
+    def membership(self, points: Array) -> Array:
+        """The share of each muscle `[n, muscle_count]`; points between two belong to both, so that no body turns."""
+        row = np.searchsorted(self.edges, points[:, 0])
+        up, right = ((1.0 + np.sign(np.round(points[:, 1:] - self.middles[row], 9))) / 2).T
+        sides, heights = np.stack([1.0 - right, right], axis=1), np.stack([1.0 - up, up], axis=1)
+        rows = np.eye(len(self.middles))[row]
+        found: Array = np.einsum("nr,ns,nh->nrsh", rows, sides, heights)
+        return found.reshape(len(points), -1)
+
+    def fibres(self, points: Array) -> Array:
+        """Along the body `[n, 3]`."""
+        return np.tile([1.0, 0.0, 0.0], (len(points), 1))
+
+
+def paired(points: Array, count: int) -> PairedGroups:
+    """Rows of equal volume along x of points `[n, 3]`, the quarters of each of equal volume."""
+    rows = count // len(_QUARTERS)
+    edges = np.quantile(points[:, 0], np.arange(1, rows) / rows)
+    row = np.searchsorted(edges, points[:, 0])
+    middles = np.array([np.median(points[row == n, 1:], axis=0) for n in range(rows)])
+    low, high = points[:, 2].min(), points[:, 2].max()
+    is_central = np.abs(middles[:, 1] - (low + high) / 2) < _MIDDLE * (high - low)
+    middles[:, 1] = np.where(is_central, (low + high) / 2, middles[:, 1])
+    return PairedGroups(edges, middles)
+
+
+@dataclass(frozen=True)
+class CentredGroups:
     """Groups around centres: a point belongs to the nearest centre.
 
     Attributes:
@@ -52,7 +159,7 @@ class Grouping:
         return np.where(found @ self.directions.sum(axis=0) < 0.0, -1.0, 1.0)[:, None] * found
 
 
-def k_means(points: Array, count: int) -> Grouping:
+def k_means(points: Array, count: int) -> CentredGroups:
     """Compact groups of points `[n, 3]` by Lloyd's algorithm, deterministic.
 
     The initial centres are the rearmost point and then, one by one, the point farthest from the centres so far.
@@ -70,17 +177,22 @@ def k_means(points: Array, count: int) -> Grouping:
         centres = np.stack([points[owner == n].mean(axis=0) for n in range(count)])
     order = np.lexsort(np.round(centres, 9).T[::-1])
     own = [points[owner == n] for n in order]
-    return Grouping(centres[order], _directions(points, own), np.eye(3))
+    return CentredGroups(centres[order], _directions(points, own), np.eye(3))
 
 
-def slices(points: Array, count: int) -> Grouping:
+def slices(points: Array, count: int) -> CentredGroups:
     """Slices of equal length along the longest principal axis of points `[n, 3]`."""
     axis = _body_axis(points)
     middle = points.mean(axis=0)
     along = (points - middle) @ axis
     edges = np.linspace(along.min(), along.max(), count + 1)
     centres = middle + ((edges[:-1] + edges[1:]) / 2)[:, None] * axis
-    return Grouping(centres, np.tile(axis, (count, 1)), np.outer(axis, axis))
+    return CentredGroups(centres, np.tile(axis, (count, 1)), np.outer(axis, axis))
+
+
+def main_axis(points: Array) -> Array:
+    """The direction of the largest spread of points `[n, 3]`, pointing ahead `[3]`."""
+    return _main_axis(points)[0]
 
 
 def _directions(points: Array, groups: list[Array]) -> Array:

@@ -1,68 +1,81 @@
-"""A user's own body: a closed mesh from a file, with muscles and fibres derived from its shape."""
+"""A user's own body: a mesh from a file, with muscles and fibres derived from its shape."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
-from zoobench.arrays import Array
 from zoobench.designs.base import Body, Shape
-from zoobench.designs.grouping import Grouping, k_means, slices
+from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
+from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
 from zoobench.designs.solid_mesh import Mesh, load
+from zoobench.designs.thin_parts import Sampler, Thickness, Thin, lattice_within
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
-Direction = Literal["x", "y", "z", "-x", "-y", "-z"]
-
 _SMALLEST, _LARGEST = 0.01, 1.0  # [m] range of the body's length
 _GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 _END = 0.25  # of the length: head and tail
-_NEAR = 1.75  # [particle edges] distance of neighbours, diagonals of a square included
-_SHEET = 9  # a particle in a sheet of one layer has fewer neighbours
 
 
-@register(Kind.DESIGN, "mesh", tags=("file",))
+@register(Kind.DESIGN, "mesh", version=2, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class MeshDesign:
-    """A body from a closed mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
+    """A body from a mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
 
-    The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Its volume is divided into muscle groups.
-    The fibres of a group run along its longest direction, or along the body if it has none, and change smoothly between
-    groups. The groups do not depend on the resolution.
+    The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Holes are closed; what cannot be closed
+    is filled with voxels. Its volume is divided into muscle groups, which do not depend on the resolution.
 
     * `path`: of the file; its content becomes part of the run's key.
     * `length`: of the body along `ahead` [m]; 0 if the file is in metres.
-    * `muscles`: number of groups.
-    * `grouping`: `k-means` for compact groups, `axis` for slices of equal length along the longest axis.
-    * `ahead`, `up`: directions in the file; most CAD tools have z up.
+    * `muscles`: number of groups; for `paired` a multiple of four.
+    * `grouping`: `paired` for rows of equal volume from the tail to the head, each with a muscle left and right at the
+      bottom and at the top, so that the body can bend to all sides, with fibres along it; `k-means` for compact groups
+      and `axis` for slices of equal length along the longest axis, whose fibres run along the group's longest
+      direction, or the body's if it has none, and change smoothly.
+    * `ahead`, `up`: directions in the file; most CAD tools have z up. With `up=auto`, the axis along which the body is
+      most symmetric goes from side to side, the longer of the others ahead, the last up, z among equals. With
+      `ahead=auto`, the longest axis other than `up` is ahead, x among equals. A body that then faces the wrong way
+      needs `ahead=-x`.
+    * `thin`: what is thinner than a particle is made two particles thick by `keep` and left out by `drop`, with what
+      hangs on it; a body that so loses more than a tenth of its length, height or width is refused.
     """
 
     path: InputFile
     length: float = 0.10
-    muscles: int = 4
-    grouping: Literal["k-means", "axis"] = "k-means"
-    ahead: Direction = "x"
+    muscles: int = 12
+    grouping: Scheme = "paired"
+    ahead: Direction = "auto"
     up: Direction = "z"
+    thin: Thin = "keep"
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.length < np.inf or not 1 <= self.muscles <= 32:
+        if not 0.0 <= self.length < np.inf:
             raise UsageError(
-                f"A mesh of length {self.length:g} m with {self.muscles} muscles cannot be. Give a length of 0 (as "
-                "in the file) or more, and 1 to 32 muscles."
+                f"A mesh of length {self.length:g} m cannot be. Give a length of 0 (as in the file) or more."
             )
-        if self.ahead[-1] == self.up[-1]:
-            raise UsageError(f"ahead={self.ahead} and up={self.up} lie on one line. Give two axes of the file.")
+        check_count(self.grouping, self.muscles)
+        check_directions(self.ahead, self.up)
         _ = self.mesh  # checks the file
+
+    @cached_property
+    def _raw(self) -> Mesh:
+        return load(self.path)
+
+    @cached_property
+    def _directions(self) -> tuple[str, str]:
+        """The directions ahead and up in the file."""
+        raw = self._raw
+        points, _ = lattice_within(_shape(raw), abs(raw.volume())) if self.up == "auto" else (raw.vertices, 0.0)
+        size = np.ptp(raw.vertices, axis=0)
+        return directions(self.ahead, self.up, size, lambda axis: mirror_symmetry(points, raw.inside, axis))
 
     @cached_property
     def mesh(self) -> Mesh:
         """The surface in place: x ahead, y up, the lowest point at y = 0, the middle at x = z = 0 [m]."""
-        raw = load(self.path)
-        ahead, up = _axis(self.ahead), _axis(self.up)
-        vertices = raw.vertices @ np.stack([ahead, up, np.cross(ahead, up)], axis=1)
+        vertices = turned(self._raw.vertices, *self._directions)
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         vertices = vertices - ((low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2)
         scale = self.length / (high[0] - low[0]) if self.length else 1.0
@@ -72,7 +85,7 @@ class MeshDesign:
                 f"The body of {self.path!r} is {size.max():g} m long; {_SMALLEST:g} to {_LARGEST:g} m was expected. "
                 "The file's unit may not be the metre: give the intended length, such as length=0.1."
             )
-        return Mesh(vertices * scale, raw.faces)
+        return Mesh(vertices * scale, self._raw.faces, self._raw.repairs)
 
     @cached_property
     def _volume(self) -> float:
@@ -81,48 +94,35 @@ class MeshDesign:
     @cached_property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
-        low, high = self.mesh.vertices.min(axis=0), self.mesh.vertices.max(axis=0)
-        return Shape(self.mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        return _shape(self.mesh)
+
+    @cached_property
+    def _sampler(self) -> Sampler:
+        thickness = Thickness.of(*lattice_within(self.shape, self._volume))
+        return Sampler(self.path, self.shape, self._volume, self.mesh.surface, self.mesh.pieces, self.thin, thickness)
 
     @cached_property
     def groups(self) -> Grouping:
         """The muscle groups, computed once on a lattice of their own, so that they do not depend on the fidelity."""
         spacing = (self._volume / _GROUPING_POINTS) ** (1 / 3)
-        points, _ = self.shape.sample(Fidelity(spacing, particles_per_cell=1))
-        return (k_means if self.grouping == "k-means" else slices)(points, self.muscles)
+        lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
+        return group(self.grouping, lattice[self.shape.inside(lattice)], self.muscles)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution.
 
         Raises:
-            SceneError: the body is too thin for the grid: a single layer of particles, or not connected.
+            SceneError: the body is too thin for the grid, an end of it is lost, or a muscle has no particle.
         """
-        positions, _ = self.shape.sample(fidelity)
-        self._check_thickness(positions, fidelity)
-        volumes = np.full(len(positions), self._volume / len(positions))
-        along, membership = positions[:, 0], self.groups.membership(positions)
-        end = (1.0 - 2.0 * _END) * float(np.abs(along).max())
+        positions, volumes, thin_notes = self._sampler.sample(fidelity)
+        membership = self.groups.membership(positions)
+        check_used(membership, self.groups.names, fidelity, self.path)
+        along, end = positions[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
         body = Body.uniform((positions, volumes), membership, self.groups.names, head=along > end, tail=along < -end)
-        return replace(body, fibres=self.groups.fibres(positions))
-
-    def _check_thickness(self, positions: Array, fidelity: Fidelity) -> None:
-        from scipy.sparse.csgraph import connected_components
-        from scipy.spatial import KDTree
-
-        edge = fidelity.particle_edge
-        tree = KDTree(positions)
-        neighbours = tree.query_ball_point(positions, _NEAR * edge, return_length=True) - 1
-        pieces = connected_components(tree.sparse_distance_matrix(tree, _NEAR * edge))[0]
-        if (neighbours >= _SHEET).mean() < 0.5 or pieces > self.mesh.pieces():
-            raise SceneError(
-                f"The body of {self.path!r} is too thin for a grid spacing of {fidelity.grid_spacing:.4g} m: "
-                f"{len(positions)} particles in {pieces} pieces, most of them in a single layer. It needs walls of "
-                f"{2 * edge:.4g} m or more: use a finer fidelity, or a larger length."
-            )
+        notes = (*pose_notes(self.up, self._directions), *self.mesh.repairs, *thin_notes)
+        return replace(body, fibres=self.groups.fibres(positions), notes=notes)
 
 
-def _axis(name: str) -> Array:
-    """The unit vector `[3]` of a direction."""
-    axis = np.zeros(3)
-    axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
-    return axis
+def _shape(mesh: Mesh) -> Shape:
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]))

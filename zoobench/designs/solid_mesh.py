@@ -1,14 +1,15 @@
-"""Closed triangle meshes: reading with safe repairs, and the test which points lie inside."""
+"""Closed triangle meshes: reading them, and the test which points lie inside."""
 
 from dataclasses import dataclass
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Mask
+from zoobench.designs.mesh_repair import repaired, trimesh_or_advice
+from zoobench.designs.triangles import points_on
 from zoobench.errors import UsageError
 from zoobench.inputs import path_of, read
 
@@ -22,10 +23,12 @@ class Mesh:
     Attributes:
         vertices: `[vertex_count, 3]`, in the file's units.
         faces: indices of corners `[face_count, 3]`.
+        repairs: what was repaired, as sentences.
     """
 
     vertices: Array
     faces: NDArray[np.int64]
+    repairs: tuple[str, ...] = ()
 
     def volume(self) -> float:
         """Volume by the divergence theorem: the sum of the signed tetrahedra from the origin to every face."""
@@ -42,6 +45,10 @@ class Mesh:
         graph = coo_array((np.ones(len(ends)), ends.T), shape=(count, count))
         labels = connected_components(graph, directed=False)[1]
         return len(np.unique(labels[self.faces]))
+
+    def surface(self, distance: float) -> Array:
+        """Points on the surface `[n, 3]`, corners included, whose neighbours are no farther apart than this."""
+        return points_on(self.vertices, self.faces, distance)
 
     def inside(self, points: Array) -> Mask:
         """Whether points `[n, 3]` lie inside.
@@ -96,10 +103,10 @@ def _cross(first: Array, second: Array) -> Array:
 
 
 def load(name: str) -> Mesh:
-    """The mesh in a file, with equal corners merged, normals outwards, and small holes closed.
+    """The mesh in a file, closed and with normals outwards.
 
     Raises:
-        UsageError: the file cannot be read, or its mesh is empty, open or not a surface.
+        UsageError: the file cannot be read, or its mesh is empty or beyond repair.
     """
     trimesh = trimesh_or_advice()
     path = path_of(name)
@@ -114,45 +121,5 @@ def load(name: str) -> Mesh:
         raise UsageError(f"{path.name!r} is no {kind} file that can be read: {error}. Export it again.") from None
     if not faces or not np.isfinite(mesh.vertices).all():
         raise UsageError(f"{path.name!r} holds no triangles with finite corners. Export a mesh of the surface.")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
-    if not mesh.is_watertight:
-        trimesh.repair.fill_holes(mesh)
-    _check_closed(mesh, path.name)
-    trimesh.repair.fix_normals(mesh)
-    found = Mesh(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64))
-    if found.volume() <= 0.0:
-        raise UsageError(f"{path.name!r} encloses no volume. Check its normals, or export it again.")
-    return found
-
-
-def _check_closed(mesh: Any, name: str) -> None:
-    """Check that every edge has two faces.
-
-    Raises:
-        UsageError: an edge has one face, or more than two.
-    """
-    _, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    crowded, open_edges = int((counts > 2).sum()), int((counts == 1).sum())
-    if crowded:
-        raise UsageError(
-            f"{name!r} is no surface of a solid: {crowded} edges have more than two faces. Unite its solids into one, "
-            "or remove inner walls."
-        )
-    if open_edges or not len(mesh.faces):
-        raise UsageError(
-            f"{name!r} is not watertight: {open_edges} edges have one face only. Close its holes in a modeller."
-        )
-
-
-def trimesh_or_advice() -> Any:
-    """The module of trimesh.
-
-    Raises:
-        UsageError: it is not installed.
-    """
-    try:
-        import trimesh
-    except ImportError:
-        raise UsageError("Meshes need trimesh, which is not installed. Try: pip install 'zoobench[meshes]'.") from None
-    return trimesh
+    whole, repairs = repaired(mesh, path.name)
+    return Mesh(np.array(whole.vertices, np.float64), np.array(whole.faces, np.int64), repairs)

@@ -117,6 +117,8 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     problem = Problem(spec, start=context.start)
     if problem.overlay is not None:
         print(f"Warm start: {problem.overlay.words}.")
+    for note in problem.body.notes:
+        print(note)
     method: Method = registry.create(Kind.METHOD, spec.method)
     solution = method.run(problem, context)
     # a run that was asked to stop has no results

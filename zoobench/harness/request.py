@@ -8,6 +8,7 @@ from typing import Protocol
 from zoobench.errors import UsageError
 from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
+from zoobench.harness.imported import body_notes
 from zoobench.harness.narrowing import narrowed
 from zoobench.harness.starts import has_start, is_warm, pinned, start_notes
 from zoobench.registry import Kind
@@ -47,10 +48,12 @@ class RunRequest:
         Args:
             location: the database with the runs that others start from; it is opened only if there are such runs.
             choose: gives the fidelity for an environment, the name of a task and a tolerance.
-            say: called with each choice of a fidelity and each use of a start, as a line of text.
+            say: called with each choice of a fidelity, each use of a start and what was made of a file, as a line of
+                text.
 
         Raises:
-            UsageError: as `grid` or `narrowed`, there is no such start, or no fidelity is within the tolerance.
+            UsageError: as `grid` or `narrowed`, there is no such start, no fidelity is within the tolerance, or a file
+                makes no body.
             StorageError: the database cannot be read.
         """
         cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
@@ -60,6 +63,8 @@ class RunRequest:
             with Reader(location, create=False) as reader:
                 for note in start_notes(warm, reader):
                     say(note)
+        for note in body_notes(cell for cell in cells if isinstance(cell, RunSpec)):
+            say(note)
         return cells
 
     def grid(self) -> GridSpec:

@@ -47,7 +47,7 @@ def card(design: Ref) -> dict[str, Any]:
 
     `size` is length, height and width [m], `mass` [kg] at `DENSITY`, `muscles` the share of the mass in each muscle
     [-], `passive` the share in none, `stiffness` and `density` the smallest and largest multiplier [-], `particles`
-    the count at every named fidelity, None where that is too coarse.
+    the count at every named fidelity, None where that is too coarse, `notes` what was made of a file, at `MEASURED`.
 
     Raises:
         UsageError: the design cannot be made.
@@ -68,6 +68,7 @@ def card(design: Ref) -> dict[str, Any]:
         "stiffness": [float(body.stiffness.min()), float(body.stiffness.max())],
         "density": [float(body.density_ratio.min()), float(body.density_ratio.max())],
         "particles": {name: _count(design, name) for name in names},
+        "notes": list(body.notes),
     }
 
 

@@ -1,0 +1,42 @@
+"""Bodies from users' files on the command line."""
+
+from pathlib import Path
+
+from tests.cli.conftest import Command
+from tests.designs.meshes import fish
+
+
+def test_plan_and_show_say_what_was_made_of_a_file(zoobench: Command) -> None:
+    """Repairs, directions and thin parts, at the fidelity of the run and of the card."""
+    fish(open_ends=True).export("a.stl")
+    words = ("plan", "--env", "ground", "--task", "turning", "--fidelity", "draft", "--seeds", "1")
+    reply = zoobench(*words, "--design", "mesh[path=a.stl,up=auto]")
+    assert reply.code == 0
+    for said in (
+        "mesh: Of the file's directions, x was taken",
+        "mesh: The mesh was open: 2 holes",
+        "than 7.8 mm is two",
+    ):
+        assert said in reply.err
+    card = zoobench("show", "mesh[path=a.stl]").out
+    assert "two particles thick at a grid spacing of 0.007812 m" in card
+
+
+def test_a_body_that_cannot_be_made_is_refused_before_anything_runs(zoobench: Command) -> None:
+    """Exit code 2, and no run is in the database."""
+    fish().export("a.stl")
+    words = (
+        "run",
+        "--env",
+        "ground",
+        "--task",
+        "turning",
+        "--fidelity",
+        "draft",
+        "--design",
+        "mesh[path=a.stl,thin=drop]",
+    )
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert "34 % of its length" in reply.err
+    assert not Path("zoobench.db").exists() or "0 runs" in zoobench("status").out

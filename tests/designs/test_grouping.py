@@ -1,0 +1,44 @@
+"""Muscle groups derived from a shape."""
+
+import numpy as np
+import pytest
+
+from zoobench.designs.grouping import check_used, k_means, paired, slices
+from zoobench.errors import SceneError
+from zoobench.sim.model.fidelity import Fidelity
+
+
+def test_k_means_finds_clumps_and_slices_cut_rods() -> None:
+    """Four clusters are four groups; a rod has equal slices with fibres along it."""
+    rng = np.random.default_rng(0)
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    points = (corners[:, None] + rng.uniform(-0.1, 0.1, size=(4, 50, 3))).reshape(-1, 3)
+    shares = k_means(points, 4).membership(points)
+    assert sorted(shares.sum(axis=0)) == [50, 50, 50, 50]
+    rod = rng.uniform((-1.0, -0.1, -0.1), (1.0, 0.1, 0.1), size=(400, 3))
+    cut = slices(rod, 4)
+    assert cut.directions[:, 0] == pytest.approx(1.0, abs=0.01)
+    assert (cut.membership(rod).argmax(axis=1) == np.clip((rod[:, 0] + 1) * 2, 0, 3).astype(int)).mean() > 0.97
+
+
+def test_pairs_are_mirror_images_of_equal_volume() -> None:
+    """Three rows of four in a spindle; a point in the middle plane belongs to both sides."""
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, size=(8000, 3)) * (3.0, 1.0, 1.0)
+    points = points[np.hypot(points[:, 1], points[:, 2]) < 1.0 - np.abs(points[:, 0]) / 3.0]
+    points = np.vstack([points, points * (1.0, 1.0, -1.0)])
+    groups = paired(points, 12)
+    shares = groups.membership(points)
+    assert shares.mean(axis=0) == pytest.approx(1 / 12, abs=0.005)
+    mirrored = groups.membership(points * (1.0, 1.0, -1.0)).reshape(-1, 3, 2, 2)[:, :, ::-1].reshape(-1, 12)
+    np.testing.assert_array_equal(mirrored, shares)
+    assert groups.names[0] == "row-1-left-bottom"
+    assert points[shares[:, 0] > 0.5].max(axis=0)[[0, 2]].max() < 0.0
+    middle = groups.membership(np.array([[0.1, 0.5, 0.0]]))[0]
+    assert dict(zip(groups.names, middle, strict=True))["row-2-left-top"] == pytest.approx(0.5)
+    assert middle.sum() == pytest.approx(1.0)
+
+
+def test_a_muscle_without_a_particle_is_refused() -> None:
+    """The message names it."""
+    with pytest.raises(SceneError, match="no particle for b at"):
+        check_used(np.array([[1.0, 0.0]]), ("a", "b"), Fidelity(1 / 64), "body.stl")

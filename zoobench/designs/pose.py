@@ -1,0 +1,86 @@
+"""The pose of a body from a file: which of its directions are ahead and up."""
+
+from collections.abc import Callable
+from itertools import permutations
+from typing import Literal
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.designs.base import Mask
+from zoobench.errors import UsageError
+
+Direction = Literal["auto", "x", "y", "z", "-x", "-y", "-z"]
+
+_ALIKE = 0.02  # difference of symmetries, and of lengths relative to the longest, that does not count
+
+
+def check_directions(ahead: Direction, up: Direction) -> None:
+    """Check that two directions may go together.
+
+    Raises:
+        UsageError: they lie on one line.
+    """
+    if ahead != "auto" and ahead[-1] == up[-1]:
+        raise UsageError(f"ahead={ahead} and up={up} lie on one line. Give two axes of the file.")
+
+
+def directions(ahead: Direction, up: Direction, size: Array, symmetry: Callable[[int], float]) -> tuple[str, str]:
+    """The directions ahead and up, those that are `auto` chosen.
+
+    Bodies look the same from left and right. With `up=auto`, the axis along which the body is most symmetric goes from
+    side to side, the longer of the others ahead, and the last up. Of axes that are alike, z is up if possible, then y,
+    and x ahead. With `ahead=auto` alone, the longest axis other than `up` is ahead. Chosen directions are positive: a
+    body that faces the other way needs `ahead=-x`.
+
+    Args:
+        size: of the box `[3]`.
+        symmetry: the share of the body that is its own mirror image along an axis of the file, in [0, 1].
+    """
+    axes = "xyz"
+    given = {"ahead": ahead[-1] if ahead != "auto" else "", "up": up[-1] if up != "auto" else ""}
+    mirrored = [symmetry(axis) if up == "auto" else 0.0 for axis in range(3)]
+    found: list[tuple[tuple[float, float, int], str, str]] = []
+    for first, second, third in permutations(range(3)):
+        if (given["ahead"] or axes[first], given["up"] or axes[second]) != (axes[first], axes[second]):
+            continue
+        rank = (
+            _steps(max(mirrored) - mirrored[third]),
+            _steps((size.max() - size[first]) / size.max()),
+            -2 * second - (first == 0),
+        )
+        found.append((rank, axes[first], axes[second]))
+    _, chosen_ahead, chosen_up = min(found)
+    return (chosen_ahead if ahead == "auto" else ahead), (chosen_up if up == "auto" else up)
+
+
+def _steps(gap: float) -> float:
+    return float(np.floor(gap / _ALIKE))
+
+
+def mirror_symmetry(points: Array, inside: Callable[[Array], Mask], axis: int) -> float:
+    """The share of points `[n, 3]` of a body whose mirror images in the middle of the box along an axis are inside."""
+    mirrored = points.copy()
+    mirrored[:, axis] = points[:, axis].min() + points[:, axis].max() - points[:, axis]
+    return float(inside(mirrored).mean())
+
+
+def pose_notes(up: Direction, chosen: tuple[str, str]) -> tuple[str, ...]:
+    """The directions ahead and up that `up=auto` has chosen, as a sentence."""
+    if up != "auto":
+        return ()
+    return (f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up. If wrong, give both.",)
+
+
+def turned(points: Array, ahead: str, up: str) -> Array:
+    """Points `[n, 3]` of a file with x ahead, y up and z to the right."""
+    forward, upward = _axis(ahead), _axis(up)
+    found: Array = points @ np.stack([forward, upward, np.cross(forward, upward)], axis=1)
+    return found
+
+
+def _axis(name: str) -> Array:
+    """The unit vector `[3]` of a direction."""
+    axis = np.zeros(3)
+    axis["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return axis
