@@ -12,7 +12,7 @@ import math
 import pkgutil
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
@@ -58,6 +58,7 @@ class Component:
         summary: the first line of the factory's docstring.
         defaults: of the parameters that have one.
         parameters: the annotated type of every parameter.
+        provisional: why its scores are not yet what they are called, in a sentence; empty if they are.
     """
 
     kind: Kind
@@ -68,6 +69,7 @@ class Component:
     tags: frozenset[str]
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
+    provisional: str = ""
 
     @property
     def required(self) -> frozenset[str]:
@@ -99,10 +101,13 @@ _TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRu
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = ()) -> Callable[[_F], _F]:
+def register(
+    kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = (), provisional: str = ""
+) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
     Increase `version` whenever the component's numbers change: results of different versions are never mixed.
+    `provisional` says in a sentence why scores are not yet what they are called; every report of them repeats it.
 
     Raises:
         UsageError: the name is taken or malformed, or a parameter has no type or a default that is not a bool, int,
@@ -120,7 +125,7 @@ def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] =
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
         component = _describe(kind, name, version, factory, frozenset(tags))
-        _components[kind].setdefault(name, {})[version] = component
+        _components[kind].setdefault(name, {})[version] = replace(component, provisional=provisional)
         return factory
 
     return decorate
@@ -167,6 +172,17 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     # without a warm start the key is that of versions without the parameter
     unset = [key for key, kind in component.parameters.items() if kind is StoredRun and not stated[key]]
     return Ref(ref.name, component.version, tuple(sorted(item for item in stated.items() if item[0] not in unset)))
+
+
+def caveat(kind: Kind, ref: Ref) -> str:
+    """Why the scores of a component are provisional; empty if they are not, or if it is of a plug-in that is gone.
+
+    A version that is no longer registered, as of runs made long ago, is what the next one that is says.
+    """
+    _discover(kind)
+    versions = _components[kind].get(ref.name, {})
+    later = [version for version in versions if version >= ref.version]
+    return versions[min(later)].provisional if later else ""
 
 
 def create(kind: Kind, ref: Ref) -> Any:

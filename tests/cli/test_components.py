@@ -48,6 +48,13 @@ def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) 
     assert defaults == dict(registry.get(registry.Kind.METHOD, "diffphysics").defaults)
 
 
+def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
+    """For readers and for programs; firm ground is what it is called."""
+    assert "provisional" in zoobench("show", "shallow-water").out
+    assert "is not swimming" in json.loads(zoobench("show", "ocean", "--format", "json").out)[0]["provisional"]
+    assert "provisional" not in zoobench("show", "ground").out
+
+
 @pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])
 def test_show_something_unknown_is_a_usage_error(zoobench: Command, name: str) -> None:
     """Names that fit nothing, and a run where there is no database, which is not made by asking."""

@@ -237,3 +237,14 @@ def test_there_is_no_leaderboard_without_a_database(zoobench: Command, tmp_path:
     """Nothing is written, not even a page on which all is missing."""
     assert zoobench("leaderboard", "publish", "laptop", "boards").code == 2
     assert not (tmp_path / "boards").exists()
+
+
+def test_pages_of_an_earlier_form_are_rebuilt_from_their_exports(zoobench: Command, boards: Path) -> None:
+    """Both pages are as they were published, and the export is not touched; a second time nothing is written."""
+    before = {path: path.read_bytes() for path in boards.iterdir()}
+    (boards / "mine.md").unlink()
+    (boards / "mine.csv").write_text("an earlier form", encoding="utf-8")
+    reply = ok(zoobench("leaderboard", "rebuild", boards))
+    assert reply.err.count("Written") == 2
+    assert {path: path.read_bytes() for path in boards.iterdir()} == before
+    assert "nothing was written" in ok(zoobench("leaderboard", "rebuild", boards)).err

@@ -20,7 +20,7 @@ def test_runs_of_one_home_are_averaged_in_every_place() -> None:
     """Mean, half of the Student-t interval of two (12.7 s / sqrt 2), and how many; home is stressed."""
     rows = [row(1, "ocean-v4", 1.0), row(2, "ocean-v4", 3.0), row(1, "ice-v1", 0.5), row(2, "ice-v1", None)]
     found = transfer_matrix(rows)
-    assert found.columns[-2:] == ("ice", "ocean")
+    assert found.columns[-2:] == ("ice", "ocean †")
     (line,) = found.rows
     assert line[:6] == ("turning", "draft", "fish", "cmaes", "ocean", 100)
     assert line[6:] == ("0.5 m/s (n=1, 1 diverged)", "2 ± 13 m/s (n=2)")

@@ -169,6 +169,7 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
         "summary": component.summary,
         "description": getdoc(component.factory) or "",
         "tags": sorted(component.tags),
+        "provisional": component.provisional or None,
         "parameters": [
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
             for name, expected in component.parameters.items()
@@ -193,6 +194,8 @@ def _print_components(cards: list[dict[str, Any]]) -> None:
         ]
         emit_facts([("name", f"{card['name']} ({card['kind']}, version {card['version']})")])
         print(f"\n{card['description']}\n")
+        if card["provisional"]:
+            emit_facts([("provisional", card["provisional"])])
         if card["tags"]:
             emit_facts([("tags", ", ".join(card["tags"]))])
         print("parameters" if parameters else "no parameters")
@@ -239,6 +242,7 @@ def _print_run(card: dict[str, Any]) -> None:
             ("budget", str(spec.budget)),
             ("state", card["state"] + (f": {card['reason']}" if card["reason"] else "")),
             ("time", duration(card["seconds"])),
+            *([("note", card["provisional"])] if card["provisional"] else []),
         ]
     )
     finals = [

@@ -25,6 +25,7 @@ def plan(
     """
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import estimate_seconds, total_seconds
+    from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing
     from zoobench.verify.accuracy.tolerance import choose
 
@@ -42,6 +43,8 @@ def plan(
         f"{len(open_estimates)} runs to do of {len(specs)}, {len(skips)} skipped; "
         f"estimated time with {jobs} at once: {duration(total_seconds(open_estimates, jobs))}"
     )
+    for note in footnotes(spec.env for spec in specs):
+        say(note)
     for skip in skips:
         say(f"  skipped {skip.spec}: {skip.reason}")
 
