@@ -62,6 +62,15 @@ def test_run_tells_its_plan_and_ends_with_the_next_command(
     assert states(tmp_path / "zoobench.db") == [RunState.DONE, RunState.DONE]
 
 
+def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, tmp_path: Path) -> None:
+    """Nothing of it is queued: it would fail when it began."""
+    words = ("--env", "ground", "--task", "turning", "--design", "voxel", "--controller", "policy-network")
+    for command in ("plan", "run"):
+        reply = zoobench(command, *words, "--method", "ppo", "--seeds", "1")
+        assert "'ppo' needs a body that is given, and the design 'voxel' is a design space" in reply.err
+    assert states(tmp_path / "zoobench.db") == [RunState.SKIPPED]
+
+
 def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:
     """Typed again, the same command has nothing to do; one more seed is one more run."""
     pretend()
