@@ -16,7 +16,7 @@ def test_list_names_every_component(zoobench: Command) -> None:
     """All kinds, each with version and summary, and the suites."""
     records = json.loads(zoobench("list", "--format", "json").out)
     expected = {(str(kind), name) for kind in registry.Kind for name in registry.names(kind)}
-    expected |= {("suites", name) for name in suites.names()}
+    expected |= {("suites", name) for suite in suites.names() for name in suites.summaries(suite)}
     assert {(record["kind"], record["name"]) for record in records} == expected
     assert all(record["summary"] for record in records)
     assert all(record["version"] >= 1 for record in records if record["kind"] != "suites")

@@ -52,7 +52,8 @@ def list_components(
             found = (registry.get(each, name) for name in registry.names(each))
             rows += [(str(item.kind), item.name, item.version, item.summary) for item in found]
     if kind in (None, KindName.SUITES):
-        rows += [(str(KindName.SUITES), name, None, suites.summary(name)) for name in suites.names()]
+        found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
+        rows += [(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
     emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
 
 

@@ -137,8 +137,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
     for tag, kind, unfit, wish, fact in CLASHING:
         other = registry.get(kind, refs[kind].name, refs[kind].version)
         if tag in method.tags and unfit in other.tags:
-            others = (registry.get(kind, name) for name in registry.names(kind))
-            known = (each.name for each in others if unfit not in each.tags and not each.required)
+            all_of_kind = (registry.get(kind, name) for name in registry.names(kind))
+            known = (each.name for each in all_of_kind if unfit not in each.tags and not each.required)
             return (
                 f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} {fact}. "
                 f"Choose one that is none: --{kind.noun} {','.join(known)}."

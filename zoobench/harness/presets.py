@@ -112,13 +112,13 @@ _PRESETS = (
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
     _published(
-        "codesign", "as paper, eight times as long: body and controller together, also by evolution (specification F.3)",
+        "codesign", "as paper, eight times as long: body and controller together, also evolved (specification F.3)",
         250, "diffphysics[lr=0.01,iterations=250,restarts=8]", "evolution[sigma=0.1,population=10,generations=100]",
         "random[batch=24]", designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
     _published(
-        "ppo", "two hours on firm ground, a day on a bed, ten in the ocean: learning from 100 000 frames (specification F.2)",
+        "ppo", "two hours on firm ground, ten days in the ocean: learning from 100 000 frames (specification F.2)",
         49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
 )  # fmt: skip

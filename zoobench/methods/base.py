@@ -4,7 +4,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -58,10 +58,26 @@ class Solution:
     archive: Archive | None = None
 
 
+class Work(NamedTuple):
+    """What an iteration of a method simulates, by its settings alone: for estimates of time.
+
+    Attributes:
+        frames: control frames without a gradient.
+        gradient_frames: control frames with their gradient.
+        iterations: how many the settings ask for; 0 for as many as the budget allows.
+    """
+
+    frames: float = 0.0
+    gradient_frames: float = 0.0
+    iterations: int = 0
+
+
 class Method(Protocol):
     """An optimiser.
 
     One that needs gradients is registered with the tag `gradient`; cells without gradients are skipped with a reason.
+    It may have `work(frames: int) -> Work`, the work of an iteration with episodes of so many control frames; without
+    it `zoobench plan` has nothing to estimate from before the first run is done.
     """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:

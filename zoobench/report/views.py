@@ -17,8 +17,11 @@ _TELLING = ("controller", "frames", "budget")
 """Settings that are columns only where they differ."""
 
 
+_MANY_HOURS = 100
+
+
 def duration(seconds: float | None) -> str:
-    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`; `unknown` for None."""
+    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`, `1,350 days`; `unknown` for None."""
     if seconds is None:
         return "unknown"
     whole = round(seconds)
@@ -26,7 +29,9 @@ def duration(seconds: float | None) -> str:
         return f"{whole} s"
     if whole < 3600:
         return f"{whole // 60} min {whole % 60:02d} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    if whole < _MANY_HOURS * 3600:
+        return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    return f"{whole / 86400:,.0f} days" if whole >= 10 * 86400 else f"{whole / 86400:.1f} days"
 
 
 def results_overview(results: Sequence[RunResult]) -> Listing:
