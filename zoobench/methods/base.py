@@ -24,6 +24,10 @@ class RunContext(Protocol):
         """Put a point on the learning curve."""
         ...
 
+    def milestone(self, step: int, score: float, params: Array) -> None:
+        """Keep the best parameters `[parameter_count]` after so many iterations, and their score."""
+        ...
+
     def checkpoint(self, data: bytes) -> None:
         """Replace the stored state; all earlier reports are stored with it."""
         ...
@@ -161,7 +165,8 @@ def report(
 
     So that methods can be compared at equal cost, every point of the learning curve holds the best `score` so far, if
     there is one, and its cost: `substeps` and of these the `forward_substeps`, `episodes`, `seconds` of wall time, and
-    the number of `diverged` evaluations. All but the seconds are reproducible.
+    the number of `diverged` evaluations. All but the seconds are reproducible. After some iterations the best
+    parameters are kept.
 
     Args:
         readings: further values of the method.
@@ -176,7 +181,14 @@ def report(
     }
     best = {} if incumbent.score is None else {"score": incumbent.score}
     context.report(meter.iterations, **spent, **best, diverged=float(incumbent.diverged), **readings)
+    if incumbent.params is not None and incumbent.score is not None and is_milestone(meter.iterations):
+        context.milestone(meter.iterations, incumbent.score, incumbent.params)
     context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), incumbent.score)
+
+
+def is_milestone(iteration: int) -> bool:
+    """Whether the best parameters are kept after this iteration: 1, 2, 4, 8, so that there are few however many."""
+    return iteration > 0 and iteration & (iteration - 1) == 0
 
 
 def resume(problem: Problem, context: RunContext) -> Incumbent:
