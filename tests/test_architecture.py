@@ -41,7 +41,7 @@ ALLOWED = {
     "methods": "errors arrays spec inputs registry cell gym",
     "db": "errors spec inputs",
     "render": "errors arrays files spec registry sim.model sim designs envs tasks controllers cell methods",
-    "report": "errors arrays files spec db render",
+    "report": "errors arrays files spec registry db render",
     "harness": "errors files spec inputs registry rounding tasks cell methods db",
     "verify": (
         "errors arrays files spec registry sim.model sim.kernels sim designs envs tasks controllers cell db render"

@@ -32,6 +32,6 @@ def _name(name: str, spacing: float, summary: str) -> None:
 _name("smoke", 1 / 32, "Two cells across a robot: for tests of the software; the results are meaningless.")
 _name("draft", 1 / 64, "Three cells across a robot: for first results within minutes on a laptop.")
 _name("standard", 1 / 96, "Five cells across a robot: for comparisons on a laptop.")
-_name("paper", 1 / 128, "The grid of the published benchmark: six cells across a robot.")
+_name("paper", 1 / 128, "The grid of the published benchmark, not its particles and steps: six cells across a robot.")
 _name("fine", 1 / 192, "Ten cells across a robot: to confirm a result.")
 _name("reference", 1 / 256, "Thirteen cells across a robot: the reference for the others.")

@@ -12,7 +12,7 @@ import math
 import pkgutil
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
@@ -62,6 +62,7 @@ class Component:
         defaults: of the parameters that have one.
         parameters: the annotated type of every parameter.
         added: parameters that earlier versions of the package did not have; see `register`.
+        provisional: why its scores are not yet what they are called, in a sentence; empty if they are.
     """
 
     kind: Kind
@@ -73,6 +74,7 @@ class Component:
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
     added: frozenset[str] = frozenset()
+    provisional: str = ""
 
     @property
     def required(self) -> frozenset[str]:
@@ -119,14 +121,21 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def register(
-    kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = (), added: tuple[str, ...] = ()
+    kind: Kind,
+    name: str,
+    *,
+    version: int = 1,
+    tags: tuple[str, ...] = (),
+    added: tuple[str, ...] = (),
+    provisional: str = "",
 ) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
     Increase `version` whenever the component's numbers change: results of different versions are never mixed. Name in
     `added` the parameters that it did not have when this version was first published, with defaults that leave its
     numbers as they were: while they have their default, references and keys of runs are those without them. Parameters
-    that name a stored run are always treated so.
+    that name a stored run are always treated so. `provisional` says in a sentence why scores are not yet what they are
+    called; every report of them repeats it.
 
     Raises:
         UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
@@ -144,7 +153,7 @@ def register(
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
         component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added))
-        _components[kind].setdefault(name, {})[version] = component
+        _components[kind].setdefault(name, {})[version] = replace(component, provisional=provisional)
         return factory
 
     return decorate
@@ -188,6 +197,17 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
     return component.ref_with(given)
+
+
+def caveat(kind: Kind, ref: Ref) -> str:
+    """Why the scores of a component are provisional; empty if they are not, or if it is of a plug-in that is gone.
+
+    A version that is no longer registered, as of runs made long ago, is what the next one that is says.
+    """
+    _discover(kind)
+    versions = _components[kind].get(ref.name, {})
+    later = [version for version in versions if version >= ref.version]
+    return versions[min(later)].provisional if later else ""
 
 
 def create(kind: Kind, ref: Ref) -> Any:

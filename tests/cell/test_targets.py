@@ -22,7 +22,7 @@ def test_a_target_that_leaves_the_arena_is_refused() -> None:
     """With time, place, size and remedy, from the frame on in which half the robot's length reaches the wall."""
     spec = cell(environment="desert", task="waypoint-following[path=straight,speed=0.2]", frames=200)
     fault = target_fault(spec)
-    robot = Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity))
+    robot = Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)
     # it starts at 0.35 of 0.3125 m, and the run-up costs 0.2 s
     seconds = (0.65 * 0.3125 - np.ptp(robot.body.positions[:, 0]) / 2) / 0.2 + 0.2
     assert f"after {math.ceil(seconds / 0.008) * 0.008:.3g} s" in fault

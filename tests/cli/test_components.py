@@ -16,7 +16,7 @@ def test_list_names_every_component(zoobench: Command) -> None:
     """All kinds, each with version and summary, and the suites."""
     records = json.loads(zoobench("list", "--format", "json").out)
     expected = {(str(kind), name) for kind in registry.Kind for name in registry.names(kind)}
-    expected |= {("suites", name) for name in suites.names()}
+    expected |= {("suites", name) for suite in suites.names() for name in suites.summaries(suite)}
     assert {(record["kind"], record["name"]) for record in records} == expected
     assert all(record["summary"] for record in records)
     assert all(record["version"] >= 1 for record in records if record["kind"] != "suites")
@@ -46,6 +46,13 @@ def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) 
     assert card["kind"] == "method"
     defaults = {item["name"]: item["default"] for item in card["parameters"]}
     assert defaults == dict(registry.get(registry.Kind.METHOD, "diffphysics").defaults)
+
+
+def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
+    """For readers and for programs; firm ground is what it is called."""
+    assert "provisional" in zoobench("show", "shallow-water").out
+    assert "is not swimming" in json.loads(zoobench("show", "ocean", "--format", "json").out)[0]["provisional"]
+    assert "provisional" not in zoobench("show", "ground").out
 
 
 @pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])

@@ -198,9 +198,23 @@ def test_a_suite_is_printed_with_what_is_missing(zoobench: Command, database: Pa
 def test_suites_are_listed(zoobench: Command) -> None:
     """Alone, and with everything else; they have no version."""
     records = json.loads(zoobench("list", "suites", "--format", "json").out)
-    assert [record["name"] for record in records] == ["codesign", "design", "laptop", "paper", "smoke"]
+    parts = [f"paper/{name}" for name in ("animals", "reinforcement", "control", "design", "codesign")]
+    assert [record["name"] for record in records] == ["codesign", "design", "laptop", "paper", *parts, "smoke"]
     assert {record["version"] for record in records} == {None}
     assert all(record in json.loads(zoobench("list", "--format", "json").out) for record in records)
+
+
+def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
+    """In computing on one core, with what the estimate rests on, before anything is queued."""
+    reply = ok(zoobench("plan", "--suite", "paper", "--env", "ground,ice", "--seeds", "1"))
+    lines = reply.err.splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("  part")] == [
+        "animals:",
+        "reinforcement:",
+        "control:",
+    ]
+    assert "  part animals: 64 runs, 31 h" in reply.err
+    assert "by measured rates (the caterpillar on one core of AMD EPYC" in lines[-1]
 
 
 def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
@@ -237,3 +251,14 @@ def test_there_is_no_leaderboard_without_a_database(zoobench: Command, tmp_path:
     """Nothing is written, not even a page on which all is missing."""
     assert zoobench("leaderboard", "publish", "laptop", "boards").code == 2
     assert not (tmp_path / "boards").exists()
+
+
+def test_pages_of_an_earlier_form_are_rebuilt_from_their_exports(zoobench: Command, boards: Path) -> None:
+    """Both pages are as they were published, and the export is not touched; a second time nothing is written."""
+    before = {path: path.read_bytes() for path in boards.iterdir()}
+    (boards / "mine.md").unlink()
+    (boards / "mine.csv").write_text("an earlier form", encoding="utf-8")
+    reply = ok(zoobench("leaderboard", "rebuild", boards))
+    assert reply.err.count("Written") == 2
+    assert {path: path.read_bytes() for path in boards.iterdir()} == before
+    assert "nothing was written" in ok(zoobench("leaderboard", "rebuild", boards)).err

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Command
+from tests.report.content import add_done, make_spec
 from zoobench.db.store import Store
 
 
@@ -19,6 +20,15 @@ def test_results_have_a_row_per_run_in_every_format(zoobench: Command, database:
     reply = zoobench("results")
     assert len(reply.out.splitlines()) == 15
     assert "smoke" in reply.err
+
+
+def test_results_of_provisional_environments_come_with_a_word(zoobench: Command, tmp_path: Path) -> None:
+    """On standard error, beside the dagger in the table."""
+    with Store(tmp_path / "zoobench.db") as store:
+        add_done(store, make_spec(env="ocean-v5"), 0.5)
+    for words in (["results"], ["table"], ["curves"]):
+        reply = zoobench(*words)
+        assert "† ocean is provisional" in reply.out + reply.err, words
 
 
 def test_results_keep_every_digit_and_unit(zoobench: Command, database: Path) -> None:

@@ -12,9 +12,9 @@ from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 
 
-def stored(path: Path, score: float) -> Path:
+def stored(path: Path, score: float, *others: FinalRow) -> Path:
     """A database whose run 1 is that of the short film, with this score."""
-    ending = Ending(RunState.DONE, finals=(FinalRow("score", score, "m"),), params=params())
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", score, "m"), *others), params=params())
     with Store(path) as store:
         add_ended(store, SPEC, ending)
     return path
@@ -39,6 +39,35 @@ def test_a_picture_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     assert (reply.code, reply.out) == (0, "run.png\n"), reply.err
     assert "and 5 is stored" in reply.err
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["iterations", "-o", "run.mp4"], "A strip is a picture, and run.mp4 is none. Let it end in .png."),
+        (["iterations", "-o", "run.png"], "The body of this run is given, caterpillar"),
+        (["everything", "-o", "run.png"], "'everything' is not one of"),
+    ],
+)
+def test_a_strip_that_cannot_be_drawn_is_refused(
+    zoobench: Command, tmp_path: Path, words: list[str], message: str
+) -> None:
+    """Another kind of file, a body that never changed, and a strip of nothing known; no file is left."""
+    needs_drawing()
+    stored(tmp_path / "zoobench.db", 0.5, FinalRow("iterations", 2.0))
+    reply = zoobench("render", "1", "--strip", *words)
+    assert reply.code == 2
+    assert message in " ".join(reply.err.replace("│", " ").split())
+    assert not list(tmp_path.glob("run.*"))
+
+
+def test_a_gait_is_drawn(zoobench: Command, tmp_path: Path) -> None:
+    """From the parameters that are stored."""
+    needs_drawing()
+    stored(tmp_path / "zoobench.db", 0.5)
+    reply = zoobench("render", "1", "--strip", "gait", "-o", "gait.png")
+    assert (reply.code, reply.out) == (0, "gait.png\n"), reply.err
+    assert (tmp_path / "gait.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,15 @@ def test_run_tells_its_plan_and_ends_with_the_next_command(
     assert states(tmp_path / "zoobench.db") == [RunState.DONE, RunState.DONE]
 
 
+def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, tmp_path: Path) -> None:
+    """Nothing of it is queued: it would fail when it began."""
+    words = ("--env", "ground", "--task", "turning", "--design", "voxel", "--controller", "policy-network")
+    for command in ("plan", "run"):
+        reply = zoobench(command, *words, "--method", "ppo", "--seeds", "1")
+        assert "'ppo' needs a body that is given, and the design 'voxel' is a design space" in reply.err
+    assert states(tmp_path / "zoobench.db") == [RunState.SKIPPED]
+
+
 def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:
     """Typed again, the same command has nothing to do; one more seed is one more run."""
     pretend()
@@ -156,14 +165,16 @@ def test_an_interrupted_run_says_how_to_go_on(
 
 
 def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Path) -> None:
-    """Two new runs of unknown length, as data; the sum as talk."""
+    """Two new runs of a minute or two by the measured rates, unknown on hills where none was; the sum as talk."""
     reply = zoobench("plan", *CELL, "--format", "json")
     records = json.loads(reply.out)
-    assert [(record["seed"], record["state"], record["estimate"]) for record in records] == [
-        (0, "new", "unknown"),
-        (1, "new", "unknown"),
-    ]
+    assert [(record["seed"], record["state"]) for record in records] == [(0, "new"), (1, "new")]
+    assert all(" min " in record["estimate"] for record in records)
     assert "2 runs to do of 2" in reply.err
+    assert "Estimated: 2 by measured rates" in reply.err
+    reply = zoobench("plan", *CELL, "--env", "desert[relief=0.01]", "--format", "json")
+    assert {record["estimate"] for record in json.loads(reply.out)} == {"unknown"}
+    assert "Estimated: 2 unknown" in reply.err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -12,7 +12,7 @@ from sqlalchemy import text
 from tests.harness.helpers import spec
 from zoobench.db.lifecycle import LEASE_SECONDS, MAX_STRIKES
 from zoobench.db.owner import Owner
-from zoobench.db.rows import Batch, Claim, Ending, FinalRow, RunState
+from zoobench.db.rows import Batch, Claim, Ending, FinalRow, MilestoneRow, RunState
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import UsageError
 from zoobench.spec import Ref
@@ -383,3 +383,22 @@ def test_provenance_is_stored_once(store: Store) -> None:
     _claim(store)
     with store._database.read() as session:
         assert session.scalar(text("SELECT count(*) FROM provenance")) == 1
+
+
+def test_what_was_found_on_the_way_is_kept(store: Store) -> None:
+    """To the last bit, by iteration; reported again by a resumed run it is replaced, and done again it begins anew."""
+    early, late, better = (
+        MilestoneRow(step, score, (score / 3, -0.0)) for step, score in ((1, 0.1), (8, 0.2), (8, 0.3))
+    )
+    store.enqueue([spec()])
+    claim = _claim(store)
+    store.commit(claim, Batch(milestones={late.step: late, early.step: early}))
+    store.commit(claim, Batch(milestones={better.step: better}))
+    assert store.milestones(claim.run_id) == [early, better]
+    store.finish(claim, Ending(RunState.DONE), Batch())
+    assert store.milestones(claim.run_id) == [early, better]
+    store.retry([claim.run_id], states=[RunState.DONE])
+    assert store.milestones(claim.run_id) == []
+    again = _claim(store)
+    store.finish(again, Ending(RunState.DONE), Batch(milestones={early.step: early}))
+    assert store.milestones(claim.run_id) == [early]

@@ -61,9 +61,9 @@ def test_the_newest_study_of_a_name_is_given(location: str) -> None:
 
 
 def _age(location: str) -> None:
-    """Bring a database back to the first schema, which had no studies, solutions and archives."""
+    """Bring a database back to the first schema, which had no studies, solutions, archives and milestones."""
     with Store(location) as store, store._database.write() as session:
-        for table in ("study_rows", "studies", "solutions", "archives"):
+        for table in ("study_rows", "studies", "solutions", "archives", "milestones"):
             session.execute(text(f"DROP TABLE {table}"))
         session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 
@@ -79,6 +79,7 @@ def test_an_older_database_is_brought_up_to_date(location: str) -> None:
             assert reader.studies("stability") == []
             assert reader.solution(1) is None
             assert reader.archive(1) is None
+            assert reader.milestones(1) == []
     with Store(location) as store:
         list(store.save_study("stability", [FIRST], provenance={}))
         with store._database.read() as session:

@@ -83,7 +83,13 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path: Path, method: str) ->
         assert finals["score"] == max(point.value for point in store.metrics(other.id, "score_current"))
         assert other.score == finals["score"]
         params, archive = store.solution(other.id), store.archive(other.id)
+        kept_on_the_way = store.milestones(other.id)
     assert params is not None
+    steps = [row.step for row in kept_on_the_way]
+    assert steps[0] == 1
+    assert all(step & (step - 1) == 0 for step in steps)
+    assert Problem(other.spec).evaluate(np.array(kept_on_the_way[0].params)).score == kept_on_the_way[0].score
+    assert kept_on_the_way[-1].score <= finals["score"]
     assert Problem(other.spec).evaluate(np.array(params)).score == finals["score"]
     with Store(battered) as store:
         assert store.solution(row.id) == params

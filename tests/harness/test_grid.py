@@ -135,6 +135,19 @@ def test_a_method_that_makes_bodies_is_skipped_where_there_is_no_space_for_them(
     assert done == [("implicit", "archive"), ("voxel", "neat"), ("voxel", "archive")]
 
 
+def test_a_method_for_a_given_body_is_skipped_in_design_spaces() -> None:
+    """The reason says which designs it can have; with those it runs."""
+    register(Kind.METHOD, "teacher", tags=("given-body",))(lambda: None)
+    designs = (Ref("caterpillar"), Ref("implicit"), Ref("voxel"))
+    run, *skips = expand(_grid(designs=designs, methods=(Ref("teacher"),), seeds=(0,)))
+    assert isinstance(run, RunSpec)
+    assert [skip.reason for skip in skips if isinstance(skip, Skip)] == [
+        f"The method 'teacher' needs a body that is given, and the design {name!r} is a design space. "
+        "Choose one that is none: --design caterpillar."
+        for name in ("implicit", "voxel")
+    ]
+
+
 @pytest.mark.parametrize("axis", ["envs", "methods", "seeds"])
 def test_an_empty_axis_is_refused(axis: str) -> None:
     """A grid of nothing is a mistake, not zero runs."""

@@ -10,7 +10,9 @@ from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness import suites
 from zoobench.harness.grid import Skip
 from zoobench.harness.suites import Suite, read
+from zoobench.report.estimate import Estimator
 from zoobench.spec import RunSpec
+from zoobench.verify.accuracy.rates import rate
 
 COMPLETE = """
 summary: a test
@@ -39,7 +41,7 @@ def test_every_suite_can_be_carried_out(name: str) -> None:
     assert not [cell for cell in suite.cells if isinstance(cell, Skip)]
     assert len({spec.key() for spec in suite.specs}) == len(suite.specs) > 0
     assert suite.name == suite.source == name
-    assert suites.summary(name) == suite.summary
+    assert suites.summaries(name)[name] == suite.summary
 
 
 @pytest.mark.parametrize("name", suites.names())
@@ -95,6 +97,60 @@ def test_paper_has_the_settings_of_the_appendix() -> None:
     assert {name: ppo[name] for name in wanted} == wanted
     evolution = next(dict(params) for _, _, method, params in found if method == "evolution")
     assert evolution == {"population": 10, "generations": 100, "sigma": 0.1}
+
+
+def test_paper_has_policies_for_every_animal_and_evolution_in_every_space() -> None:
+    """As the published benchmark has: a row for each, in parts that can be run alone."""
+    learners = {(spec.env, spec.task, spec.design) for spec in _paper() if spec.method.name == "ppo"}
+    assert learners == {(spec.env, spec.task, spec.design) for spec in suites.load("paper/animals").specs}
+    assert len(learners) == 8 * 4 * 4
+    for part in ("design", "codesign"):
+        specs = suites.load(f"paper/{part}").specs
+        evolved = {spec.design.name for spec in specs if spec.method.name in ("neat", "evolution", "cmaes")}
+        assert evolved == {spec.design.name for spec in specs if spec.method.name == "diffphysics"}
+        assert len(evolved) == 6
+
+
+def test_the_parts_of_paper_cost_what_their_lines_say() -> None:
+    """Core-days by the measured rates, within a tenth: who reads the list knows before anything is queued."""
+    estimator = Estimator([], rate)
+    lines = suites.summaries("paper")
+    suite = suites.load("paper")
+    keys = {"paper": set().union(*suite.parts.values())} | {f"paper/{name}": own for name, own in suite.parts.items()}
+    assert keys.keys() == lines.keys()
+    costs = {spec.key(): found.seconds / 86400 for spec in suite.specs if (found := estimator(spec))}
+    for name, own in keys.items():
+        stated = float(lines[name].partition(" core-days")[0].replace(",", ""))
+        assert sum(costs[key] for key in own) == pytest.approx(stated, rel=0.1), name
+    assert len(costs) == len(suite.specs)
+
+
+def test_a_part_is_a_suite_of_its_own(tmp_path: Path) -> None:
+    """Of a suite of the package and of a file; a leaderboard of it has a name that is a file's."""
+    grids = COMPLETE.replace("grids:\n  - envs", "parts: {mine: one, yours: two}\ngrids:\n  - part: mine\n    envs")
+    path = tmp_path / "mine.yaml"
+    path.write_text(grids + grids[grids.index("  - part") :].replace("mine", "yours").replace("ground", "ice"))
+    whole, part = suites.load(str(path)), suites.load(f"{path}/yours")
+    assert (part.name, part.source) == ("mine-yours", "mine.yaml/yours")
+    assert [spec.env.name for spec in whole.specs] == ["ground", "ice"]
+    assert [spec.env.name for spec in part.specs] == ["ice"]
+    with pytest.raises(UnknownNameError, match="Did you mean 'yours'"):
+        suites.load(f"{path}/your")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("grids:", "parts: {mine: one}\ngrids:", "grid 1, part: None, expected one that `parts` explains: mine"),
+        ("    seeds", "    part: mine\n    seeds", "grid 1, part: 'mine', expected .*: no part at all"),
+        ("grids:", "parts: [mine]\ngrids:", "parts: .*expected the purpose of each part"),
+        ("grids:\n  - envs", "parts: {a: x, b: y}\ngrids:\n  - part: a\n    envs", "no grid belongs to 'b'"),
+    ],
+)
+def test_parts_and_grids_must_agree(old: str, new: str, message: str) -> None:
+    """File, grid and what was expected are named."""
+    with pytest.raises(UsageError, match=message):
+        suite_of(COMPLETE.replace(old, new))
 
 
 def _paper() -> tuple[RunSpec, ...]:

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from zoobench.cell.episode import Evaluation
-from zoobench.methods.base import Incumbent, pack, unpack
+from zoobench.methods.base import Incumbent, is_milestone, pack, unpack
 
 
 def _evaluation(score: float) -> Evaluation:
@@ -53,3 +53,9 @@ def test_a_score_that_is_no_number_never_wins(score: float) -> None:
     incumbent.offer(np.array([2.0]), _evaluation(0.5))
     incumbent.offer(np.array([3.0]), _evaluation(score))
     assert incumbent.solution().params == [2.0]
+
+
+def test_few_iterations_are_milestones_however_many_there_are() -> None:
+    """1, 2, 4, 8: eighteen in a hundred thousand."""
+    assert [step for step in range(20) if is_milestone(step)] == [1, 2, 4, 8, 16]
+    assert sum(map(is_milestone, range(200_000))) == 18

@@ -135,11 +135,15 @@ class Context:
         self.curve: list[tuple[int, dict[str, float]]] = []
         self.seconds: list[float] = []  # apart, since they are all of a curve that two runs do not share
         self.fractions: list[float] = []
+        self.milestones: list[tuple[int, float, Array]] = []
 
     def report(self, step: int, **metrics: float) -> None:
         if "seconds" in metrics:
             self.seconds.append(metrics.pop("seconds"))
         self.curve.append((step, metrics))
+
+    def milestone(self, step: int, score: float, params: Array) -> None:
+        self.milestones.append((step, score, params.copy()))
 
     def checkpoint(self, data: bytes) -> None:
         self.stored = data

@@ -1,14 +1,29 @@
 """Estimates of how long runs take."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 
 from tests.report.content import make_spec
 from zoobench.db.rows import FinalRow, RunRow, RunState
-from zoobench.report.estimate import estimate_seconds, total_seconds
+from zoobench.report.estimate import Basis, Estimator, basis_text, total_seconds
 from zoobench.report.run_results import RunResult
 from zoobench.spec import RunSpec
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A simulated second takes 1000 substeps and 2 s, with its gradient 8 s."""
+
+    substeps: float | None = 1000.0
+    seconds: float | None = 2.0
+    gradient_seconds: float | None = 8.0
+
+
+def seconds_of(spec: RunSpec, known: list[RunResult]) -> float | None:
+    """The estimate from finished runs alone."""
+    found = Estimator(known)(spec)
+    return found and found.seconds
 
 
 def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> RunResult:
@@ -29,36 +44,36 @@ def test_runs_of_the_same_cell_come_first() -> None:
     """The median time of the other seeds, whatever the kind of budget."""
     spec = make_spec(budget="5 iterations")
     others = [past(make_spec(budget="5 iterations", seed=seed), 10.0 * seed) for seed in (1, 2, 9)]
-    assert estimate_seconds(spec, others) == 20.0
+    assert seconds_of(spec, others) == 20.0
 
 
 def test_a_budget_in_substeps_goes_by_the_pace_of_the_same_place() -> None:
     """2000 substeps at 10 ms each, as the same method took them with another budget; other methods do not count."""
     known = [past(make_spec(budget="500 substeps"), 10.0), past(make_spec(method="random-v1"), 1.0)]
-    assert estimate_seconds(make_spec(budget="2000 substeps"), known) == pytest.approx(20.0)
+    assert seconds_of(make_spec(budget="2000 substeps"), known) == pytest.approx(20.0)
 
 
 def test_another_method_is_better_than_nothing() -> None:
     """Without a run of the same method the others give the pace."""
-    assert estimate_seconds(make_spec(), [past(make_spec(method="random-v1"), 3.0)]) == pytest.approx(3.0)
+    assert seconds_of(make_spec(), [past(make_spec(method="random-v1"), 3.0)]) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("other", [{"env": "ice-v1"}, {"fidelity": "paper-v1"}, {"design": "fish-v1"}])
 def test_another_place_tells_nothing(other: dict[str, str]) -> None:
     """The pace depends on environment, design and fidelity."""
-    assert estimate_seconds(make_spec(), [past(make_spec(**other), 3.0)]) is None
+    assert seconds_of(make_spec(), [past(make_spec(**other), 3.0)]) is None
 
 
 def test_failed_runs_are_no_measure() -> None:
     """A run that broke off early would make everything look fast."""
     done = past(make_spec(seed=1), 3.0)
     failed = replace(done, run=replace(done.run, state=RunState.FAILED))
-    assert estimate_seconds(make_spec(), [failed]) is None
+    assert seconds_of(make_spec(), [failed]) is None
 
 
 def test_a_budget_in_seconds_is_its_own_estimate() -> None:
     """Nothing needs to be known."""
-    assert estimate_seconds(make_spec(budget="60 seconds"), []) == 60.0
+    assert seconds_of(make_spec(budget="60 seconds"), []) == 60.0
 
 
 def test_the_total_shares_the_runs_among_the_workers() -> None:
@@ -66,3 +81,47 @@ def test_the_total_shares_the_runs_among_the_workers() -> None:
     assert total_seconds([4.0, 3.0, 2.0], 2) == 5.0
     assert total_seconds([4.0, None], 2) is None
     assert total_seconds([], 2) == 0.0
+
+
+# An episode of 10 frames is 0.08 s, of which each costs 0.16 s, and 0.64 s with its gradient.
+@pytest.mark.parametrize(
+    ("method", "budget", "seconds"),
+    [
+        ("diffphysics-v1[restarts=8]", "5 iterations", 5 * 8 * 0.64),
+        ("diffphysics-v1[restarts=8,iterations=3]", "5 iterations", 3 * 8 * 0.64),
+        ("diffphysics-v1[restarts=8]", "2400 substeps", 10 * 0.64),
+        ("random-v1[batch=4]", "5 iterations", 20 * 0.16),
+        ("random-v1[batch=4]", "800 substeps", 10 * 0.16),
+        ("cmaes-v1[population=10]", "2 iterations", 20 * 0.16),
+        ("neat-v1[generations=2,population=10]", "3 iterations", 20 * 0.16),
+        ("evolution-v1[generations=2,population=10]", "100000 substeps", 20 * 0.16),
+        ("quality-diversity-v1[population=10]", "2 iterations", 20 * 0.16),
+        ("ppo-v1[timesteps=100,buffer=64,batch=32]", "9 iterations", 2 * 0.016 * (64 + 10)),
+        ("random-v1[batch=4]", "7 episodes", None),
+        ("probe-v1", "2 iterations", None),
+    ],
+)
+def test_a_first_run_is_estimated_from_the_work_of_its_method(method: str, budget: str, seconds: float | None) -> None:
+    """By its settings or its budget, whichever ends it; without finished runs the measured rate is all there is."""
+    found = Estimator([], lambda _env, _fidelity: Measured())(make_spec(method=method, budget=budget))
+    assert found is None if seconds is None else found is not None and found.basis is Basis.RATE
+    assert (found and found.seconds) == (seconds and pytest.approx(seconds))
+
+
+def test_finished_runs_elsewhere_correct_the_measured_rate() -> None:
+    """A run of 1000 forward substeps is expected to take 2 s; it took 6, so that others take three times as long."""
+    estimator = Estimator([past(make_spec(env="ice-v1"), 6.0)], lambda _env, _fidelity: Measured())
+    assert estimator.pace == pytest.approx(3.0)
+    found = estimator(make_spec(method="random-v1[batch=4]", budget="5 iterations"))
+    assert found is not None
+    assert found.seconds == pytest.approx(3 * 20 * 0.16)
+    assert basis_text([found, None], estimator.pace, "an Example 9000") == (
+        "1 by measured rates (an Example 9000; times 3, as finished runs took here), 1 unknown"
+    )
+
+
+def test_what_was_not_measured_is_not_made_up() -> None:
+    """No rate of the place, or none with a gradient."""
+    spec = make_spec(method="diffphysics-v1", budget="5 iterations")
+    assert Estimator([])(spec) is None
+    assert Estimator([], lambda _env, _fidelity: Measured(gradient_seconds=None))(spec) is None

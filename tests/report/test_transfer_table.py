@@ -20,9 +20,9 @@ def test_runs_of_one_home_are_averaged_in_every_place() -> None:
     """Mean, half of the Student-t interval of two (12.7 s / sqrt 2), and how many; home is stressed."""
     rows = [row(1, "ocean-v4", 1.0), row(2, "ocean-v4", 3.0), row(1, "ice-v1", 0.5), row(2, "ice-v1", None)]
     found = transfer_matrix(rows)
-    assert found.columns[-2:] == ("ice", "ocean")
+    assert found.columns[-2:] == ("ice", "ocean †")
     (line,) = found.rows
-    assert line[:6] == ("turning", "draft", "fish", "cmaes", "ocean", 100)
+    assert line[:6] == ("turning", "draft", "fish", "cmaes", "ocean †", 100)
     assert line[6:] == ("0.5 m/s (n=1, 1 diverged)", "2 ± 13 m/s (n=2)")
     assert found.bold == {(0, 7)}
 
@@ -33,8 +33,8 @@ def test_homes_and_fidelities_have_rows_of_their_own() -> None:
     found = transfer_matrix(rows)
     assert sorted((line[1], line[4], *line[6:]) for line in found.rows) == [
         ("draft", "ice", "2 m/s (n=1)", None),
-        ("draft", "ocean", "1 m/s (n=1)", None),
-        ("paper", "ocean", None, "1 diverged"),
+        ("draft", "ocean †", "1 m/s (n=1)", None),
+        ("paper", "ocean †", None, "1 diverged"),
     ]
 
 

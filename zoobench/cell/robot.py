@@ -182,8 +182,7 @@ class Robot:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
             SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
-        whole = registry.resolve(Kind.DESIGN, design)
-        made, body = _sampled(registry.get(Kind.DESIGN, whole.name, whole.version).factory, whole, fidelity)
+        made, body = sampled(design, fidelity)
         moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
         layout: Layout = ()
         if not isinstance(moved_by, OpenLoop):
@@ -269,6 +268,12 @@ class Robot:
 
         with torch.no_grad():
             return self.draft(torch.as_tensor(parameters[None]), torch.zeros(0, dtype=torch.float64))
+
+
+def sampled(design: Ref, fidelity: Fidelity) -> tuple[Design, Body]:
+    """A design and its body at this fidelity; errors as of `Robot.of`."""
+    whole = registry.resolve(Kind.DESIGN, design)
+    return _sampled(registry.get(Kind.DESIGN, whole.name, whole.version).factory, whole, fidelity)
 
 
 @lru_cache(maxsize=16)

@@ -52,7 +52,8 @@ def list_components(
             found = (registry.get(each, name) for name in registry.names(each))
             rows += [(str(item.kind), item.name, item.version, item.summary) for item in found]
     if kind in (None, KindName.SUITES):
-        rows += [(str(KindName.SUITES), name, None, suites.summary(name)) for name in suites.names()]
+        found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
+        rows += [(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
     emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
 
 
@@ -169,6 +170,7 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
         "summary": component.summary,
         "description": getdoc(component.factory) or "",
         "tags": sorted(component.tags),
+        "provisional": component.provisional or None,
         "parameters": [
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
             for name, expected in component.parameters.items()
@@ -193,6 +195,8 @@ def _print_components(cards: list[dict[str, Any]]) -> None:
         ]
         emit_facts([("name", f"{card['name']} ({card['kind']}, version {card['version']})")])
         print(f"\n{card['description']}\n")
+        if card["provisional"]:
+            emit_facts([("provisional", card["provisional"])])
         if card["tags"]:
             emit_facts([("tags", ", ".join(card["tags"]))])
         print("parameters" if parameters else "no parameters")
@@ -241,6 +245,7 @@ def _print_run(card: dict[str, Any]) -> None:
             ("budget", str(spec.budget)),
             ("state", card["state"] + (f": {card['reason']}" if card["reason"] else "")),
             ("time", duration(card["seconds"])),
+            *([("note", card["provisional"])] if card["provisional"] else []),
         ]
     )
     finals = [

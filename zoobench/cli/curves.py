@@ -36,6 +36,7 @@ def curves(
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import draw
+    from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
 
     with Store(db, create=False) as store:
@@ -49,5 +50,7 @@ def curves(
         else:
             listing = report.curves_overview(results, report.curves(store, results, by.value), by.value)
     emit(listing, form)
+    for note in footnotes(result.spec.env for result in results):
+        say(note)
     if not listing.rows:
         say("No finished run has a curve yet. `zoobench run --env desert --task turning` makes some.")

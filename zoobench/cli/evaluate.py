@@ -76,7 +76,9 @@ def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
 def _show(db: str, form: Format, others: list[str]) -> None:
     """Print the transfer matrix of all that was evaluated."""
     from zoobench.db.store import Store
+    from zoobench.report.provisional import footnotes
     from zoobench.report.transfer_table import transfer_matrix
+    from zoobench.spec import Ref
     from zoobench.verify.transfer_study import STUDY
 
     if others:
@@ -90,6 +92,8 @@ def _show(db: str, form: Format, others: list[str]) -> None:
         for spec in [specs[document["run"]]]
     )
     emit(found, form)
+    for note in footnotes(Ref.parse(env) for document in documents for env in (document["env"], document["home"][0])):
+        say(note)
     if not found.rows:
         say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
     elif form in (Format.TABLE, Format.MD):

@@ -72,6 +72,21 @@ def check(folder: Annotated[Path, Argument(help="The folder of the leaderboards.
     say(f"Every page is what its export makes of it: {', '.join(path.stem for path in exports_of(folder))}")
 
 
+@leaderboard.command("rebuild")
+def rebuild(folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER) -> None:
+    """Write pages anew from their exports.
+
+    For pages of an earlier zoobench, which wrote them in another form; no result changes.
+    """
+    from zoobench.report import leaderboard_files
+
+    written = leaderboard_files.rebuild(folder)
+    for path in written:
+        say(f"Written: {path}")
+    if not written:
+        say("Every page is what its export makes of it; nothing was written.")
+
+
 def _board_of(suite: str, db: str) -> "Leaderboard":
     """The results that a database has of a suite.
 

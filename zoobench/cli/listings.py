@@ -30,6 +30,7 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
+    from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
     from zoobench.report.views import results_listing, results_overview, results_records
 
@@ -37,6 +38,8 @@ def results(
         found = choose_results(store, chosen)
     listing = results_overview(found) if form is Format.TABLE else results_listing(found)
     emit(listing, form, records=results_records(found))
+    for note in footnotes(result.spec.env for result in found):
+        say(note)
     if any(result.is_smoke for result in found):
         say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
 

@@ -1,14 +1,16 @@
 """`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
 
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption, request, takes
 from zoobench.cli.output import Format, emit, say
-from zoobench.spec import RunSelection
+from zoobench.spec import RunSelection, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.harness.request import RunRequest
+    from zoobench.report.estimate import Estimate
     from zoobench.report.run_results import RunResult
 
 
@@ -21,11 +23,16 @@ def plan(
 ) -> None:
     """Show the runs that `run` would do, and their time.
 
-    Takes the options of `run`. The time is estimated from finished runs in the database. Nothing runs or is written.
+    Takes the options of `run`. The time is estimated from finished runs in the database, else from measured rates of
+    the simulator; the last lines say which, and of a suite with parts what each part costs. Nothing runs or is
+    written.
     """
+    from zoobench.harness import suites
     from zoobench.harness.grid import Skip
-    from zoobench.report.estimate import estimate_seconds, total_seconds
+    from zoobench.report.estimate import Estimator, basis_text, total_seconds
+    from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing
+    from zoobench.verify.accuracy.rates import origin, rate
     from zoobench.verify.accuracy.tolerance import choose
 
     cells = asked.cells(db, choose, say)
@@ -33,20 +40,38 @@ def plan(
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
     known = [states.get(spec.key(), "new") for spec in specs]
-    estimates = [estimate_seconds(spec, past) for spec in specs]
-    emit(plan_listing(specs, known, estimates), form)
+    estimator = Estimator(past, rate)
+    estimates = [estimator(spec) for spec in specs]
+    emit(plan_listing(specs, known, [each and each.seconds for each in estimates]), form)
 
-    open_estimates = [seconds for seconds, state in zip(estimates, known, strict=True) if state in _TO_DO]
+    to_do = [(spec, each) for spec, each, state in zip(specs, estimates, known, strict=True) if state in _TO_DO]
     skips = [cell for cell in cells if isinstance(cell, Skip)]
-    say(
-        f"{len(open_estimates)} runs to do of {len(specs)}, {len(skips)} skipped; "
-        f"estimated time with {jobs} at once: {duration(total_seconds(open_estimates, jobs))}"
-    )
+    total = duration(total_seconds([each and each.seconds for _, each in to_do], jobs))
+    say(f"{len(to_do)} runs to do of {len(specs)}, {len(skips)} skipped; estimated time with {jobs} at once: {total}")
+    for line in _part_lines(suites.load(asked.suite).parts if asked.suite else {}, to_do):
+        say(line)
+    if to_do:
+        say(f"Estimated: {basis_text([each for _, each in to_do], estimator.pace, origin())}")
+    for note in footnotes(spec.env for spec in specs):
+        say(note)
     for skip in skips:
         say(f"  skipped {skip.spec}: {skip.reason}")
 
 
 _TO_DO = ("new", "queued", "running", "skipped")
+
+
+def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[RunSpec, Estimate | None]]") -> list[str]:
+    """The runs and the computing of each part of a suite that still has something to do, as lines of text."""
+    from zoobench.report.views import duration
+
+    lines = []
+    for name, keys in parts.items():
+        own = [each for spec, each in to_do if spec.key() in keys]
+        seconds = sum(each.seconds for each in own if each is not None)
+        more = f" and {own.count(None):,} of unknown time" if None in own else ""
+        lines += [f"  part {name}: {len(own):,} runs, {duration(seconds)} of one core{more}"] if own else []
+    return lines
 
 
 def _past_results(db: str) -> "list[RunResult]":

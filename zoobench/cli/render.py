@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -9,10 +10,19 @@ from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import console, say
-from zoobench.render.formats import FilmFormat
+from zoobench.db.rows import MilestoneRow
+from zoobench.errors import UsageError
+from zoobench.render.formats import Destination, FilmFormat
 
 ShowProgress = Callable[[str, int, int], None]
 """Shows progress: the name of the work, the steps that are done, and all steps."""
+
+
+class Strip(StrEnum):
+    """Pictures of several bodies side by side."""
+
+    ITERATIONS = "iterations"
+    GAIT = "gait"
 
 
 def render(
@@ -27,6 +37,10 @@ def render(
         int | None,
         Option("--width", min=320, max=7680, help="Width of the picture in pixels.", show_default="by format"),
     ] = None,
+    strip: Annotated[
+        Strip | None,
+        Option("--strip", help="Instead of a film, draw (.png) the body over the iterations, or the gait in a period."),
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Film the best episode of a run, simulated again.
@@ -34,6 +48,9 @@ def render(
     Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and the path of the
     target. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk)
     is an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
+
+    A strip (--strip, .png) shows the best bodies after 1, 2, 4 and so on iterations, which the database keeps, by
+    muscles and by stiffness; or the body within the last period of its muscles' activity, and that activity.
     """
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
@@ -42,6 +59,10 @@ def render(
     from zoobench.render.formats import destination
 
     target = destination(out, form)
+    if strip is not None:
+        _draw_strip(run, strip, target, db)
+        print(target.path)
+        return
     check_tools(target.form)
     with Store(db, create=False) as store:
         found = store.run(run)
@@ -67,6 +88,43 @@ def render(
             progress=lambda done: step("writing", done, len(moments)),
         )
     print(target.path)
+
+
+def _draw_strip(text: str, strip: Strip, target: Destination, db: str) -> None:
+    """Draw a run's bodies over its iterations, or its gait.
+
+    Raises:
+        UsageError: the file is no .png, or the run has no solution, or what is asked for was not kept.
+    """
+    from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
+    from zoobench.render.canvas import check_drawing
+
+    if target.form is not FilmFormat.PNG:
+        raise UsageError(f"A strip is a picture, and {target.path.name} is none. Let it end in .png.")
+    check_drawing()
+    with Store(db, create=False) as store:
+        run = store.run(text)
+        params = solution_of(store, run)
+        finals = {final.name: final for final in store.finals(run.id)}
+        milestones = store.milestones(run.id)
+    score = finals["score"]
+    title = f"run {run.id}: {run.spec}"
+    if strip is Strip.GAIT:
+        from zoobench.render.film import film
+        from zoobench.render.gait import draw_gait
+
+        with _progress() as step:
+            frames = run.spec.frames
+            episode = film(run.spec, params, progress=lambda done: step("simulating", done, frames))
+        draw_gait(episode, target.path, title=f"{title}, score {score.value:.4g} {score.unit}")
+        return
+    from zoobench.render.canvas import save
+    from zoobench.render.stages import stages_image, stages_of
+
+    short = f"run {run.id}: {run.spec.env.name} x {run.spec.task.name}"  # there is little room
+    last = MilestoneRow(int(finals["iterations"].value), score.value, params)
+    save(stages_image(stages_of(run.spec, [*milestones, last], score.unit), short), target.path, colours=256)
 
 
 @contextmanager

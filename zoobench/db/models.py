@@ -130,6 +130,21 @@ class ArchiveRecord(Base):
     data: Mapped[bytes] = mapped_column(LargeBinary)
 
 
+class MilestoneRecord(Base):
+    """The best parameters after some iterations of a run, and their score; `params` as `rows.encode_params` gives it.
+
+    An iteration without a row, between two that have one, found nothing better than the one before.
+    """
+
+    __tablename__ = "milestones"
+
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    step: Mapped[int] = mapped_column(primary_key=True)
+    attempt: Mapped[int]
+    score: Mapped[float]
+    params: Mapped[bytes] = mapped_column(LargeBinary)
+
+
 class CheckpointRecord(Base):
     """The newest state from which a run can go on; removed when the run is done."""
 

@@ -18,6 +18,7 @@ from zoobench.db.models import (
     FinalRecord,
     LogRecord,
     MetricRecord,
+    MilestoneRecord,
     ProvenanceRecord,
     RunRecord,
     SolutionRecord,
@@ -28,6 +29,7 @@ from zoobench.db.rows import (
     FinalRow,
     LogRow,
     MetricRow,
+    MilestoneRow,
     RunRow,
     RunState,
     StudyRun,
@@ -185,6 +187,18 @@ class Reader:
             for run_id, name, step, value, kind, attempt in session.execute(statement):
                 found.setdefault(run_id, []).append(MetricRow(name, step, decode_value(value, kind), attempt))
         return found
+
+    def milestones(self, run_id: int) -> list[MilestoneRow]:
+        """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
+        statement = (
+            select(MilestoneRecord)
+            .join(RunRecord, RunRecord.id == MilestoneRecord.run_id)
+            .where(MilestoneRecord.run_id == run_id, MilestoneRecord.attempt > _last_former_attempt())
+            .order_by(MilestoneRecord.step)
+        )
+        with self._database.read() as session:
+            found = session.scalars(statement)
+            return [MilestoneRow(record.step, record.score, decode_params(record.params)) for record in found]
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""

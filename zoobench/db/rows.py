@@ -88,6 +88,15 @@ class MetricRow:
 
 
 @dataclass(frozen=True)
+class MilestoneRow:
+    """The best parameters of a run after `step` iterations, and their score."""
+
+    step: int
+    score: float
+    params: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class LogRow:
     """One line that a run's child process printed; `at` in seconds since the epoch."""
 
@@ -240,6 +249,7 @@ class Batch:
     """The messages of a child since the last commit; written in one transaction, in any order."""
 
     metrics: dict[tuple[str, int], float] = field(default_factory=dict)
+    milestones: dict[int, MilestoneRow] = field(default_factory=dict)
     logs: list[tuple[float, str]] = field(default_factory=list)
     checkpoint: bytes | None = None
     fraction: float | None = None
@@ -248,7 +258,8 @@ class Batch:
     @property
     def is_empty(self) -> bool:
         """Whether there is nothing to write but the lease."""
-        return not self.metrics and not self.logs and self.checkpoint is None and self.fraction is None
+        contents = (self.metrics, self.milestones, self.logs)
+        return not any(contents) and self.checkpoint is None and self.fraction is None
 
     def log(self, text: str) -> None:
         """Add one line with the present time."""

@@ -21,6 +21,7 @@ from zoobench.db.models import (
     FinalRecord,
     LogRecord,
     MetricRecord,
+    MilestoneRecord,
     RunRecord,
     SolutionRecord,
     SpecRecord,
@@ -246,6 +247,9 @@ class Store(Reader):
                 {"run_id": claim.run_id, "name": name, "step": step},
                 {"attempt": claim.attempt, "value": value, "kind": kind},
             )
+        for row in batch.milestones.values():
+            contents = {"attempt": claim.attempt, "score": row.score, "params": encode_params(row.params)}
+            self._upsert(session, MilestoneRecord, {"run_id": claim.run_id, "step": row.step}, contents)
         for at, text in batch.logs:
             session.add(LogRecord(run_id=claim.run_id, attempt=claim.attempt, at=at, text=storable(text)))
         if batch.checkpoint is not None:

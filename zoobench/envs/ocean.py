@@ -5,8 +5,13 @@ from zoobench.envs.bed import Bed
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import WaterMaterial
 
+_PROVISIONAL = (
+    "held against drag, added mass and coasting its water is far too thick (a fish that coasts keeps 5 % of its speed "
+    "after 10 ms, and 80 to 90 % in real water), so that moving in it is not swimming"
+)
 
-@register(Kind.ENV, "ocean", version=5, tags=("water", "fluid"))
+
+@register(Kind.ENV, "ocean", version=5, tags=("water", "fluid"), provisional=_PROVISIONAL)
 def ocean(
     *,
     depth: float = 0.15625,

@@ -4,8 +4,13 @@ from zoobench.envs.base import Environment, Stance, bed_environment
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import WaterMaterial
 
+_PROVISIONAL = (
+    "its water is a layer of one to three cells in which no wave is resolved, and as thick as the ocean's (nothing is "
+    "left of a current of 20 mm/s after 0.2 s), so that moving in it is not wading"
+)
 
-@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"))
+
+@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"), provisional=_PROVISIONAL)
 def shallow_water(
     *,
     friction: float = 0.5,

@@ -5,6 +5,7 @@ The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base
 method to return. Its messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
+* `milestone`: `step`, `score`, `params` (base64)
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
 * one of `done` (`finals`, `params`, `archive` in base64 or null), `diverged` (`reason`), `failed` (`reason`,
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from zoobench import registry
 from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
+from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
 from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with
@@ -32,6 +34,9 @@ from zoobench.registry import Kind
 from zoobench.spec import RunSpec
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from zoobench.cell.problem import Problem
     from zoobench.methods.base import Method, Solution
     from zoobench.tasks.base import Metric
@@ -78,10 +83,18 @@ class ChildContext:
         self._wire = wire
         self._checkpoint = checkpoint
         self._stop = stop
+        self._kept = b""
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve."""
         self._wire.send("metric", step=step, values={name: float(value) for name, value in metrics.items()})
+
+    def milestone(self, step: int, score: float, params: "NDArray[np.float64]") -> None:
+        """Keep the best parameters after so many iterations, unless they are those that were kept last."""
+        data = encode_params(params.tolist())
+        if data != self._kept:
+            self._wire.send("milestone", step=step, score=score, params=base64.b64encode(data).decode())
+        self._kept = data
 
     def checkpoint(self, data: bytes) -> None:
         """Replace the stored state; everything reported before becomes durable with it."""

@@ -17,6 +17,8 @@ SHARED = (
     ("sites", Kind.DESIGN, "needs a design space with a row of parameters for every site"),
 )
 """Tags of a method that the component of this kind must have too, and the reason in words."""
+CLASHING = (("given-body", Kind.DESIGN, "space", "needs a body that is given", "is a design space"),)
+"""Tags of a method, and those that the component of this kind must not have then, with the reason in words."""
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
 MOST_SEEDS = 10_000
 FOR_STUDIES = "study"  # tag of a component that a study uses: globs leave it out
@@ -136,6 +138,15 @@ def _why_impossible(spec: RunSpec) -> str | None:
             )
     if fault := target_fault(spec):
         return fault
+    for tag, kind, unfit, wish, fact in CLASHING:
+        other = registry.get(kind, refs[kind].name, refs[kind].version)
+        if tag in method.tags and unfit in other.tags:
+            all_of_kind = (registry.get(kind, name) for name in registry.names(kind))
+            known = (each.name for each in all_of_kind if unfit not in each.tags and not each.required)
+            return (
+                f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} {fact}. "
+                f"Choose one that is none: --{kind.noun} {','.join(known)}."
+            )
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

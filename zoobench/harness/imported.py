@@ -13,9 +13,9 @@ def body_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
     Raises:
         UsageError, SceneError: one cannot be made.
     """
-    from zoobench.cell.robot import Robot
+    from zoobench.cell.robot import sampled
 
-    for (design, fidelity), controller in {(spec.design, spec.fidelity): spec.controller for spec in specs}.items():
+    for design, fidelity in dict.fromkeys((spec.design, spec.fidelity) for spec in specs):
         if "file" in registry.get(Kind.DESIGN, design.name, design.version).tags:
-            body = Robot.of(design, controller, registry.create(Kind.FIDELITY, fidelity)).body
+            _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
             yield from (f"{design.name}: {note}" for note in body.notes)

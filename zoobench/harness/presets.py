@@ -1,4 +1,4 @@
-"""Presets: settings that go together, from a smoke test to those of the published benchmark."""
+"""Presets: settings that go together, from a smoke test to the published benchmark's methods on its grid."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -65,7 +65,7 @@ class Preset:
 
 
 def _published(name: str, summary: str, iterations: int, *methods: str, **axes: tuple[Ref, ...]) -> Preset:
-    """A preset with the fidelity, episode length and seeds of the published benchmark."""
+    """A preset with the grid and episode length of the published benchmark, and with three seeds."""
     refs = tuple(map(Ref.parse, methods))
     return Preset(name, summary, Ref("paper"), 200, Budget("iterations", iterations), (0, 1, 2), refs, **axes)
 
@@ -92,33 +92,33 @@ _PRESETS = (
         methods=(Ref.parse("diffphysics[restarts=1]"), Ref("random")),
     ),
     _published(
-        "paper", "hours: the settings of the published benchmark",
+        "paper", "hours on firm ground, days on a bed, weeks in the ocean: the published methods on the published grid",
         30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
     ),
     _published(
-        "animals", "hours for each animal: as paper, for all four (specification F.1, table 1)",
+        "animals", "as paper, for each of the four animals (specification F.1, table 1)",
         30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
         designs=(Ref("caterpillar"), Ref("baby-seal"), Ref("fish"), Ref("panda")),
     ),
     _published(
-        "control", "many hours: the controller of a given body alone (specification F.1)",
+        "control", "as paper, three times as long: the controller of a given body alone (specification F.1)",
         100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
     ),
     _published(
-        "design", "many hours: a body for a given gait alone (specification F.1)",
+        "design", "as paper, three times as long: a body for a given gait alone (specification F.1)",
         100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
         designs=(Ref("voxel"),), controllers=(Ref("fixed-sine"),),
     ),
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
     _published(
-        "codesign", "days: body and controller together, by gradients and by evolution (specification F.1, F.3)",
+        "codesign", "as paper, eight times as long: body and controller together, also evolved (specification F.3)",
         250, "diffphysics[lr=0.01,iterations=250,restarts=8]", "evolution[sigma=0.1,population=10,generations=100]",
         "random[batch=24]", designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
     _published(
-        "ppo", "hours: reinforcement learning over 100 000 frames (specification F.2)",
+        "ppo", "two hours on firm ground, ten days in the ocean: learning from 100 000 frames (specification F.2)",
         49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
 )  # fmt: skip

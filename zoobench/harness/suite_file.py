@@ -14,6 +14,7 @@ Names = str | Annotated[list[str], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
 Amount = str | int | float
+Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 _FORM = ConfigDict(extra="forbid", strict=True)
 _MAPPING = "keys with values"
 
@@ -39,15 +40,15 @@ class GridSettings(BaseModel):
     )
     fidelity: str | None = Field(default=None, description="text: the name of a fidelity")
     frames: Count | None = Field(default=None, description="a whole number from 1 upwards")
+    part: str | None = Field(default=None, description="text: a name that `parts` explains")
 
 
 class SuiteFile(BaseModel):
     """The content of a suite file."""
 
     model_config = _FORM
-    summary: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)] = Field(
-        description="a line of text"
-    )
+    summary: Line = Field(description="a line of text")
+    parts: dict[str, Line] = Field(default_factory=dict, description="the purpose of each part, a line of text")
     common: GridSettings = Field(default_factory=lambda: GridSettings(), description=_MAPPING)
     grids: Annotated[list[GridSettings], Field(min_length=1)] = Field(description="a list of at least one grid")
 
@@ -69,9 +70,22 @@ def parse(content: str, file: str) -> SuiteFile:
     except yaml.YAMLError as error:
         raise UsageError(f"Cannot read {file} as YAML: {' '.join(str(error).split())}.") from None
     try:
-        return SuiteFile.model_validate(document)
+        found = SuiteFile.model_validate(document)
     except ValidationError as error:
         raise _refusal(error.errors()[0], document, file) from None
+    _check_parts(found, file)
+    return found
+
+
+def _check_parts(found: SuiteFile, file: str) -> None:
+    """Every grid of a suite with parts belongs to one, and every part has a grid."""
+    named = [grid["part"] for grid in found.merged()]
+    for number, name in enumerate(named, start=1):
+        if name not in (found.parts or [None]):
+            known = ", ".join(found.parts) or "no part at all"
+            raise UsageError(f"{file}, grid {number}, part: {name!r}, expected one that `parts` explains: {known}.")
+    if empty := [name for name in found.parts if name not in named]:
+        raise UsageError(f"{file}, parts: no grid belongs to {empty[0]!r}. Give one `part: {empty[0]}`.")
 
 
 def _refusal(error: ErrorDetails, document: Any, file: str) -> UsageError:

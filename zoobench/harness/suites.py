@@ -12,10 +12,13 @@ common:                      # settings of every grid that does not state its ow
 grids:
   - {envs: [ground, ice], tasks: turning, designs: caterpillar}
 ```
+
+A suite may have parts, each with its purpose, which can be run alone, as `--suite paper/design`: `parts: {design: ...}`
+beside the summary, and `part: design` in every grid.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -43,12 +46,14 @@ class Suite:
         name: of the file, without its ending.
         source: what `--suite` takes; of a file that is not the package's, the file's name without its folder.
         cells: every run once, the most valuable first.
+        parts: the keys of the runs of each part, by name; empty if there are no parts.
     """
 
     name: str
     source: str
     summary: str
     cells: tuple[RunSpec | Skip, ...]
+    parts: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     @property
     def specs(self) -> tuple[RunSpec, ...]:
@@ -66,21 +71,24 @@ def names() -> list[str]:
     return sorted(path.name.rpartition(".")[0] for path in _shipped().iterdir() if path.name.endswith(ENDINGS))
 
 
-def summary(name: str) -> str:
-    """The purpose of a suite of the package; its references are not read."""
+def summaries(name: str) -> dict[str, str]:
+    """The purpose of a suite of the package and of its parts, as `--suite` takes them; no reference is read."""
     from zoobench.harness import suite_file
 
-    content = (_shipped() / f"{name}.yaml").read_text(encoding="utf-8")
-    return _line(suite_file.parse(content, f"{name}.yaml").summary)
+    found = suite_file.parse((_shipped() / f"{name}.yaml").read_text(encoding="utf-8"), f"{name}.yaml")
+    return {name: _line(found.summary), **{f"{name}/{part}": _line(text) for part, text in found.parts.items()}}
 
 
 def load(text: str) -> Suite:
-    """The suite of that name, or in the file of that path if it ends in `.yaml`.
+    """The suite of that name, or in the file of that path if it ends in `.yaml`; of `suite/part` that part.
 
     Raises:
-        UnknownNameError: no suite has this name; suggests the nearest.
+        UnknownNameError: no suite, or no part of it, has this name; suggests the nearest.
         UsageError: the file cannot be read or is no suite: names file, grid, key, and what was expected.
     """
+    whole, slash, part = text.rpartition("/")
+    if slash and (whole in names() or whole.endswith(ENDINGS)):
+        return _part(load(whole), part)
     if not text.endswith(ENDINGS):
         if text not in names():
             raise UnknownNameError("suite", text, names())
@@ -99,10 +107,28 @@ def read(content: str, file: str, *, source: str) -> Suite:
 
     document = suite_file.parse(content, file)
     cells: dict[str, RunSpec | Skip] = {}
+    parts: dict[str, set[str]] = {name: set() for name in document.parts}
     for number, settings in enumerate(document.merged(), start=1):
+        part = settings.pop("part")
         for cell in _cells(settings, f"{file}, grid {number}"):
-            cells.setdefault(spec_of(cell).key(), cell)
-    return Suite(file.rpartition(".")[0], source, _line(document.summary), tuple(cells.values()))
+            key = spec_of(cell).key()
+            cells.setdefault(key, cell)
+            if part is not None:
+                parts[part].add(key)
+    keys = {name: frozenset(found) for name, found in parts.items()}
+    return Suite(file.rpartition(".")[0], source, _line(document.summary), tuple(cells.values()), keys)
+
+
+def _part(suite: Suite, name: str) -> Suite:
+    """A part of a suite as a suite of its own, without parts.
+
+    Raises:
+        UnknownNameError: the suite has no such part; suggests the nearest.
+    """
+    if name not in suite.parts:
+        raise UnknownNameError(f"part of the suite {suite.name!r}:", name, suite.parts)
+    cells = tuple(cell for cell in suite.cells if spec_of(cell).key() in suite.parts[name])
+    return Suite(f"{suite.name}-{name}", f"{suite.source}/{name}", f"{suite.summary}; part {name}", cells)
 
 
 def _shipped() -> Any:

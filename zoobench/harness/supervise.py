@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from zoobench.db.rows import Batch, Claim, Ending, FinalRow, RunState
+from zoobench.db.rows import Batch, Claim, Ending, FinalRow, MilestoneRow, RunState, decode_params
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import StorageError
 from zoobench.harness.process import ChildProcess, End, Event, LogLine, Message
@@ -95,6 +95,10 @@ class _Supervisor:
             case Message("metric", contents):
                 for name, value in contents["values"].items():
                     self._batch.metrics[name, contents["step"]] = value
+            case Message("milestone", contents):
+                params = decode_params(base64.b64decode(contents["params"]))
+                row = MilestoneRow(contents["step"], contents["score"], params)
+                self._batch.milestones[row.step] = row
             case Message("checkpoint", contents):
                 self._batch.checkpoint = base64.b64decode(contents["data"])
             case Message("progress", contents):

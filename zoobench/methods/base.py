@@ -4,7 +4,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,10 @@ class RunContext(Protocol):
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve."""
+        ...
+
+    def milestone(self, step: int, score: float, params: Array) -> None:
+        """Keep the best parameters `[parameter_count]` after so many iterations, and their score."""
         ...
 
     def checkpoint(self, data: bytes) -> None:
@@ -58,10 +62,26 @@ class Solution:
     archive: Archive | None = None
 
 
+class Work(NamedTuple):
+    """What an iteration of a method simulates, by its settings alone: for estimates of time.
+
+    Attributes:
+        frames: control frames without a gradient.
+        gradient_frames: control frames with their gradient.
+        iterations: how many the settings ask for; 0 for as many as the budget allows.
+    """
+
+    frames: float = 0.0
+    gradient_frames: float = 0.0
+    iterations: int = 0
+
+
 class Method(Protocol):
     """An optimiser.
 
     One that needs gradients is registered with the tag `gradient`; cells without gradients are skipped with a reason.
+    It may have `work(frames: int) -> Work`, the work of an iteration with episodes of so many control frames; without
+    it `zoobench plan` has nothing to estimate from before the first run is done.
     """
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
@@ -145,7 +165,8 @@ def report(
 
     So that methods can be compared at equal cost, every point of the learning curve holds the best `score` so far, if
     there is one, and its cost: `substeps` and of these the `forward_substeps`, `episodes`, `seconds` of wall time, and
-    the number of `diverged` evaluations. All but the seconds are reproducible.
+    the number of `diverged` evaluations. All but the seconds are reproducible. After some iterations the best
+    parameters are kept.
 
     Args:
         readings: further values of the method.
@@ -160,7 +181,14 @@ def report(
     }
     best = {} if incumbent.score is None else {"score": incumbent.score}
     context.report(meter.iterations, **spent, **best, diverged=float(incumbent.diverged), **readings)
+    if incumbent.params is not None and incumbent.score is not None and is_milestone(meter.iterations):
+        context.milestone(meter.iterations, incumbent.score, incumbent.params)
     context.progress(min(1.0, max(share, meter.fraction(problem.spec.budget))), incumbent.score)
+
+
+def is_milestone(iteration: int) -> bool:
+    """Whether the best parameters are kept after this iteration: 1, 2, 4, 8, so that there are few however many."""
+    return iteration > 0 and iteration & (iteration - 1) == 0
 
 
 def resume(problem: Problem, context: RunContext) -> Incumbent:

@@ -12,7 +12,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
-from zoobench.methods.base import Incumbent, RunContext, Solution, keep, report, resume, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.methods.generations import goes_on
 from zoobench.registry import Kind, register
 
@@ -49,6 +49,10 @@ class DiffPhysics:
                 f"lr={self.lr:g}, clip={self.clip:g}, restarts={self.restarts}, iterations={self.iterations} "
                 "cannot be used. Give a positive lr and clip, at least 1 restart and 0 or more iterations."
             )
+
+    def work(self, frames: int) -> Work:
+        """A gradient of every restart."""
+        return Work(gradient_frames=self.restarts * frames, iterations=self.iterations)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Ascend until the iterations or the budget are spent; the first iteration is always tried."""

@@ -9,7 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.methods.base import RunContext, Solution
+from zoobench.methods.base import RunContext, Solution, Work
 from zoobench.methods.cmaes import Strategies, check_strategy
 from zoobench.methods.generations import Told, evolve
 from zoobench.methods.hyperneat import Bodies, check_generations
@@ -36,6 +36,10 @@ class Evolution:
     def __post_init__(self) -> None:
         check_strategy(self.sigma, self.population)
         check_generations(self.population, self.generations)
+
+    def work(self, frames: int) -> Work:
+        """A generation."""
+        return Work(frames=self.population * frames, iterations=self.generations)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the generations or the budget are spent.

@@ -15,7 +15,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import RunContext, Solution
+from zoobench.methods.base import RunContext, Solution, Work
 from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
@@ -43,6 +43,10 @@ class HyperNeat:
 
     def __post_init__(self) -> None:
         check_generations(self.population, self.generations)
+
+    def work(self, frames: int) -> Work:
+        """A generation."""
+        return Work(frames=self.population * frames, iterations=self.generations)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Evolve until the generations or the budget are spent.

@@ -1,5 +1,6 @@
 """Proximal policy optimisation (specification F.2): reinforcement learning of a policy network."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, new_session
 from zoobench.errors import BudgetExhaustedError, UsageError
-from zoobench.methods.base import Incumbent, RunContext, Solution, keep, report, resume, unpack
+from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.registry import Kind, register
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _POLICY = "policy"
 """Tag of controllers that this method can train, and of methods that need such a controller."""
 
 
-@register(Kind.METHOD, "ppo", version=2, tags=("policy",))
+@register(Kind.METHOD, "ppo", version=2, tags=("policy", "given-body"))
 @dataclass(frozen=True, kw_only=True)
 class Ppo:
     """Proximal policy optimisation (Schulman et al. 2017) of the controller `policy-network`, by stable-baselines3.
@@ -69,6 +70,10 @@ class Ppo:
                 f"A buffer of {self.buffer} frames does not fit {self.worlds} worlds and batches of {self.batch}. "
                 "Give a multiple of the worlds, and a batch of 2 or more up to the buffer."
             )
+
+    def work(self, frames: int) -> Work:
+        """A buffer and the evaluation after it."""
+        return Work(frames=self.buffer + frames, iterations=math.ceil(self.timesteps / self.buffer))
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Train until the budget does not suffice for another buffer and the evaluation after it.

@@ -12,7 +12,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.archive import Archive
-from zoobench.methods.base import RunContext, Solution
+from zoobench.methods.base import RunContext, Solution, Work
 from zoobench.methods.cmaes import SEPARABLE, check_strategy
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
@@ -48,6 +48,10 @@ class QualityDiversity:
         check_strategy(self.sigma, self.population)
         if self.cells < 1:
             raise UsageError(f"An archive with {self.cells} cells along each side is empty. Give at least 1.")
+
+    def work(self, frames: int) -> Work:
+        """A generation."""
+        return Work(frames=self.population * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Fill the archive until the budget does not suffice for another generation.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import RunContext, Solution, keep, report, resume
+from zoobench.methods.base import RunContext, Solution, Work, keep, report, resume
 from zoobench.registry import Kind, register
 
 
@@ -21,6 +21,10 @@ class RandomSearch:
     def __post_init__(self) -> None:
         if self.batch < 1:
             raise UsageError(f"A batch of {self.batch} draws is empty. Give at least 1.")
+
+    def work(self, frames: int) -> Work:
+        """A batch."""
+        return Work(frames=self.batch * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw, evaluate and keep the best; the last batch is reduced to fit the budget."""

@@ -11,6 +11,7 @@ from zoobench.render import figures
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells
 from zoobench.report.normalise import REFERENCES
+from zoobench.report.provisional import MARK, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
@@ -102,7 +103,10 @@ def draw(results: Iterable[RunResult], known: Mapping[int, LearningCurve], path:
     room = figure.get_figwidth() / _LETTER // (_KEY + max(map(len, seen), default=0))
     ncols = int(min(max(room, 1), 4, max(len(seen), 1)))
     figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=ncols, fontsize=9)
-    figure.suptitle(_CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted"), fontsize=8)
+    caption = _CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted")
+    if any(MARK in title for title in titles):
+        caption += f"\n{MARK} provisional: `zoobench show` and the environment's name say why"
+    figure.suptitle(caption, fontsize=8)
     figures.save(figure, path)
     return len(groups)
 
@@ -121,6 +125,7 @@ def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
     """The title of each panel: environment, task, design, and the other axes in which panels differ."""
     specs = [group[0].run.spec for group in groups]
     names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
+    names["env"] = marked(names["env"])
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
     several = len({spec.frames for spec in specs}) > 1
     return [

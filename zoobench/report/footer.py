@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Protocol
 
+from zoobench.report.provisional import footnotes
 from zoobench.report.tables import Table
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
@@ -43,6 +44,7 @@ class Footer:
         components: every reference in the tables with its version and all parameters.
         machines: processor, cores, accelerators, memory.
         packages: name and version of the packages on which the numbers depend.
+        provisional: the environments whose scores are not yet what they are called, and why.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -53,11 +55,13 @@ class Footer:
     packages: tuple[str, ...]
     dates: tuple[str, ...]
     command: str
+    provisional: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
         facts = {
             "cells": (_LEGEND,),
+            **({"provisional": self.provisional} if self.provisional else {}),
             "commit": self.commits,
             "components": self.components,
             "machine": self.machines,
@@ -80,6 +84,7 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
         packages=_distinct(map(_packages, documents)),
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
+        provisional=footnotes(row.env for table in tables for row in table.rows),
     )
 
 

@@ -45,6 +45,22 @@ def publish(board: Leaderboard, folder: Path) -> Publication:
     return Publication(tuple(written), left_out)
 
 
+def rebuild(folder: Path) -> list[Path]:
+    """Write every page of a folder anew from its export; the paths of those that were not so.
+
+    Raises:
+        UsageError: there is no export, one cannot be read, or a page cannot be written.
+    """
+    boards = {path: from_text(_content(path), str(path)) for path in exports_of(folder)}
+    made = {path.with_suffix(ending): text for path, board in boards.items() for ending, text in pages(board).items()}
+    changed = {path: text for path, text in made.items() if not path.exists() or _content(path) != text}
+    try:
+        replace_files({path: text.encode() for path, text in changed.items()})
+    except OSError as error:
+        raise UsageError(f"Cannot write the pages of {str(folder)!r}: {error}.") from None
+    return list(changed)
+
+
 def exports_of(folder: Path) -> list[Path]:
     """The exports of a folder, sorted by name.
 

@@ -10,6 +10,7 @@ from zoobench.report.footer import footer
 from zoobench.report.labels import labels
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
+from zoobench.report.provisional import footnotes
 from zoobench.report.tables import Table, long_listing, score_tables, table_listing
 from zoobench.report.views import duration
 from zoobench.spec import AXES, Budget, repeat_command
@@ -69,7 +70,9 @@ def markdown_page(board: Leaderboard) -> str:
     if tables:
         lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
         command = ["zoobench", "leaderboard", "publish", board.source, FOLDER]
-        lines += [f"- {line}" for line in footer(tables, board.attempts, command).lines()]
+        # what is provisional is said above the tables
+        origin = replace(footer(tables, board.attempts, command), provisional=())
+        lines += [f"- {line}" for line in origin.lines()]
     return "\n".join(lines) + "\n"
 
 
@@ -100,7 +103,7 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
     if counts[MISSING]:
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
     lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
-    return lines
+    return [*lines, *(f"- {note}" for note in footnotes(row.env for table in shown for row in table.rows))]
 
 
 def _without_score(runs: Iterable[BoardRow]) -> list[BoardRow]:

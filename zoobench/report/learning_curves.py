@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
 from zoobench.report.tables import Row, Spending, Table, TableCell, comparable, compare, in_rows, methods_of
@@ -131,6 +132,7 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
     # Of the last three, those are columns that tell rows apart.
     shown = [axis for axis in axes if axis in axes[:3] or len(set(values[axis])) > 1]
     names = {axis: labels(values[axis]) if axis != "frames" else {} for axis in shown}
+    names["env"] = marked(names["env"])
     methods = labels(result.run.spec.method for group in groups for result in group)
     rows = []
     for group in groups:

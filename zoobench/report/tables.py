@@ -14,6 +14,7 @@ from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
 from zoobench.report.normalise import floor_of, shares
+from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
@@ -191,6 +192,7 @@ def comparable(results: Iterable[RunResult]) -> list[RunResult]:
 def table_listing(table: Table, normalised: bool = False) -> Listing:
     """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
     names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
+    names["env"] = marked(names["env"])
     # The controller is a column only where it tells rows apart.
     axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
     methods = labels(table.methods)
@@ -223,7 +225,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     columns = (
         "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised",
+        "missing", "winner", "normalised", "provisional",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -245,6 +247,7 @@ def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any
         cell.count, cell.asked,
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
         sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
+        bool(footnotes([row.env])),
     )  # fmt: skip
 
 

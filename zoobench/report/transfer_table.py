@@ -6,6 +6,7 @@ from typing import Any
 
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.provisional import marked
 from zoobench.report.run_results import SMOKE
 from zoobench.report.statistics import t_interval
 from zoobench.spec import Ref
@@ -39,7 +40,7 @@ def transfer_matrix(documents: Iterable[Document]) -> Listing:
     usual = range(len(_COLUMNS))
     telling = [place for place in range(len(_COLUMNS), len(_ALL)) if len({key[place] for key in groups}) > 1]
     names = labels(Ref.parse(text) for key in groups for place in _REFS for text in [key[place]] if text)
-    names |= labels(Ref.parse(env) for env in envs)
+    names = marked(names | labels(Ref.parse(env) for env in envs))
     body, bold = [], set()
     for number, (key, by_env) in enumerate(sorted(groups.items())):
         words = [names[Ref.parse(text)] if place in _REFS and text else text for place, text in enumerate(key)]

@@ -8,6 +8,7 @@ from typing import Any
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
 from zoobench.spec import AXES, Ref, RunSpec, repeat_command
 
@@ -16,8 +17,11 @@ _TELLING = ("controller", "frames", "budget")
 """Settings that are columns only where they differ."""
 
 
+_MANY_HOURS = 100
+
+
 def duration(seconds: float | None) -> str:
-    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`; `unknown` for None."""
+    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`, `1,350 days`; `unknown` for None."""
     if seconds is None:
         return "unknown"
     whole = round(seconds)
@@ -25,7 +29,9 @@ def duration(seconds: float | None) -> str:
         return f"{whole} s"
     if whole < 3600:
         return f"{whole // 60} min {whole % 60:02d} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    if whole < _MANY_HOURS * 3600:
+        return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    return f"{whole / 86400:,.0f} days" if whole >= 10 * 86400 else f"{whole / 86400:.1f} days"
 
 
 def results_overview(results: Sequence[RunResult]) -> Listing:
@@ -56,7 +62,7 @@ def results_listing(results: Sequence[RunResult]) -> Listing:
     finals = sorted({(final.name, final.unit) for result in results for final in result.finals.values()})
     columns = (
         "run", "key", *AXES, "seed", "frames", "budget_kind", "budget_amount", "state", "reason", "attempts",
-        "seconds", *(f"{name} [{unit}]" if unit else name for name, unit in finals),
+        "seconds", "provisional", *(f"{name} [{unit}]" if unit else name for name, unit in finals),
     )  # fmt: skip
     return Listing(columns, tuple(_full_row(result, finals) for result in results))
 
@@ -115,6 +121,7 @@ def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[
 
 def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
     axes: dict[str, Mapping[Ref, str]] = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
+    axes["env"] = marked(axes["env"])
     return [tuple(axes[axis][getattr(spec, axis)] for axis in _SHORT_AXES) for spec in specs]
 
 
@@ -124,7 +131,7 @@ def _full_row(result: RunResult, finals: Sequence[tuple[str, str]]) -> tuple[Any
     return (
         run.id, run.key, *(str(getattr(spec, axis)) for axis in AXES), spec.seed, spec.frames, spec.budget.kind,
         spec.budget.amount, str(run.state), run.reason, run.attempt, round(run.seconds, 3),
-        *(values.get(final) for final in finals),
+        bool(footnotes([spec.env])), *(values.get(final) for final in finals),
     )  # fmt: skip
 
 
@@ -139,6 +146,7 @@ def _run_record(result: RunResult) -> dict[str, Any]:
         "attempts": run.attempt,
         "seconds": round(run.seconds, 3),
         "is_smoke": result.is_smoke,
+        "provisional": " ".join(footnotes([run.spec.env])) or None,
     }
 
 
