@@ -1,12 +1,13 @@
 """The registry: discovery, resolved references, and refusals with a remedy."""
 
 import importlib.metadata
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 
 from zoobench import registry
 from zoobench.errors import UnknownNameError, UsageError
+from zoobench.inputs import FROM_NONE, StoredRun
 from zoobench.registry import Kind, register
 from zoobench.spec import Ref
 
@@ -54,6 +55,44 @@ def test_a_resolved_reference_states_everything() -> None:
     assert isinstance(whole.kwargs["height"], float)
     assert isinstance(whole.kwargs["count"], int)
     assert registry.resolve(Kind.TASK, whole) == whole
+
+
+def _moor(**more: Any) -> None:
+    @register(Kind.ENV, "moor", **more)
+    def moor(*, depth: float = 0.5, gravity: float = 9.81, start: StoredRun = FROM_NONE) -> float:
+        """A moor with hills."""
+        return depth * gravity
+
+
+@pytest.mark.parametrize("text", ["moor", "moor[gravity=9.81]", "moor-v1[depth=0.5]", "moor[start=]"])
+def test_an_added_parameter_at_its_default_is_left_out(text: str) -> None:
+    """The reference, and so the key of a run, is that of the package's versions without the parameter."""
+    _moor(added=("gravity",))
+    ref = Ref.parse(text) if text != "moor[start=]" else Ref("moor", params=(("start", ""),))
+    assert str(registry.resolve(Kind.ENV, ref)) == "moor-v1[depth=0.5]"
+    assert str(registry.get(Kind.ENV, "moor").ref) == "moor-v1[depth=0.5]"
+    assert registry.create(Kind.ENV, ref) == 0.5 * 9.81
+
+
+def test_an_added_parameter_with_another_value_is_stated() -> None:
+    """It is another run, and the value reaches the component; so does that of a reference that is resolved again."""
+    _moor(added=("gravity",))
+    moon = registry.resolve(Kind.ENV, Ref.parse("moor[gravity=2]"))
+    assert str(moon) == "moor-v1[depth=0.5,gravity=2.0]"
+    assert registry.resolve(Kind.ENV, moon) == moon
+    assert registry.create(Kind.ENV, moon) == 1.0
+
+
+def test_a_parameter_that_is_not_there_cannot_be_an_added_one() -> None:
+    """A misspelt name is refused where it is written; so is a required parameter, which has no default."""
+    with pytest.raises(UsageError, match="no parameter 'gravitiy'"):
+        _moor(added=("gravitiy",))
+    with pytest.raises(UsageError, match="no parameter 'target'"):
+
+        @register(Kind.TASK, "diving", added=("target",))
+        def diving(*, target: str) -> str:
+            """Dive to somewhere."""
+            return target
 
 
 def test_create_calls_the_factory_with_the_parameters() -> None:

@@ -58,6 +58,7 @@ class Component:
         summary: the first line of the factory's docstring.
         defaults: of the parameters that have one.
         parameters: the annotated type of every parameter.
+        added: parameters that earlier versions of the package did not have; see `register`.
     """
 
     kind: Kind
@@ -68,6 +69,7 @@ class Component:
     tags: frozenset[str]
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
+    added: frozenset[str] = frozenset()
 
     @property
     def required(self) -> frozenset[str]:
@@ -77,7 +79,16 @@ class Component:
     @property
     def ref(self) -> Ref:
         """The reference to this component with all defaults."""
-        return Ref(self.name, self.version, tuple(sorted(self.defaults.items())))
+        return self.ref_with({})
+
+    def ref_with(self, given: Mapping[str, Scalar]) -> Ref:
+        """The reference that states all parameters, those not given by their default, but no added one at its default.
+
+        So the key of a run is that of the package's versions without the parameter.
+        """
+        stated = {**self.defaults, **given}
+        left_out = {key for key in self.added if stated[key] == self.defaults[key]}
+        return Ref(self.name, self.version, tuple(sorted(item for item in stated.items() if item[0] not in left_out)))
 
 
 @dataclass(frozen=True)
@@ -99,14 +110,19 @@ _TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRu
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = ()) -> Callable[[_F], _F]:
+def register(
+    kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] = (), added: tuple[str, ...] = ()
+) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
-    Increase `version` whenever the component's numbers change: results of different versions are never mixed.
+    Increase `version` whenever the component's numbers change: results of different versions are never mixed. Name in
+    `added` the parameters that it did not have when this version was first published, with defaults that leave its
+    numbers as they were: while they have their default, references and keys of runs are those without them. Parameters
+    that name a stored run are always treated so.
 
     Raises:
-        UsageError: the name is taken or malformed, or a parameter has no type or a default that is not a bool, int,
-            float or str.
+        UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
+            float or str, or an added one is none of the parameters with a default.
     """
     if not _NAME.fullmatch(name) or version < 1:
         raise UsageError(f"Cannot register {name!r} version {version}. Use kebab-case, and versions from 1.")
@@ -119,7 +135,7 @@ def register(kind: Kind, name: str, *, version: int = 1, tags: tuple[str, ...] =
                 f"The {kind.noun} {name!r} version {version} is registered already, by {other.__module__}."
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
-        component = _describe(kind, name, version, factory, frozenset(tags))
+        component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added))
         _components[kind].setdefault(name, {})[version] = component
         return factory
 
@@ -152,7 +168,7 @@ def get(kind: Kind, name: str, version: int = 0) -> Component:
 
 
 def resolve(kind: Kind, ref: Ref) -> Ref:
-    """The same reference with version and all parameters, as it enters a run's key.
+    """The same reference with version and all parameters but added ones at their default, as it enters a run's key.
 
     Raises:
         UnknownNameError: unknown name or parameter.
@@ -163,10 +179,7 @@ def resolve(kind: Kind, ref: Ref) -> Ref:
     missing = [key for key in component.parameters if key not in given and key not in component.defaults]
     if missing:
         raise UsageError(f"{kind.noun.capitalize()} {ref.name!r} needs a value: write {ref.name}[{missing[0]}=...].")
-    stated = {**component.defaults, **given}
-    # without a warm start the key is that of versions without the parameter
-    unset = [key for key, kind in component.parameters.items() if kind is StoredRun and not stated[key]]
-    return Ref(ref.name, component.version, tuple(sorted(item for item in stated.items() if item[0] not in unset)))
+    return component.ref_with(given)
 
 
 def create(kind: Kind, ref: Ref) -> Any:
@@ -186,7 +199,9 @@ def failures() -> list[PluginFailure]:
     return list(_failures)
 
 
-def _describe(kind: Kind, name: str, version: int, factory: Callable[..., Any], tags: frozenset[str]) -> Component:
+def _describe(
+    kind: Kind, name: str, version: int, factory: Callable[..., Any], tags: frozenset[str], added: frozenset[str]
+) -> Component:
     defaults: dict[str, Scalar] = {}
     parameters: dict[str, Any] = {}
     for key, parameter in inspect.signature(factory, eval_str=True).parameters.items():
@@ -200,8 +215,11 @@ def _describe(kind: Kind, name: str, version: int, factory: Callable[..., Any], 
         if not isinstance(parameter.default, bool | int | float | str):
             raise UsageError(f"The default of {key!r} of {name!r} is not a bool, int, float or str.")
         defaults[key] = float(parameter.default) if parameter.annotation is float else parameter.default
+    if unknown := sorted(added - defaults.keys()):
+        raise UsageError(f"{name!r} has no parameter {unknown[0]!r} with a default that could be an added one.")
+    added |= {key for key in defaults if parameters[key] is StoredRun}
     summary = (inspect.getdoc(factory) or "").partition("\n")[0]
-    return Component(kind, name, version, factory, summary, tags, defaults, parameters)
+    return Component(kind, name, version, factory, summary, tags, defaults, parameters, added)
 
 
 def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
