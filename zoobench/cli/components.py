@@ -1,7 +1,6 @@
 """`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
 from enum import StrEnum
-from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -167,7 +166,7 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
         "kind": component.kind.noun,
         "version": component.version,
         "summary": component.summary,
-        "description": getdoc(component.factory) or "",
+        "description": component.description,
         "tags": sorted(component.tags),
         "parameters": [
             {"name": name, "type": _type_name(expected), "default": component.defaults.get(name)}
