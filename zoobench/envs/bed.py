@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
-from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
+from zoobench.sim.model.matter import SMALLEST_RATIO, ClayMaterial, Medium, MudMaterial, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
@@ -26,6 +27,22 @@ class Bed:
 
     material: Medium
     thickness: float
+
+    def check(self, gravity: float) -> None:
+        """Refuse water that downward `gravity` [m/s^2] compresses beyond what its law is made for.
+
+        Raises:
+            UsageError: it is.
+        """
+        if not isinstance(self.material, WaterMaterial):
+            return
+        strain = self.material.density * gravity * self.thickness / self.material.bulk_modulus
+        if np.exp(-strain) < SMALLEST_RATIO:
+            raise UsageError(
+                f"Water of {self.thickness:g} m with a bulk modulus of {self.material.bulk_modulus:g} Pa would be "
+                f"compressed by {100 * strain:.0f} % at the bottom, and {100 * (1 - SMALLEST_RATIO):.0f} % are the "
+                "most. Give a larger bulk_modulus, or less depth or gravity."
+            )
 
     def fill(self, size: Array, gravity: float, fidelity: Fidelity) -> MediumBed:
         """The bed at rest in an arena of this `size` [m] under downward `gravity` [m/s^2].

@@ -1,11 +1,13 @@
 """Shallow water: a robot wading on rough ground."""
 
 from zoobench.envs.base import Environment, Stance, bed_environment
+from zoobench.envs.bed import Bed
+from zoobench.envs.hills import LEVEL
+from zoobench.envs.physics import FRESH_WATER, LAND, Physics, Water
 from zoobench.registry import Kind, register
-from zoobench.sim.model.matter import WaterMaterial
 
 
-@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"))
+@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"), added=("water", "physics"))
 def shallow_water(
     *,
     friction: float = 0.5,
@@ -13,6 +15,8 @@ def shallow_water(
     length: float = 0.625,
     width: float = 0.375,
     bulk_modulus: float = 2e4,
+    water: Water = FRESH_WATER,
+    physics: Physics = LAND,
 ) -> Environment:
     """Knee-deep water on rough ground, in which the robot stands.
 
@@ -25,5 +29,11 @@ def shallow_water(
     * `bulk_modulus`: K [Pa]. At 2e4 the water is compressed by 1 % at the bottom, and the speed of sound, 4.5 m/s, is
       ten times that of any robot.
     """
-    water = WaterMaterial(bulk_modulus=bulk_modulus, density=1000.0)
-    return bed_environment(water, friction=friction, thickness=depth, length=length, width=width, stance=Stance.WADING)
+    return bed_environment(
+        Bed(water.material(bulk_modulus), depth),
+        friction=friction,
+        size=(length, width),
+        physics=physics,
+        hills=LEVEL,
+        stance=Stance.WADING,
+    )
