@@ -8,9 +8,10 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
-from zoobench.envs.bed import Bed, lifted, sharing, without_overlap
+from zoobench.envs.bed import Bed, sharing, without_overlap
 from zoobench.envs.hills import Hills
 from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.profile import Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.matter import ElasticMaterial
@@ -22,6 +23,9 @@ LAND_ROBOT = LAND.robot
 # [m] x, y, z; wide enough that no land robot meets a wall within an episode of 200 frames
 OPEN_ARENA = (2.0, 0.4, 2.0)
 
+
+BED_START = 0.35
+"""Start of a land robot on a bed, relative to the bed's length."""
 
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
@@ -60,7 +64,8 @@ class Environment:
         stance: initial height of the robot.
         equilibration_frames: control frames of damped equilibration before the episode.
         gravity: [m/s^2].
-        terrain: heights of ground that is not level; a bed lies on it with constant thickness.
+        terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
+            water is level, its thickness above the lowest ground.
     """
 
     robot: ElasticMaterial
@@ -90,9 +95,11 @@ class Environment:
         Raises:
             SceneError: the body does not fit into the arena.
         """
+        if self.terrain is not None:
+            self.terrain.check_resolved(fidelity.grid_spacing)
         size = np.array(self.arena)
         place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]]) + fidelity.displacement
-        floor = self._floor(body) + self._rise(body.positions + place)
+        floor = self._floor(body, self._rise(body.positions + place))
         positions = body.positions + place + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
@@ -117,21 +124,25 @@ class Environment:
         lowest = positions[:, 1].min()
         return float((self.terrain.heights_below(positions) - (positions[:, 1] - lowest)).max())
 
-    def _floor(self, body: Body) -> float:
-        """Height of the body's underside above the ground [m]."""
+    def _floor(self, body: Body, rise: float) -> float:
+        """Height of the body's underside [m], where it must be above `rise` [m] to be clear of the ground."""
         if self.bed is None or self.stance is Stance.WADING:
-            return 0.0
+            return rise
         if self.stance is Stance.STANDING:
-            return self.bed.thickness
-        return max(0.0, (self.bed.thickness - float(body.positions[:, 1].max())) / 2)
+            return self.bed.thickness + rise
+        room = self.bed.thickness - rise - float(body.positions[:, 1].max())
+        if rise and room < 0.0:
+            raise SceneError(
+                f"The terrain rises to {rise:.3g} m below the swimmer, and {self.bed.thickness:g} m of water leave no "
+                "room above. Give lower terrain, deeper water or a smaller body."
+            )
+        return rise + max(0.0, room / 2)
 
     def _fill(self, size: Array, robot: ElasticBody, fidelity: Fidelity, *, shared: bool) -> MediumBed | None:
         """The medium, without particles at the robot's place, or with particles that share it."""
         if self.bed is None:
             return None
-        bed = self.bed.fill(size, -self.gravity[1], fidelity)
-        if self.terrain is not None:
-            bed = lifted(bed, self.terrain)
+        bed = self.bed.fill(size, -self.gravity[1], fidelity, self.terrain)
         if self.stance is Stance.STANDING:
             return bed
         bed = without_overlap(bed, robot.positions[robot.occupancy > 0.5], fidelity)
@@ -142,15 +153,17 @@ class Environment:
         return sharing(bed, guests, hosts)
 
 
-def firm_environment(*, friction: float, hills: Hills, physics: Physics) -> Environment:
-    """A land robot on firm ground, level or with hills, far from walls."""
+def firm_environment(*, friction: float, hills: Hills, profile: Profile, physics: Physics) -> Environment:
+    """A land robot on firm ground, level or not, far from walls."""
+    length, height, width = OPEN_ARENA
+    terrain = profile.terrain((length, width), length / 2, hills)
     return Environment(
         robot=physics.robot,
         friction=friction,
-        arena=OPEN_ARENA,
+        arena=(length, height + _climb(terrain, profile), width),
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
-        terrain=hills.terrain((OPEN_ARENA[0], OPEN_ARENA[2])),
+        terrain=terrain,
     )
 
 
@@ -161,21 +174,28 @@ def bed_environment(
     size: tuple[float, float],
     physics: Physics,
     hills: Hills,
+    profile: Profile,
     stance: Stance = Stance.STANDING,
 ) -> Environment:
     """A land robot on or in a bed of this `size` along x and z [m] on the ground, from wall to wall.
 
-    It starts at 0.35 of the length, so that most of the bed lies before it.
+    It starts at `BED_START`, so that most of the bed lies before it.
     """
     length, width = size
+    terrain = profile.terrain(size, BED_START * length, hills)
     return Environment(
         robot=physics.robot,
         friction=friction,
-        arena=(length, 0.3, width),
+        arena=(length, 0.3 + _climb(terrain, profile), width),
         bed=bed,
-        start=(0.35, 0.5),
+        start=(BED_START, 0.5),
         stance=stance,
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
-        terrain=hills.terrain(size),
+        terrain=terrain,
     )
+
+
+def _climb(terrain: Terrain | None, profile: Profile) -> float:
+    """Height that an arena needs above the usual one for its profile [m]."""
+    return 0.0 if terrain is None or profile.is_level else float(terrain.heights.max())

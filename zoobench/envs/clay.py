@@ -4,6 +4,7 @@ from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import ClayMaterial
 
@@ -11,7 +12,7 @@ from zoobench.sim.model.matter import ClayMaterial
 CLAY = Elasticity(medium_density=1800.0)
 
 
-@register(Kind.ENV, "clay", tags=("land", "plastic"), added=("elasticity", "physics"))
+@register(Kind.ENV, "clay", tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
 def clay(
     *,
     friction: float = 0.5,
@@ -21,6 +22,7 @@ def clay(
     yield_stress: float = 200.0,
     elasticity: Elasticity = CLAY,
     hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
 ) -> Environment:
     """A bed of soft clay on rough ground.
@@ -34,5 +36,5 @@ def clay(
     """
     material = ClayMaterial(*elasticity.constants, yield_stress=yield_stress)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
     )

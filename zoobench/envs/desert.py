@@ -4,6 +4,7 @@ from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import SandMaterial
 
@@ -11,7 +12,7 @@ from zoobench.sim.model.matter import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", tags=("land", "granular"), added=("elasticity", "physics"))
+@register(Kind.ENV, "desert", tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,
@@ -21,6 +22,7 @@ def desert(
     friction_angle: float = 45.0,
     elasticity: Elasticity = SAND,
     hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
 ) -> Environment:
     """A bed of dry sand on rough ground.
@@ -36,5 +38,5 @@ def desert(
     """
     material = SandMaterial(*elasticity.constants, friction_angle=friction_angle)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
     )

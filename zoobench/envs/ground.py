@@ -3,13 +3,16 @@
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ground", tags=("land",), added=("physics",))
-def ground(*, friction: float = 0.5, hills: Hills = LEVEL, physics: Physics = LAND) -> Environment:
+@register(Kind.ENV, "ground", tags=("land",), added=("physics", "profile"))
+def ground(
+    *, friction: float = 0.5, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
+) -> Environment:
     """Firm, rough ground.
 
     * `friction`: Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6.
     """
-    return firm_environment(friction=friction, hills=hills, physics=physics)
+    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics)

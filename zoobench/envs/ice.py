@@ -3,13 +3,16 @@
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ice", tags=("land",), added=("physics",))
-def ice(*, friction: float = 0.05, hills: Hills = LEVEL, physics: Physics = LAND) -> Environment:
+@register(Kind.ENV, "ice", tags=("land",), added=("physics", "profile"))
+def ice(
+    *, friction: float = 0.05, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
+) -> Environment:
     """Firm, slippery ground.
 
     * `friction`: Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6.
     """
-    return firm_environment(friction=friction, hills=hills, physics=physics)
+    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics)

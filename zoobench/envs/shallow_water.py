@@ -2,12 +2,13 @@
 
 from zoobench.envs.base import Environment, Stance, bed_environment
 from zoobench.envs.bed import Bed
-from zoobench.envs.hills import LEVEL
+from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import FRESH_WATER, LAND, Physics, Water
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"), added=("water", "physics"))
+@register(Kind.ENV, "shallow-water", version=4, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"))
 def shallow_water(
     *,
     friction: float = 0.5,
@@ -16,6 +17,8 @@ def shallow_water(
     width: float = 0.375,
     bulk_modulus: float = 2e4,
     water: Water = FRESH_WATER,
+    hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
 ) -> Environment:
     """Knee-deep water on rough ground, in which the robot stands.
@@ -24,7 +27,7 @@ def shallow_water(
     reflected by the walls: in a tank half as large they change a robot's speed by more than the noise floor.
 
     * `friction`: Coulomb coefficient of the ground [-].
-    * `depth`: of the water [m].
+    * `depth`: of the water above the lowest ground [m].
     * `length`, `width`: of water and arena along x and z [m].
     * `bulk_modulus`: K [Pa]. At 2e4 the water is compressed by 1 % at the bottom, and the speed of sound, 4.5 m/s, is
       ten times that of any robot.
@@ -34,6 +37,7 @@ def shallow_water(
         friction=friction,
         size=(length, width),
         physics=physics,
-        hills=LEVEL,
+        hills=hills,
+        profile=profile,
         stance=Stance.WADING,
     )

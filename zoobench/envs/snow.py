@@ -4,6 +4,7 @@ from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import SnowMaterial
 
@@ -15,7 +16,7 @@ SNOW = Elasticity(medium_density=400.0)
     Kind.ENV,
     "snow",
     tags=("land", "plastic"),
-    added=("elasticity", "physics", "critical_compression", "critical_stretch"),
+    added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )
 def snow(
     *,
@@ -28,6 +29,7 @@ def snow(
     critical_stretch: float = 7.5e-3,
     elasticity: Elasticity = SNOW,
     hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
 ) -> Environment:
     """A bed of snow on rough ground.
@@ -48,5 +50,5 @@ def snow(
         hardening=hardening,
     )
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
     )

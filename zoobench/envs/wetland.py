@@ -4,6 +4,7 @@ from zoobench.envs.base import Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import MudMaterial
 
@@ -11,7 +12,7 @@ from zoobench.sim.model.matter import MudMaterial
 MUD = Elasticity(medium_density=1400.0)
 
 
-@register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"), added=("elasticity", "physics"))
+@register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
 def wetland(
     *,
     friction: float = 0.5,
@@ -22,6 +23,7 @@ def wetland(
     viscosity: float = 1.0,
     elasticity: Elasticity = MUD,
     hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
     physics: Physics = LAND,
 ) -> Environment:
     """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
@@ -36,5 +38,5 @@ def wetland(
     """
     material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
     )
