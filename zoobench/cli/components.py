@@ -90,13 +90,13 @@ def _presets() -> Listing:
 
     rows = []
     for preset in map(presets.get, presets.names()):
-        axes = (preset.designs, preset.controllers, preset.methods)
+        axes = (preset.designs, preset.controllers, preset.methods, preset.envs)
         lists = (",".join(str(ref) for ref in refs) for refs in axes)
         rows.append(
             (preset.name, preset.summary, str(preset.fidelity), preset.frames, str(preset.budget), len(preset.seeds),
              *lists)
         )  # fmt: skip
-    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods")
+    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods", "envs")
     return Listing(columns, tuple(rows))
 
 
