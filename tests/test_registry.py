@@ -1,6 +1,7 @@
 """The registry: discovery, resolved references, and refusals with a remedy."""
 
 import importlib.metadata
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import pytest
@@ -81,6 +82,65 @@ def test_an_added_parameter_with_another_value_is_stated() -> None:
     assert str(moon) == "moor-v1[depth=0.5,gravity=2.0]"
     assert registry.resolve(Kind.ENV, moon) == moon
     assert registry.create(Kind.ENV, moon) == 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Weather:
+    """The weather.
+
+    * `wind`: speed [m/s].
+    """
+
+    wind: float = 3
+    rain: bool = False
+
+    def __post_init__(self) -> None:
+        if self.wind < 0.0:
+            raise UsageError("Give a speed of 0 or more.")
+
+
+def _marsh(**more: Any) -> None:
+    @register(Kind.ENV, "marsh", **more)
+    def marsh(*, depth: float = 0.5, weather: _Weather = _Weather(wind=5.0)) -> tuple[float, float, bool]:
+        """A marsh.
+
+        * `depth`: [m].
+        """
+        return depth, weather.wind, weather.rain
+
+
+def test_a_group_is_parameters_of_the_component() -> None:
+    """Its fields have type, default and documentation in the component, whose default instance gives the defaults."""
+    _marsh()
+    marsh = registry.get(Kind.ENV, "marsh")
+    assert marsh.parameters == {"depth": float, "wind": float, "rain": bool}
+    assert str(marsh.ref) == "marsh-v1[depth=0.5,rain=False,wind=5.0]"
+    assert "* `depth`: [m]." in marsh.description
+    assert "* `wind`: speed [m/s]." in marsh.description
+    assert registry.create(Kind.ENV, Ref.parse("marsh[rain=true,depth=1]")) == (1.0, 5.0, True)
+    with pytest.raises(UsageError, match="Give a speed of 0"):
+        registry.create(Kind.ENV, Ref.parse("marsh[wind=-1]"))
+    with pytest.raises(UnknownNameError, match="Did you mean 'wind'"):
+        registry.resolve(Kind.ENV, Ref.parse("marsh[wnd=1]"))
+
+
+def test_a_group_can_be_added_as_a_whole() -> None:
+    """Each of its fields is left out while it has the component's default."""
+    _marsh(added=("weather",))
+    assert str(registry.resolve(Kind.ENV, Ref("marsh"))) == "marsh-v1[depth=0.5]"
+    windy = registry.resolve(Kind.ENV, Ref.parse("marsh[wind=3]"))
+    assert str(windy) == "marsh-v1[depth=0.5,wind=3.0]"
+    assert registry.create(Kind.ENV, windy) == (0.5, 3.0, False)
+
+
+def test_a_group_may_not_hide_another_parameter() -> None:
+    """Two parameters of one name could not be told apart."""
+    with pytest.raises(UsageError, match="two parameters 'wind'"):
+
+        @register(Kind.ENV, "fen")
+        def fen(*, wind: float = 1.0, weather: _Weather = _Weather()) -> float:
+            """A fen."""
+            return wind
 
 
 def test_a_parameter_that_is_not_there_cannot_be_an_added_one() -> None:

@@ -3,6 +3,10 @@
 A component is a class or function with the decorator `@register(Kind.TASK, "turning", version=1)`, in a module of the
 package `zoobench.<kind>` or in a module that an installed plug-in names as an entry point of the group
 `zoobench.<kind>`. The modules of a kind are imported at the first query.
+
+Parameters that several components share are written once, as a group: a frozen dataclass that documents its fields. A
+factory takes the group as one parameter, `physics: Physics = Physics()`, whose default holds the component's defaults;
+users see and set the fields as parameters of the component.
 """
 
 import importlib
@@ -11,10 +15,10 @@ import inspect
 import math
 import pkgutil
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.inputs import InputFile, StoredRun, checked_run_name, pin
@@ -57,10 +61,11 @@ class Component:
     """One registered version of one component.
 
     Attributes:
-        factory: called with the parameters of a `Ref` as keyword arguments.
+        factory: called with the parameters of a `Ref` as keyword arguments, those of a group as one dataclass.
         summary: the first line of the factory's docstring.
         defaults: of the parameters that have one.
         parameters: the annotated type of every parameter.
+        groups: the dataclasses with the defaults of parameters that components share, by the factory's parameter.
         added: parameters that earlier versions of the package did not have; see `register`.
         provisional: why its scores are not yet what they are called, in a sentence; empty if they are.
     """
@@ -73,7 +78,8 @@ class Component:
     tags: frozenset[str]
     defaults: Mapping[str, Scalar]
     parameters: Mapping[str, Any]
-    added: frozenset[str] = frozenset()
+    groups: Mapping[str, Any]
+    added: frozenset[str]
     provisional: str = ""
 
     @property
@@ -85,6 +91,19 @@ class Component:
     def needs_settings(self) -> bool:
         """Whether the bare name is nothing that can be run: a parameter is required, or one of several (`COMPOSED`)."""
         return bool(self.required) or COMPOSED in self.tags
+
+    @property
+    def description(self) -> str:
+        """The docstrings of the factory and of the groups."""
+        return "\n\n".join(inspect.getdoc(item) or "" for item in (self.factory, *map(type, self.groups.values())))
+
+    def make(self, values: Mapping[str, Scalar]) -> Any:
+        """Call the factory with these values of the parameters; a group's own defaults are those of the component."""
+        arguments: dict[str, Any] = dict(values)
+        for name, group in self.groups.items():
+            own = {item.name: arguments.pop(item.name) for item in fields(group) if item.name in values}
+            arguments[name] = replace(group, **own)
+        return self.factory(**arguments)
 
     @property
     def ref(self) -> Ref:
@@ -132,14 +151,14 @@ def register(
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
     Increase `version` whenever the component's numbers change: results of different versions are never mixed. Name in
-    `added` the parameters that it did not have when this version was first published, with defaults that leave its
-    numbers as they were: while they have their default, references and keys of runs are those without them. Parameters
-    that name a stored run are always treated so. `provisional` says in a sentence why scores are not yet what they are
-    called; every report of them repeats it.
+    `added` the parameters, or groups of them, that it did not have when this version was first published, with defaults
+    that leave its numbers as they were: while they have their default, references and keys of runs are those without
+    them. Parameters that name a stored run are always treated so. `provisional` says in a sentence why scores are not
+    yet what they are called; every report of them repeats it.
 
     Raises:
         UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
-            float or str, or an added one is none of the parameters with a default.
+            float, str or group, two have one name, or an added one is none of the parameters with a default.
     """
     if not _NAME.fullmatch(name) or version < 1:
         raise UsageError(f"Cannot register {name!r} version {version}. Use kebab-case, and versions from 1.")
@@ -217,7 +236,7 @@ def create(kind: Kind, ref: Ref) -> Any:
         UnknownNameError, UsageError: as `resolve`.
     """
     resolved = resolve(kind, ref)
-    return get(kind, resolved.name, resolved.version).factory(**resolved.kwargs)
+    return get(kind, resolved.name, resolved.version).make(resolved.kwargs)
 
 
 def failures() -> list[PluginFailure]:
@@ -232,22 +251,54 @@ def _describe(
 ) -> Component:
     defaults: dict[str, Scalar] = {}
     parameters: dict[str, Any] = {}
+    groups: dict[str, Any] = {}
+    later = set(added)
+    for key, expected, default, group in _parameters(kind, name, factory):
+        if key in parameters:
+            raise UsageError(f"The {kind.noun} {name!r} has two parameters {key!r}. Rename one of them.")
+        parameters[key] = expected
+        if group in added:
+            later.add(key)
+        if group:
+            groups[group] = inspect.signature(factory).parameters[group].default
+        if default is inspect.Parameter.empty:
+            continue
+        if not isinstance(default, bool | int | float | str):
+            raise UsageError(f"The default of {key!r} of {name!r} is not a bool, int, float or str.")
+        defaults[key] = float(default) if expected is float else default
+        if expected is StoredRun:
+            later.add(key)
+    later -= groups.keys()
+    if unknown := sorted(later - defaults.keys()):
+        raise UsageError(f"{name!r} has no parameter {unknown[0]!r} with a default that could be an added one.")
+    summary = (inspect.getdoc(factory) or "").partition("\n")[0]
+    return Component(kind, name, version, factory, summary, tags, defaults, parameters, groups, frozenset(later))
+
+
+class _Parameter(NamedTuple):
+    """A parameter as it is declared; `group` is the factory's parameter that holds it, empty for its own."""
+
+    name: str
+    expected: Any
+    default: Any
+    group: str
+
+
+def _parameters(kind: Kind, name: str, factory: Callable[..., Any]) -> Iterator[_Parameter]:
+    """The parameters of a factory, with the fields of a group in its place."""
     for key, parameter in inspect.signature(factory, eval_str=True).parameters.items():
         if parameter.kind not in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD):
             raise UsageError(f"The {kind.noun} {name!r} takes *{key}. Name every parameter and annotate its type.")
-        if parameter.annotation is parameter.empty:
+        expected, default = parameter.annotation, parameter.default
+        if expected is parameter.empty:
             raise UsageError(f"The parameter {key!r} of {name!r} has no type. Annotate it.")
-        parameters[key] = parameter.annotation
-        if parameter.default is parameter.empty:
-            continue
-        if not isinstance(parameter.default, bool | int | float | str):
-            raise UsageError(f"The default of {key!r} of {name!r} is not a bool, int, float or str.")
-        defaults[key] = float(parameter.default) if parameter.annotation is float else parameter.default
-    if unknown := sorted(added - defaults.keys()):
-        raise UsageError(f"{name!r} has no parameter {unknown[0]!r} with a default that could be an added one.")
-    added |= {key for key in defaults if parameters[key] is StoredRun}
-    summary = (inspect.getdoc(factory) or "").partition("\n")[0]
-    return Component(kind, name, version, factory, summary, tags, defaults, parameters, added)
+        if isinstance(expected, type) and is_dataclass(expected) and isinstance(default, expected):
+            hints = get_type_hints(expected)
+            yield from (
+                _Parameter(item.name, hints[item.name], getattr(default, item.name), key) for item in fields(expected)
+            )
+        else:
+            yield _Parameter(key, expected, default, "")
 
 
 def _coerce(component: Component, key: str, value: Scalar) -> Scalar:

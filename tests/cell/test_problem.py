@@ -1,7 +1,6 @@
 """Problems: metering, budgets, and results that do not depend on the number of worlds."""
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from tests.conformance.cells import cell
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.envs.base import LAND_ROBOT
 from zoobench.errors import BudgetExhaustedError, UsageError
 from zoobench.spec import Budget
 
@@ -229,11 +227,9 @@ def test_the_meter_goes_on_where_it_stopped() -> None:
     assert resumed.meter.seconds == state["earlier_seconds"] > 0.0
 
 
-def test_a_robot_that_is_torn_apart_has_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_that_is_torn_apart_has_no_score() -> None:
     """A torn robot counts as diverged, with the reason, so that it cannot win by throwing off a piece."""
-    robot = replace(LAND_ROBOT, muscle_strength=4e3, viscosity=0.0)
-    monkeypatch.setattr("zoobench.envs.base.LAND_ROBOT", robot)
-    problem = Problem(cell(frames=60))
+    problem = Problem(cell(environment="ground[muscle_strength=4e3,damping=0]", frames=60))
     evaluation, gradient = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
     assert evaluation.failure is not None
     assert evaluation.failure.quantity == "distance of neighbours by that at rest"

@@ -2,6 +2,7 @@
 
 import inspect
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -56,9 +57,19 @@ def test_it_is_documented_and_has_only_optional_parameters(kind: Kind, name: str
     component = registry.get(kind, name)
     assert len(component.summary) > 10
     assert all(component.parameters[name] is InputFile for name in component.required)
-    assert inspect.signature(component.factory).parameters.keys() == component.parameters.keys()
     for parameter in inspect.signature(component.factory).parameters.values():
         assert parameter.kind is parameter.KEYWORD_ONLY
+        assert parameter.name in component.parameters.keys() | component.groups.keys()
+
+
+@pytest.mark.parametrize("name", ENVS)
+def test_an_environment_tells_the_unit_of_every_number(name: str) -> None:
+    """Each parameter has a line of its own in what `zoobench show` prints, numbers with a unit in brackets."""
+    component = registry.get(Kind.ENV, name)
+    lines = [f"*{item}" for item in " ".join(component.description.split()).split(" * ")]
+    for key, expected in component.parameters.items():
+        (told,) = (line for line in lines if f"`{key}`" in line.partition(":")[0])
+        assert expected is int or re.search(r"\[[^]]+\]", told), told
 
 
 @pytest.mark.parametrize("name", FIDELITIES)

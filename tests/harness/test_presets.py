@@ -1,7 +1,10 @@
 """Presets name what exists and fill in what the user leaves open."""
 
+from dataclasses import replace
+
 import pytest
 
+from zoobench import registry
 from zoobench.errors import UnknownNameError
 from zoobench.harness import presets
 from zoobench.harness.grid import expand
@@ -38,6 +41,21 @@ def test_presets_have_the_settings_of_the_specification(name: str, method: str, 
     needed = -(-100_000 // 2048) if method == "ppo" else settings.get("iterations", settings.get("generations"))
     assert preset.budget.kind == "iterations"
     assert preset.budget.amount >= needed
+
+
+def test_softzoo_restores_the_constants_of_the_published_code() -> None:
+    """Gravity everywhere, snow's hardening and stretch; what the user states stays; all else is that of `paper`."""
+    names = registry.names(Kind.ENV)
+    grid = presets.get("softzoo").grid(list(map(Ref, names)), [Ref("turning")])
+    assert [env.name for env in grid.envs] == names
+    made = {env.name: registry.create(Kind.ENV, env) for env in grid.envs}
+    assert {env.gravity for env in made.values()} == {(0.0, -3.8, 0.0)}
+    assert made["snow"].bed.material.hardening == 1.0
+    assert made["snow"].bed.material.critical_stretch == 4.5e-3
+    own = presets.get("softzoo").grid([Ref.parse("snow[gravity=1.6]")], [Ref("turning")])
+    assert dict(own.envs[0].params) == {"gravity": 1.6, "hardening": 1, "critical_stretch": 4.5e-3}
+    paper = presets.get("paper").grid([Ref("ice")], [Ref("turning")])
+    assert replace(presets.get("softzoo").grid([Ref("ice")], [Ref("turning")]), envs=paper.envs) == paper
 
 
 def test_smoke_runs_carry_the_fidelity_smoke() -> None:

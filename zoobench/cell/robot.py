@@ -278,8 +278,11 @@ def sampled(design: Ref, fidelity: Fidelity) -> tuple[Design, Body]:
 
 @lru_cache(maxsize=16)
 def _sampled(factory: Callable[..., Design], ref: Ref, fidelity: Fidelity) -> tuple[Design, Body]:
-    """The design of a complete reference and its body; kept, since cells share them and sampling takes long."""
-    made = factory(**ref.kwargs)
+    """The design of a complete reference and its body; kept, since cells share them and sampling takes long.
+
+    The factory is part of the key: two plug-ins may have one name, one after the other.
+    """
+    made: Design = registry.create(Kind.DESIGN, ref)
     body = made.body(fidelity)
     check_ends(body, ref.name)
     return made, body

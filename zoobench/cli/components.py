@@ -1,7 +1,6 @@
 """`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
 from enum import StrEnum
-from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -92,13 +91,13 @@ def _presets() -> Listing:
 
     rows = []
     for preset in map(presets.get, presets.names()):
-        axes = (preset.designs, preset.controllers, preset.methods)
+        axes = (preset.designs, preset.controllers, preset.methods, preset.envs)
         lists = (",".join(str(ref) for ref in refs) for refs in axes)
         rows.append(
             (preset.name, preset.summary, str(preset.fidelity), preset.frames, str(preset.budget), len(preset.seeds),
              *lists)
         )  # fmt: skip
-    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods")
+    columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods", "envs")
     return Listing(columns, tuple(rows))
 
 
@@ -168,7 +167,7 @@ def _component_card(component: "Component", text: str) -> dict[str, Any]:
         "kind": component.kind.noun,
         "version": component.version,
         "summary": component.summary,
-        "description": getdoc(component.factory) or "",
+        "description": component.description,
         "tags": sorted(component.tags),
         "provisional": component.provisional or None,
         "parameters": [

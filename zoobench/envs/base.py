@@ -1,5 +1,6 @@
 """Environments as data, and the scene that an environment forms with a body."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -7,37 +8,39 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
-from zoobench.envs.bed import Bed, lifted, sharing, without_overlap
-from zoobench.envs.hills import hills
+from zoobench.envs.bed import Bed, sharing, without_overlap
+from zoobench.envs.hills import Hills
+from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.profile import Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.matter import ElasticMaterial, Medium
-from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene
+from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.terrain import Terrain
 
-# The robot of SoftZoo's reference implementation on land, with muscles of 0.15 E and a viscosity similar to silicone's
-# (loss factor 2 eta omega / E = 0.3 at the 80 rad/s of the fastest controllers). Muscles are half as strong as the
-# usual 0.3 E, and damped, so that the robot does not tear: with all muscles in phase at 80 rad/s a robot with 0.3 E
-# tears within 10 frames, one with 0.15 E but no damping within 20 (ground, h = 1/128). This one reaches a
-# stretch ratio of 1.6.
-LAND_ROBOT = ElasticMaterial(
-    youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=1.5e3, viscosity=20.0
-)
+LAND_ROBOT = LAND.robot
 
 # [m] x, y, z; wide enough that no land robot meets a wall within an episode of 200 frames
 OPEN_ARENA = (2.0, 0.4, 2.0)
 
 
-# A swimmer is stiffer, as in the reference implementation, since it has to push water. The damping by water alone is
-# insufficient at h = 1/128: under square waves of full strength the robot tore in the 197th frame.
-SWIMMING_ROBOT = ElasticMaterial(
-    youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, muscle_strength=1.5e4, viscosity=20.0
-)
-
+BED_START = 0.35
+"""Start of a land robot on a bed, relative to the bed's length."""
 
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
 second after it, the kinetic energy is below 1.2e-7 of the potential energy, in the ocean below 1e-9."""
+
+_SLOWEST = 4.0
+
+
+def equilibration_frames(gravity: float) -> int:
+    """Control frames of equilibration under this gravity [m/s^2].
+
+    Gravity drives the slowest wave, whose period is proportional to 1 / sqrt(gravity); below a sixteenth of the Earth's
+    it hardly moves anything.
+    """
+    return math.ceil(EQUILIBRATION_FRAMES * min(_SLOWEST, max(1.0, math.sqrt(9.81 / max(gravity, 1e-9)))))
 
 
 class Stance(Enum):
@@ -61,7 +64,8 @@ class Environment:
         stance: initial height of the robot.
         equilibration_frames: control frames of damped equilibration before the episode.
         gravity: [m/s^2].
-        terrain: heights of ground that is not level; a bed lies on it with constant thickness.
+        terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
+            water is level, its thickness above the lowest ground.
     """
 
     robot: ElasticMaterial
@@ -80,6 +84,10 @@ class Environment:
         if min(self.arena) <= 0.0 or (self.bed is not None and not 0.0 < self.bed.thickness < self.arena[1]):
             depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
+        check_material("robot", self.robot)
+        if self.bed is not None:
+            check_material("medium", self.bed.material)
+            self.bed.check(-self.gravity[1])
 
     def scene(self, body: Body, fidelity: Fidelity) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.
@@ -87,9 +95,11 @@ class Environment:
         Raises:
             SceneError: the body does not fit into the arena.
         """
+        if self.terrain is not None:
+            self.terrain.check_resolved(fidelity.grid_spacing)
         size = np.array(self.arena)
         place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]]) + fidelity.displacement
-        floor = self._floor(body) + self._rise(body.positions + place)
+        floor = self._floor(body, self._rise(body.positions + place))
         positions = body.positions + place + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
@@ -114,21 +124,25 @@ class Environment:
         lowest = positions[:, 1].min()
         return float((self.terrain.heights_below(positions) - (positions[:, 1] - lowest)).max())
 
-    def _floor(self, body: Body) -> float:
-        """Height of the body's underside above the ground [m]."""
+    def _floor(self, body: Body, rise: float) -> float:
+        """Height of the body's underside [m], where it must be above `rise` [m] to be clear of the ground."""
         if self.bed is None or self.stance is Stance.WADING:
-            return 0.0
+            return rise
         if self.stance is Stance.STANDING:
-            return self.bed.thickness
-        return max(0.0, (self.bed.thickness - float(body.positions[:, 1].max())) / 2)
+            return self.bed.thickness + rise
+        room = self.bed.thickness - rise - float(body.positions[:, 1].max())
+        if rise and room < 0.0:
+            raise SceneError(
+                f"The terrain rises to {rise:.3g} m below the swimmer, and {self.bed.thickness:g} m of water leave no "
+                "room above. Give lower terrain, deeper water or a smaller body."
+            )
+        return rise + max(0.0, room / 2)
 
     def _fill(self, size: Array, robot: ElasticBody, fidelity: Fidelity, *, shared: bool) -> MediumBed | None:
         """The medium, without particles at the robot's place, or with particles that share it."""
         if self.bed is None:
             return None
-        bed = self.bed.fill(size, -self.gravity[1], fidelity)
-        if self.terrain is not None:
-            bed = lifted(bed, self.terrain)
+        bed = self.bed.fill(size, -self.gravity[1], fidelity, self.terrain)
         if self.stance is Stance.STANDING:
             return bed
         bed = without_overlap(bed, robot.positions[robot.occupancy > 0.5], fidelity)
@@ -139,38 +153,49 @@ class Environment:
         return sharing(bed, guests, hosts)
 
 
-def firm_environment(*, friction: float, relief: float, wavelength: float, terrain_seed: int) -> Environment:
-    """A land robot on firm ground, level or with `hills`, far from walls."""
+def firm_environment(*, friction: float, hills: Hills, profile: Profile, physics: Physics) -> Environment:
+    """A land robot on firm ground, level or not, far from walls."""
+    length, height, width = OPEN_ARENA
+    terrain = profile.terrain((length, width), length / 2, hills)
     return Environment(
-        robot=LAND_ROBOT,
+        robot=physics.robot,
         friction=friction,
-        arena=OPEN_ARENA,
-        equilibration_frames=EQUILIBRATION_FRAMES,
-        terrain=hills((OPEN_ARENA[0], OPEN_ARENA[2]), relief=relief, wavelength=wavelength, seed=terrain_seed),
+        arena=(length, height + _climb(terrain, profile), width),
+        equilibration_frames=equilibration_frames(physics.gravity),
+        gravity=(0.0, -physics.gravity, 0.0),
+        terrain=terrain,
     )
 
 
 def bed_environment(
-    material: Medium,
+    bed: Bed,
     *,
     friction: float,
-    thickness: float,
-    length: float,
-    width: float,
+    size: tuple[float, float],
+    physics: Physics,
+    hills: Hills,
+    profile: Profile,
     stance: Stance = Stance.STANDING,
-    terrain: Terrain | None = None,
 ) -> Environment:
-    """A land robot on or in a bed of `thickness` [m] on the ground, `length` by `width` [m] from wall to wall.
+    """A land robot on or in a bed of this `size` along x and z [m] on the ground, from wall to wall.
 
-    It starts at 0.35 of the length, so that most of the bed lies before it.
+    It starts at `BED_START`, so that most of the bed lies before it.
     """
+    length, width = size
+    terrain = profile.terrain(size, BED_START * length, hills)
     return Environment(
-        robot=LAND_ROBOT,
+        robot=physics.robot,
         friction=friction,
-        arena=(length, 0.3, width),
-        bed=Bed(material, thickness),
-        start=(0.35, 0.5),
+        arena=(length, 0.3 + _climb(terrain, profile), width),
+        bed=bed,
+        start=(BED_START, 0.5),
         stance=stance,
-        equilibration_frames=EQUILIBRATION_FRAMES,
+        equilibration_frames=equilibration_frames(physics.gravity),
+        gravity=(0.0, -physics.gravity, 0.0),
         terrain=terrain,
     )
+
+
+def _climb(terrain: Terrain | None, profile: Profile) -> float:
+    """Height that an arena needs above the usual one for its profile [m]."""
+    return 0.0 if terrain is None or profile.is_level else float(terrain.heights.max())

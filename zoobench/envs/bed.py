@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import fill_box
-from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, WaterMaterial
+from zoobench.sim.model.matter import SMALLEST_RATIO, ClayMaterial, Medium, MudMaterial, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
@@ -27,8 +28,26 @@ class Bed:
     material: Medium
     thickness: float
 
-    def fill(self, size: Array, gravity: float, fidelity: Fidelity) -> MediumBed:
+    def check(self, gravity: float) -> None:
+        """Refuse water that downward `gravity` [m/s^2] compresses beyond what its law is made for.
+
+        Raises:
+            UsageError: it is.
+        """
+        if not isinstance(self.material, WaterMaterial):
+            return
+        strain = self.material.density * gravity * self.thickness / self.material.bulk_modulus
+        if np.exp(-strain) < SMALLEST_RATIO:
+            raise UsageError(
+                f"Water of {self.thickness:g} m with a bulk modulus of {self.material.bulk_modulus:g} Pa would be "
+                f"compressed by {100 * strain:.0f} % at the bottom, and {100 * (1 - SMALLEST_RATIO):.0f} % are the "
+                "most. Give a larger bulk_modulus, or less depth or gravity."
+            )
+
+    def fill(self, size: Array, gravity: float, fidelity: Fidelity, terrain: Terrain | None = None) -> MediumBed:
         """The bed at rest in an arena of this `size` [m] under downward `gravity` [m/s^2].
+
+        On a terrain a solid bed has the same thickness everywhere, while water has a level surface.
 
         The lattice is stretched by a few percent so that whole particles fill the box exactly: the bed's mass is
         density times thickness times area at every fidelity, and there is no gap at the walls. Compressed water is
@@ -41,7 +60,27 @@ class Bed:
         spacing = np.array([np.diff(np.unique(np.round(axis, 12))).min(initial=np.inf) for axis in lattice.T])
         reach = lattice.max(axis=0) + np.where(np.isfinite(spacing), spacing / 2, lattice.max(axis=0))
         positions = lattice * (box / reach)
-        return self.at_rest(positions, np.full(len(positions), box.prod() / len(positions)), gravity)
+        room = np.full(len(positions), box.prod() / len(positions))
+        if terrain is None:
+            return self.at_rest(positions, room, gravity)
+        if isinstance(self.material, WaterMaterial):
+            return self.at_rest(*self._above(terrain, positions, room, fidelity), gravity)
+        return lifted(self.at_rest(positions, room, gravity), terrain)
+
+    def _above(self, terrain: Terrain, positions: Array, room: Array, fidelity: Fidelity) -> tuple[Array, Array]:
+        """Places `[n, 3]` [m] and volumes `[n]` [m^3] of level water above a terrain, from those above a plane.
+
+        Every column is compressed to its own depth; where that is less than half a particle, it is dry. Water begins
+        at the highest node that the ground holds: over a gap of a part of a cell it would fall, and stream for long.
+        """
+        h = fidelity.grid_spacing
+        ground = h * np.floor(terrain.heights_below(positions) / h + 1e-4)
+        wet = self.thickness - ground > fidelity.particle_edge / 2
+        if not wet.any():
+            raise SceneError(f"No ground lies below water of {self.thickness:g} m. Give deeper water or lower terrain.")
+        share = 1.0 - ground / self.thickness
+        places = np.stack([positions[:, 0], ground + share * positions[:, 1], positions[:, 2]], axis=1)
+        return places[wet], (share * room)[wet]
 
     def at_rest(self, positions: Array, room: Array, gravity: float) -> MediumBed:
         """The bed's matter at rest at `positions` `[n, 3]` [m] in the volumes `room` `[n]` [m^3]."""

@@ -1,12 +1,18 @@
 """Desert: a bed of dry sand."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.hills import hills
+from zoobench.envs.bed import Bed
+from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import SandMaterial
 
+# E, nu and density of the medium of SoftZoo's reference implementation
+SAND = Elasticity(medium_density=1600.0)
 
-@register(Kind.ENV, "desert", tags=("land", "granular"))
+
+@register(Kind.ENV, "desert", tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,
@@ -14,9 +20,10 @@ def desert(
     length: float = 0.3125,
     width: float = 0.1875,
     friction_angle: float = 45.0,
-    relief: float = 0.0,
-    wavelength: float = 0.1,
-    terrain_seed: int = 0,
+    elasticity: Elasticity = SAND,
+    hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
+    physics: Physics = LAND,
 ) -> Environment:
     """A bed of dry sand on rough ground.
 
@@ -28,12 +35,8 @@ def desert(
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `friction_angle`: of the sand, in triaxial compression [degrees]; 45 in SoftZoo's reference.
-    * `relief`: height of the highest hill of the ground [m]; 0 is level.
-    * `wavelength`: of the widest hills [m].
-    * `terrain_seed`: which hills.
     """
-    # E 1e5 Pa, nu 0.2, rho 1600 kg/m^3: the medium of SoftZoo's reference implementation. Real sand is stiffer by far;
-    # here stiffness only has to keep the elastic strain under a robot small (0.5 % per 500 Pa).
-    sand = SandMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1600.0, friction_angle=friction_angle)
-    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
-    return bed_environment(sand, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)
+    material = SandMaterial(*elasticity.constants, friction_angle=friction_angle)
+    return bed_environment(
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+    )

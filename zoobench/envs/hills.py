@@ -1,5 +1,7 @@
 """Hills: seeded gradient noise (Perlin 1985, with the smooth fade of Perlin 2002) as a height field."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,27 @@ _LARGEST_NOISE = np.sqrt(0.5)
 """Bound of one octave in two dimensions: attained in the middle of a cell whose four gradients point there."""
 
 _FEWEST_POINTS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hills:
+    """Hills of the ground.
+
+    * `relief`: height of the highest hill [m]; 0 is level.
+    * `wavelength`: of the widest hills [m].
+    * `terrain_seed`: which hills.
+    """
+
+    relief: float = 0.0
+    wavelength: float = 0.1
+    terrain_seed: int = 0
+
+    def terrain(self, size: tuple[float, float]) -> Terrain | None:
+        """The terrain of an arena of this size along x and z [m]; raises UsageError as `hills`."""
+        return hills(size, relief=self.relief, wavelength=self.wavelength, seed=self.terrain_seed)
+
+
+LEVEL = Hills()
 
 
 def hills(

@@ -1,22 +1,18 @@
 """Ice: firm ground with little friction."""
 
 from zoobench.envs.base import Environment, firm_environment
+from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ice", tags=("land",))
+@register(Kind.ENV, "ice", tags=("land",), added=("physics", "profile"))
 def ice(
-    *,
-    friction: float = 0.05,
-    relief: float = 0.0,
-    wavelength: float = 0.1,
-    terrain_seed: int = 0,
+    *, friction: float = 0.05, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
 ) -> Environment:
     """Firm, slippery ground.
 
     * `friction`: Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6.
-    * `relief`: height of the highest hill of the ground [m]; 0 is level.
-    * `wavelength`: of the widest hills [m].
-    * `terrain_seed`: which hills.
     """
-    return firm_environment(friction=friction, relief=relief, wavelength=wavelength, terrain_seed=terrain_seed)
+    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics)

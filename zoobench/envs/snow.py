@@ -1,12 +1,23 @@
 """Snow: a light bed that hardens under compression."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.hills import hills
+from zoobench.envs.bed import Bed
+from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import SnowMaterial
 
+# nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
+SNOW = Elasticity(medium_density=400.0)
 
-@register(Kind.ENV, "snow", tags=("land", "plastic"))
+
+@register(
+    Kind.ENV,
+    "snow",
+    tags=("land", "plastic"),
+    added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
+)
 def snow(
     *,
     friction: float = 0.5,
@@ -14,9 +25,12 @@ def snow(
     length: float = 0.3125,
     width: float = 0.1875,
     hardening: float = 10.0,
-    relief: float = 0.0,
-    wavelength: float = 0.1,
-    terrain_seed: int = 0,
+    critical_compression: float = 2.5e-2,
+    critical_stretch: float = 7.5e-3,
+    elasticity: Elasticity = SNOW,
+    hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
+    physics: Physics = LAND,
 ) -> Environment:
     """A bed of snow on rough ground.
 
@@ -26,18 +40,15 @@ def snow(
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `hardening`: xi of Stomakhin et al. 2013 [-]; 1 in SoftZoo's reference.
-    * `relief`: height of the highest hill of the ground [m]; 0 is level.
-    * `wavelength`: of the widest hills [m].
-    * `terrain_seed`: which hills.
+    * `critical_compression`: theta_c, the elastic compression at which it yields [-].
+    * `critical_stretch`: theta_s, the elastic extension at which it yields [-]; 4.5e-3 in SoftZoo's reference.
     """
-    # nu, theta_c, theta_s and rho of Stomakhin et al. 2013, table 2; E 1e5 Pa as in SoftZoo's reference implementation
-    bed = SnowMaterial(
-        youngs_modulus=1e5,
-        poissons_ratio=0.2,
-        density=400.0,
-        critical_compression=2.5e-2,
-        critical_stretch=7.5e-3,
+    material = SnowMaterial(
+        *elasticity.constants,
+        critical_compression=critical_compression,
+        critical_stretch=critical_stretch,
         hardening=hardening,
     )
-    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
-    return bed_environment(bed, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)
+    return bed_environment(
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+    )

@@ -1,12 +1,18 @@
 """Wetland: mud with a small yield stress."""
 
 from zoobench.envs.base import Environment, bed_environment
-from zoobench.envs.hills import hills
+from zoobench.envs.bed import Bed
+from zoobench.envs.hills import LEVEL, Hills
+from zoobench.envs.physics import LAND, Elasticity, Physics
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import MudMaterial
 
+# E, nu and density of the medium of SoftZoo's reference implementation
+MUD = Elasticity(medium_density=1400.0)
 
-@register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"))
+
+@register(Kind.ENV, "wetland", tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
 def wetland(
     *,
     friction: float = 0.5,
@@ -15,9 +21,10 @@ def wetland(
     width: float = 0.1875,
     yield_stress: float = 50.0,
     viscosity: float = 1.0,
-    relief: float = 0.0,
-    wavelength: float = 0.1,
-    terrain_seed: int = 0,
+    elasticity: Elasticity = MUD,
+    hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
+    physics: Physics = LAND,
 ) -> Environment:
     """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
 
@@ -28,13 +35,8 @@ def wetland(
     * `length`, `width`: of bed and arena along x and z [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
     * `viscosity`: [Pa s].
-    * `relief`: height of the highest hill of the ground [m]; 0 is level.
-    * `wavelength`: of the widest hills [m].
-    * `terrain_seed`: which hills.
     """
-    # E 1e5 Pa, nu 0.2, rho 1400 kg/m^3: the medium of SoftZoo's reference implementation
-    mud = MudMaterial(
-        youngs_modulus=1e5, poissons_ratio=0.2, density=1400.0, yield_stress=yield_stress, viscosity=viscosity
+    material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
+    return bed_environment(
+        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
     )
-    terrain = hills((length, width), relief=relief, wavelength=wavelength, seed=terrain_seed)
-    return bed_environment(mud, friction=friction, thickness=thickness, length=length, width=width, terrain=terrain)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 Readings = dict[str, tuple["Tensor", str]]
 
 GRAVITY = 9.81
-"""[m/s^2] of the weight in the cost of transport; by convention in water, too."""
+"""[m/s^2] of the weight in the cost of transport; by convention in water and under another gravity, too."""
 
 
 def common_readings(motion: Motion) -> Readings:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
 from zoobench.sim.model.laws_numpy import principal_stress
-from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial
+from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
 from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
@@ -261,7 +261,7 @@ def _check_elastic(body: ElasticBody) -> None:
         raise SceneError(
             f"The body's occupancy reaches {body.occupancy.min():g} to {body.occupancy.max():g}; it must be in [0, 1]."
         )
-    _check_material("body", body.material)
+    check_material("body", body.material)
 
 
 def _check_medium(medium: MediumBed) -> None:
@@ -281,7 +281,7 @@ def _check_medium(medium: MediumBed) -> None:
         _check_array("medium", name, getattr(medium, name), shape)
     if not count or medium.volumes.min() <= 0:
         raise SceneError("The medium is empty or has particles without volume. Leave it out, or fill a thicker bed.")
-    _check_material("medium", medium.material)
+    check_material("medium", medium.material)
 
 
 def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) -> None:
@@ -291,7 +291,12 @@ def _check_array(owner: str, name: str, value: Array, shape: tuple[int, ...]) ->
         raise SceneError(f"The {owner}'s {name} hold values that are not finite. Check what they are made from.")
 
 
-def _check_material(owner: str, material: ElasticMaterial | Medium) -> None:
+def check_material(owner: str, material: ElasticMaterial | Medium) -> None:
+    """Refuse constants that no matter has.
+
+    Raises:
+        SceneError: one is not finite or out of its range; names the owner, the constant and the range.
+    """
     for item in fields(material):
         value = getattr(material, item.name)
         low = 0.0 if item.name in _MAY_BE_ZERO else np.finfo(float).tiny
@@ -302,5 +307,9 @@ def _check_material(owner: str, material: ElasticMaterial | Medium) -> None:
             raise SceneError(
                 f"The {owner}'s {item.name} is {value:g}. Give a {'non-negative' if not low else 'positive'} number."
             )
+    if isinstance(material, SnowMaterial) and material.critical_compression >= 1.0:
+        raise SceneError(
+            f"The {owner}'s critical compression {material.critical_compression:g} is not between 0 and 1."
+        )
     if isinstance(material, SandMaterial) and material.friction_angle >= 90:
         raise SceneError(f"A friction angle of {material.friction_angle:g} degrees is not between 0 and 90.")

@@ -16,10 +16,13 @@ class Terrain:
     Attributes:
         heights: `[nx, nz]` [m], none below 0; at least 4 points each way.
         spacing: of the points [m]; the first lies at the arena's lower corner.
+        edge: length over which the steepest places rise [m]; infinite where the terrain is smooth. A grid needs a
+            column of nodes there, whose normal holds back what moves against the rise.
     """
 
     heights: Array
     spacing: float
+    edge: float = np.inf
 
     def check(self, ceiling: float) -> None:
         """Refuse heights that are no terrain of an arena up to `ceiling` [m].
@@ -37,6 +40,18 @@ class Terrain:
             raise SceneError(
                 f"The terrain's heights range from {heights.min():.4g} to {heights.max():.4g} m. They must lie between "
                 f"0 and the top of the arena at {ceiling:g} m."
+            )
+
+    def check_resolved(self, grid_spacing: float) -> None:
+        """Refuse a grid of this spacing [m] whose nodes would miss an edge.
+
+        Raises:
+            SceneError: it would.
+        """
+        if grid_spacing > self.edge:
+            raise SceneError(
+                f"The terrain's edges of {self.edge:g} m are narrower than a cell of {grid_spacing:.4g} m, so that "
+                "matter would pass through them. Give a longer edge or a finer fidelity."
             )
 
     def heights_at(self, x: Array, z: Array) -> Array:

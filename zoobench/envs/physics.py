@@ -1,0 +1,99 @@
+"""Constants of environments that can be set: gravity, the robot's material, and of media."""
+
+from dataclasses import dataclass
+
+from zoobench.errors import UsageError
+from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
+
+
+@dataclass(frozen=True, kw_only=True)
+class Physics:
+    """Gravity, and the robot's material where its body has stiffness 1 and density ratio 1.
+
+    * `gravity`: downward [m/s^2], 0 or more; 3.8 in SoftZoo's reference.
+    * `youngs_modulus`: E of the robot [Pa].
+    * `poissons_ratio`: nu of the robot [-], above -1 and below 0.5.
+    * `density`: of the robot [kg/m^3].
+    * `muscle_strength`: active stress of a muscle at full activity [Pa]; it does not change with `youngs_modulus`.
+    * `damping`: viscosity eta of the robot's stress 2 eta D [Pa s]; 0 is undamped.
+    """
+
+    # The robot of SoftZoo's reference implementation on land, with muscles of 0.15 E and a viscosity similar to
+    # silicone's (loss factor 2 eta omega / E = 0.3 at the 80 rad/s of the fastest controllers). Muscles are half as
+    # strong as the usual 0.3 E, and damped, so that the robot does not tear: with all muscles in phase at 80 rad/s a
+    # robot with 0.3 E tears within 10 frames, one with 0.15 E but no damping within 20 (ground, h = 1/128). This one
+    # reaches a stretch ratio of 1.6.
+    gravity: float = 9.81
+    youngs_modulus: float = 1e4
+    poissons_ratio: float = 0.2
+    density: float = 1000.0
+    muscle_strength: float = 1.5e3
+    damping: float = 20.0
+
+    def __post_init__(self) -> None:
+        if self.gravity < 0.0:
+            raise UsageError(f"A gravity of {self.gravity:g} m/s^2 would point upward. Give 0 or more.")
+
+    @property
+    def robot(self) -> ElasticMaterial:
+        """The robot's material."""
+        return ElasticMaterial(
+            youngs_modulus=self.youngs_modulus,
+            poissons_ratio=self.poissons_ratio,
+            density=self.density,
+            muscle_strength=self.muscle_strength,
+            viscosity=self.damping,
+        )
+
+
+LAND = Physics()
+
+# A swimmer is stiffer, as in the reference implementation, since it has to push water. The damping by water alone is
+# insufficient at h = 1/128: under square waves of full strength the robot tore in the 197th frame.
+SWIMMER = Physics(youngs_modulus=1e5, muscle_strength=1.5e4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elasticity:
+    """Elasticity and density of the medium.
+
+    * `medium_youngs_modulus`: E [Pa]. Real ground is stiffer by far; here stiffness only has to keep the elastic strain
+      under a robot small (0.5 % per 500 Pa).
+    * `medium_poissons_ratio`: nu [-], above -1 and below 0.5.
+    * `medium_density`: [kg/m^3].
+    """
+
+    medium_youngs_modulus: float = 1e5
+    medium_poissons_ratio: float = 0.2
+    medium_density: float
+
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The first three constants of a solid's material: E [Pa], nu [-] and density [kg/m^3]."""
+        return self.medium_youngs_modulus, self.medium_poissons_ratio, self.medium_density
+
+
+@dataclass(frozen=True, kw_only=True)
+class Water:
+    """Constants of the water.
+
+    * `medium_density`: at no pressure [kg/m^3].
+    * `viscosity`: eta [Pa s], beside that of the grid, which is larger by far; real water has 1e-3.
+    * `tait_exponent`: gamma of the pressure K / gamma (J^-gamma - 1) [-].
+    """
+
+    medium_density: float = 1000.0
+    viscosity: float = 0.0
+    tait_exponent: float = 7.0
+
+    def material(self, bulk_modulus: float) -> WaterMaterial:
+        """The water with this K [Pa]."""
+        return WaterMaterial(
+            bulk_modulus=bulk_modulus,
+            density=self.medium_density,
+            exponent=self.tait_exponent,
+            viscosity=self.viscosity,
+        )
+
+
+FRESH_WATER = Water()
