@@ -18,6 +18,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
+from functools import lru_cache
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from zoobench.errors import UnknownNameError, UsageError
@@ -232,11 +233,20 @@ def caveat(kind: Kind, ref: Ref) -> str:
 def create(kind: Kind, ref: Ref) -> Any:
     """Create the component with the parameters of the reference.
 
+    The same reference to a design gives the same object for a while: it is immutable, and to measure it takes long.
+
     Raises:
         UnknownNameError, UsageError: as `resolve`.
     """
     resolved = resolve(kind, ref)
-    return get(kind, resolved.name, resolved.version).make(resolved.kwargs)
+    component = get(kind, resolved.name, resolved.version)
+    return _design(component.factory, resolved) if kind is Kind.DESIGN else component.make(resolved.kwargs)
+
+
+@lru_cache(maxsize=64)
+def _design(factory: Callable[..., Any], ref: Ref) -> Any:
+    """A design; the factory is part of the key, as a name may be registered anew."""
+    return get(Kind.DESIGN, ref.name, ref.version).make(ref.kwargs)
 
 
 def failures() -> list[PluginFailure]:

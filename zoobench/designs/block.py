@@ -1,6 +1,7 @@
 """The block: a box of muscle, the default workspace of design spaces."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Block:
                 f"Give 1 to {_MOST_ROWS} rows, and 1 or 2 columns and layers."
             )
 
-    @property
+    @cached_property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
         return Shape.standing(self._inside, self.length, self.height, self.width)

@@ -1,6 +1,7 @@
 """The caterpillar: a row of round segments on short feet, each with its own muscles."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Caterpillar:
     def __post_init__(self) -> None:
         check_size("caterpillar", self.length, self.width, self.height)
 
-    @property
+    @cached_property
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
         size = (self.length, self.height, self.width)
