@@ -97,4 +97,4 @@ def test_a_step_of_the_optimiser_is_of_moderate_size(space: NetworkSpace, rate: 
         start.grad = torch.autograd.grad(before, start)[0]
         torch.optim.Adam([start], lr=rate).step()
         fall = (before - space.form(start, body).occupancy.mean()).item()
-        assert 0.1 * rate < fall < 2.0 * rate
+        assert 0.1 * rate < fall < 4.0 * rate

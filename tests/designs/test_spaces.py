@@ -152,8 +152,9 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
         missing = space.form(parameters, body).occupancy[0] - wanted
         (parameters.grad,) = torch.autograd.grad((missing**2).sum(), parameters)
         descent.step()
-    form, _ = feasible(space.form(parameters, body), body, connected=True)
-    solid = form.occupancy[0].detach().numpy() > 0.5
+    raw = space.form(parameters, body)
+    form, _ = feasible(raw, body, connected=True)
+    solid = raw.occupancy[0].detach().numpy() > 0.5
     near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 / 64
     surface = np.flatnonzero(near & ~solid)
     assert len(surface) > 3

@@ -97,10 +97,12 @@ class _Lattice:
         pairs: of neighbours `[pair_count, 2]`.
         corners: the other corners of the lattice cell that begins at a particle `[particle_count, 7]`; the particle
             count for a missing one.
+        leans: whether the cells have no right angles.
     """
 
     pairs: Indices
     corners: Indices
+    leans: bool = False
 
     def pieces(self, solid: Mask) -> Indices:
         """The number of each solid particle's piece `[particle_count]`; undefined for the others."""
@@ -113,7 +115,12 @@ class _Lattice:
         return found
 
     def opened(self, solid: Mask) -> Mask:
-        """The solid particles that belong to a whole cell of the lattice: morphological opening (Serra 1982)."""
+        """The solid particles that belong to a whole cell of the lattice: morphological opening (Serra 1982).
+
+        All of them on a face-centred lattice, whose cells lean and would cut off one of two opposite edges.
+        """
+        if self.leans:
+            return solid
         whole = np.append(solid, False)
         first = np.flatnonzero(whole[:-1] & whole[self.corners].all(axis=1))
         found = np.zeros(len(whole), bool)
@@ -147,7 +154,8 @@ def _lattice(content: bytes) -> _Lattice:
         steps = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)][1:]) @ cell
         places = positions[:, None] + steps
         corners = tree.query(places, distance_upper_bound=0.1 * spacing)[1]
-    return _Lattice(tree.query_pairs(_REACH * spacing, output_type="ndarray"), corners)
+    leans = cell is not None and not np.allclose(cell @ cell.T, np.diag(np.diag(cell @ cell.T)), atol=0.1 * spacing**2)
+    return _Lattice(tree.query_pairs(_REACH * spacing, output_type="ndarray"), corners, leans)
 
 
 def _cell(positions: Array, nearest: Indices, spacing: float) -> Array | None:
