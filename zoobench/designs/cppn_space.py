@@ -24,8 +24,8 @@ def cppn_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
     Compositional pattern-producing networks (Stanley 2007) grow their graph. Here a meta graph contains all graphs that
     could grow (after Fernando et al. 2016): three hidden layers of 20 nodes; an edge to every node from every input and
     from every node of the layers before it, which is absent if its weight is 0; in every node a weighted mean of sine
-    and sigmoid. Inputs, outputs and prior are those of `implicit`: occupancy 0.8 to 0.95, stiffness 0.5 to 0.85, and
-    random muscles.
+    and sigmoid. Inputs, outputs and prior are those of `implicit`: random shapes, stiffness 0.5 to 0.85, and random
+    muscles. Weights are the parameters times 0.2, with the effect described there.
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.

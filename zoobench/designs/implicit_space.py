@@ -22,8 +22,10 @@ def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpa
     Two hidden layers of 32 tanh units. Inputs are x, y, z, the distances from the centre in the xy, xz and yz planes
     and the radius, in units of the workspace; outputs are occupancy and stiffness, mapped by sigmoids, and the muscles,
     mapped by a softmax; fibres run ahead. The number of parameters does not depend on the fidelity. A draw from the
-    prior is a random network, scaled to an occupancy of about 0.8 to 0.95 and a stiffness of 0.5 to 0.85; its muscles
-    are random regions with smooth borders, not those of the base.
+    prior is a random network, scaled to a share of solid matter of 0.4 to 1 and a stiffness of 0.5 to 0.85; its
+    muscles are random regions with smooth borders, not those of the base. Weights are the parameters times 0.07, so
+    that a step of the optimiser changes the body about as much as in `particle`: 100 steps of 0.01 can fill or empty
+    nearly every place.
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.

@@ -20,7 +20,8 @@ def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, conn
     """Bodies between animals, where the weighted mean of the signed distances to their surfaces is negative.
 
     Geometry, stiffness and muscles (shares and directions) have one coefficient for each animal; a softmax turns them
-    into weights. Stiffness and muscle shares are weighted means; fibres are means of rotations.
+    into weights. Stiffness and muscle shares are weighted means; fibres are means of rotations. 100 steps of 0.01
+    exchange a quarter of the matter.
 
     * `primitives`: names of animals, joined by +.
     * `length`: of every animal [m].

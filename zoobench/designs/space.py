@@ -1,6 +1,8 @@
 """The protocol of design spaces: from parameters to the form of a body, differentiable, in torch.
 
 A form gives occupancy, stiffness, muscle shares and fibre direction of every particle of a fixed set, the workspace.
+Where occupancy is above one half, the body that is scored, shown and exported is solid, and elsewhere there is nothing;
+gradients are those of the relaxed body of all occupancies (`zoobench.cell.robot.Draft`).
 """
 
 from dataclasses import dataclass
