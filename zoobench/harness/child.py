@@ -154,6 +154,7 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
         "forward_substeps": meter.forward,
         "recomputed_substeps": meter.recomputed,
         "backward_substeps": meter.backward,
+        "equilibration_substeps": meter.equilibration,
         "repeated_frames": meter.retries,
         "episodes": meter.episodes,
         "iterations": meter.iterations,
