@@ -117,14 +117,14 @@ def test_stiffness_is_a_share_of_the_workspaces() -> None:
 
 @pytest.mark.parametrize("env", ["ground", "ocean"])
 def test_the_scored_body_is_the_one_that_is_shown(env: str) -> None:
-    """The formed body has the score of the solution, bit for bit; equilibration is counted apart."""
+    """The formed body as a fixed design has the score of the solution, bit for bit; equilibration is counted apart."""
     problem = Problem(cell(environment=env, design="voxel", frames=4))
     draw = problem.initial(np.random.default_rng(2))
     scored = problem.evaluate(draw)
     environment = registry.create(Kind.ENV, problem.spec.env)
     shown = EpisodeRunner(
         environment, problem.task, problem.robot, problem.fidelity, BudgetMeter(),
-        body=problem.robot.formed(draw), frames=4, is_fixed=False,
+        body=problem.robot.formed(draw), frames=4, is_fixed=True,
     )  # fmt: skip
     times = torch.arange(4, dtype=torch.float64) * 0.008
     (again,) = shown.run([problem.robot.draft(torch.as_tensor(draw)[None], times).solid()])

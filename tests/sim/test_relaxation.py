@@ -5,6 +5,7 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.relaxation import come_to_rest
 from zoobench.sim.solver import BodyState, Solver
 
 REST, FRAMES = 12, 6
@@ -31,6 +32,22 @@ def test_it_is_the_episode_that_begins_at_the_equilibrated_state() -> None:
     np.testing.assert_array_equal(together.velocities, episode.velocities)
     np.testing.assert_array_equal(together.muscle_work, episode.muscle_work)
     assert not together.velocities[0].any()
+
+
+def test_a_body_goes_on_until_it_rests() -> None:
+    """After one equilibration it still moves; after as many as it takes it does not."""
+    scene = scenes.ground_scene()
+
+    def speed(solver: Solver) -> float:
+        rollout = solver.run(np.zeros((25, 1, solver.muscle_count)))
+        centres = rollout.positions[:, 0].mean(axis=1)
+        return float(np.hypot(*(centres[-1] - centres[0])[[0, 2]]) / (25 * solver.frame_seconds))
+
+    once = Solver(scene, scenes.fidelity(), start=Solver(scene, scenes.fidelity()).equilibrate(8))
+    rested = Solver(scene, scenes.fidelity())
+    state = come_to_rest(rested, 40)
+    assert not state.v.any()
+    assert speed(once) > 1e-5 > 1e-6 > speed(rested)
 
 
 def test_worlds_come_to_rest_independently() -> None:

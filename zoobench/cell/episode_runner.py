@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from zoobench.sim.model.state import IntArray
     from zoobench.sim.solver import Rollout, Solver, SubstepMeter
 
-_MOST_RESTS = 10
-"""Half periods of equilibration that the body of a design space has to come to rest."""
-
 Watch = Callable[[Array], None]
 """A function called with the positions of all particles of the first world `[particle_count, 3]` [m]."""
 
@@ -74,7 +71,7 @@ class EpisodeRunner:
         before = replace(solver.meter)
         relaxed = bool(built[0].matter)
         if self._rest_frames and not relaxed:
-            come_to_rest(solver, self._rest_frames // 2, _MOST_RESTS)
+            come_to_rest(solver, self._rest_frames)
         matter = {
             name: np.concatenate([one.matter[name].detach().numpy() for one in built]) for name in built[0].matter
         }

@@ -17,7 +17,7 @@ _END = 0.25  # of the length: head and tail
 _MOST_ROWS = 8
 
 
-@register(Kind.DESIGN, "block", tags=("land", "water"))
+@register(Kind.DESIGN, "block", version=2, tags=("land", "water"))
 @dataclass(frozen=True, kw_only=True)
 class Block:
     """A box with muscles in rows, left and right, bottom and top: eight of them, 0.10 m long.

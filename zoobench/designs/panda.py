@@ -23,7 +23,7 @@ def _leg(end: str) -> BodyPart:
     )
 
 
-@register(Kind.DESIGN, "panda", tags=("animal", "land"))
+@register(Kind.DESIGN, "panda", version=2, tags=("animal", "land"))
 def panda(*, length: float = 0.10) -> Animal:
     """A walker on four stout legs, 0.10 m long, with ten muscles.
 

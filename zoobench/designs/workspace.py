@@ -20,7 +20,7 @@ FEATURES = 7
 
 
 def base_design(base: str) -> Design:
-    """The fixed design of a workspace, such as `block`, `panda-v1` or `caterpillar[length=0.2]`.
+    """The fixed design of a workspace, such as `block`, `panda-v2` or `caterpillar[length=0.2]`.
 
     Raises:
         UnknownNameError, UsageError: the design is unknown, is a design space itself, or comes from a file that is

@@ -1,7 +1,7 @@
 """Equilibrated states of scenes, kept in files beside the compiled kernels and read back later.
 
 The file's name is a hash of everything that determines the state, the simulator's own sources included, so that a file
-is never out of date. It holds the result of `Solver.equilibrate` bit for bit.
+is never out of date. It holds the result of `come_to_rest` bit for bit.
 """
 
 import contextlib
@@ -21,6 +21,7 @@ from zoobench.files import replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
+from zoobench.sim.relaxation import come_to_rest
 from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
 
@@ -34,7 +35,7 @@ _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
 
 
 def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
-    """The scene's state after `frames` control frames of rest, for `Solver(..., start=...)`; None for no frames.
+    """The scene's state of rest, for `Solver(..., start=...)`: see `come_to_rest`; None for no frames.
 
     A damaged file is replaced, and where no file can be written the state is computed every time.
 
@@ -46,7 +47,7 @@ def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds
     path = state_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
     kept = _read(path)
     if kept is None:
-        kept = Solver(scene, fidelity, frame_seconds=frame_seconds).equilibrate(frames)
+        kept = come_to_rest(Solver(scene, fidelity, frame_seconds=frame_seconds), frames)
         with contextlib.suppress(OSError):
             _write(path, kept)
             _trim(path.parent)
