@@ -26,15 +26,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """The first half begins with the cells of the benchmark, the second with scenes of the tests' own.
 
     Each of two workers begins with a half and takes over what the other leaves at its end. Kernels are shared by tests
-    within these groups and seldom between them, so that few are compiled twice.
+    within these groups and seldom between them, so that few are compiled twice. Within a file, cases of 32 bits come
+    last: each change of the precision restarts the runtime.
     """
     groups: dict[str, list[pytest.Item]] = {}
-    for item in items:
+    places = {path: place for place, path in enumerate(dict.fromkeys(item.path for item in items))}
+    for item in sorted(items, key=lambda item: (places[item.path], _is_single(item))):
         groups.setdefault(item.path.relative_to(config.rootpath / "tests").parts[0], []).append(item)
     cells, scenes = ([item for name in names for item in groups.pop(name, [])] for names in (_OF_CELLS, _OF_SCENES))
     others = [item for group in groups.values() for item in group]
     share = max(len(items) // 2 - len(cells), 0)
     items[:] = cells + others[:share] + scenes + others[share:]
+
+
+def _is_single(item: pytest.Item) -> bool:
+    """Whether its parameters name a precision of 32 bits."""
+    return hasattr(item, "callspec") and item.callspec.params.get("precision") == 32
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -7,6 +7,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -66,6 +67,9 @@ def module_of(path: Path) -> str:
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 
 
+MODULES = {module_of(path) for path in FILES}
+
+
 def package_of(module: str) -> str:
     """The longest entry of `ALLOWED` that a module belongs to, or its own name."""
     parts = module.split(".")
@@ -75,8 +79,13 @@ def package_of(module: str) -> str:
     return module
 
 
-def imports_of(path: Path) -> Iterator[str]:
+@cache
+def imports_of(path: Path) -> tuple[str, ...]:
     """Every module that a file imports, at any depth, as a dotted name."""
+    return tuple(_imports_of(path))
+
+
+def _imports_of(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -89,8 +98,7 @@ def imports_of(path: Path) -> Iterator[str]:
 
 def own_imports(path: Path) -> set[str]:
     """The modules of ours that a file imports, below the package."""
-    modules = {module_of(other) for other in FILES}
-    return {name.removeprefix("zoobench.") for name in imports_of(path)} & modules
+    return {name.removeprefix("zoobench.") for name in imports_of(path)} & MODULES
 
 
 def test_packages_import_only_what_the_plan_allows() -> None:

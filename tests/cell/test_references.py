@@ -79,8 +79,9 @@ def test_references_are_computed_once(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(calls) == 6
 
 
-def test_the_body_at_rest_is_the_solutions() -> None:
+def test_the_body_at_rest_is_the_solutions(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a design space each solution has its own; the muscles are at rest whatever the controller."""
+    monkeypatch.setattr("zoobench.cell.references.DRAWS", 2)
     spec = cell(design="voxel", controller="fixed-sine")
     problem = Problem(spec)
     bodies = [problem.initial(np.random.default_rng(seed))[problem.robot.control_count :] for seed in range(2)]

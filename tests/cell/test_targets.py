@@ -68,7 +68,7 @@ def test_a_path_from_a_file_is_checked_alike(tmp_path: Path, monkeypatch: pytest
     assert "leaves the arena" in run.reason
 
 
-@pytest.mark.parametrize("name", ["laptop", "paper"])
+@pytest.mark.parametrize("name", ["laptop", pytest.param("paper", marks=pytest.mark.slow)])
 def test_no_cell_of_the_published_suites_is_refused(name: str) -> None:
     """Their targets stay inside for every robot."""
     cells = [suites.spec_of(item) for item in suites.load(name).cells]

@@ -2,12 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from tests.harness.helpers import fake
 from tests.report.content import fill
 from zoobench.cli.main import main
+from zoobench.harness import worker_pool
+
+ROOT = Path(__file__).parents[2]
+real_run_all = worker_pool.run_all
 
 
 @dataclass(frozen=True)
@@ -43,3 +49,15 @@ def zoobench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Capt
 def database(tmp_path: Path) -> Path:
     """The database of `tests.report.content.fill`, under the name that commands look for."""
     return fill(tmp_path / "zoobench.db")
+
+
+@pytest.fixture
+def pretend(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Choose how the fake child behaves."""
+
+    def choose(mode: str = "steady", **options: float) -> None:
+        child = fake(mode, **options)  # type: ignore[arg-type]
+        monkeypatch.setattr(worker_pool, "run_all", partial(real_run_all, child=child))
+        monkeypatch.setenv("PYTHONPATH", str(ROOT))
+
+    return choose

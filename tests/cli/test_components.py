@@ -86,14 +86,14 @@ def test_show_prints_no_csv(zoobench: Command) -> None:
 
 def test_show_a_design_gives_its_card(zoobench: Command) -> None:
     """Size, mass, muscles and particles at every fidelity; a parameter changes them."""
-    (card,) = json.loads(zoobench("show", "fish[length=0.08]", "--format", "json").out)
+    (card,) = json.loads(zoobench("show", "caterpillar[length=0.08]", "--format", "json").out)
     body = card["body"]
-    assert body["size"] == pytest.approx([0.08, 0.04, 0.04], abs=0.004)
+    assert body["size"] == pytest.approx([0.08, 0.05, 0.05], abs=0.004)
     assert list(body["particles"]) == sorted(body["particles"], key=lambda name: body["particles"][name])
     assert set(body["particles"]) == set(registry.names(registry.Kind.FIDELITY))
     assert sum(body["muscles"].values()) + body["passive"] == pytest.approx(1.0)
-    text = zoobench("show", "fish").out
-    for fact in ("mm (length, height, width)", "flank-1-left", "154", "particles"):
+    text = zoobench("show", "caterpillar[length=0.08]").out
+    for fact in ("mm (length, height, width)", "ventral-1-left", str(body["particles"]["draft"]), "particles"):
         assert fact in text
 
 

@@ -7,7 +7,7 @@ from tests.cli.conftest import Command
 
 def test_gradcheck_finds_right_gradients_right(zoobench: Command) -> None:
     """A row for every parameter group and horizon, each within the tolerance, and a summary; exit code 0."""
-    reply = zoobench("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "10,40", "--format", "json")
+    reply = zoobench("gradcheck", "--env", "ground", "--task", "turning", "--horizons", "5,15", "--format", "json")
     found = json.loads(reply.out)
     assert reply.code == 0, reply.err
     assert len(found["rows"]) == 12

@@ -6,6 +6,7 @@ import io
 import json
 import shlex
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,8 +74,9 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     assert len(first) == 1
 
 
-def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path) -> None:
+def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:
     """A seed from one database, another from a second: the page holds both; a file that is no export is not lost."""
+    pretend()
     (tmp_path / "tiny.yaml").write_text(TINY.replace("seeds: 1", "seeds: 2"))
     publishing = ("leaderboard", "publish", "tiny.yaml", "leaderboards")
     for seed in (0, 1):

@@ -8,38 +8,21 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tests.cli.conftest import Command
-from tests.harness.helpers import fake
 from tests.report.content import add_done
 from zoobench.cli.run import parse_duration
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.harness import worker_pool
 from zoobench.harness.grid import expand
 from zoobench.harness.request import RunRequest, parse_seeds
 from zoobench.spec import RunSelection, RunSpec, repeat_command
 
 CELL = ("--env", "desert", "--task", "turning", "--method", "random")
-ROOT = Path(__file__).parents[2]
-real_run_all = worker_pool.run_all
-
-
-@pytest.fixture
-def pretend(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Choose how the fake child behaves."""
-
-    def choose(mode: str = "steady", **options: float) -> None:
-        child = fake(mode, **options)  # type: ignore[arg-type]
-        monkeypatch.setattr(worker_pool, "run_all", partial(real_run_all, child=child))
-        monkeypatch.setenv("PYTHONPATH", str(ROOT))
-
-    return choose
 
 
 def states(path: Path) -> list[RunState]:

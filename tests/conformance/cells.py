@@ -13,6 +13,10 @@ DEFAULTS = {
     Kind.FIDELITY: "smoke",
 }
 
+POND = "ocean[depth=0.09375,length=0.1875,width=0.125,bulk_modulus=20000]"
+"""The ocean in little, and soft, so that its steps are long: a body of a design space is at rest in a tenth of the
+time."""
+
 
 def cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **names: str) -> RunSpec:
     """A resolved spec; axes are named by the kind's noun: `cell(environment="ice", fidelity="smoke[precision=64]")`."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.conformance.cells import cell
+from tests.conformance.cells import POND, cell
 from tests.methods.toy import Context
 from zoobench import registry
 from zoobench.arrays import Array
@@ -28,20 +28,19 @@ DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).requi
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land or in water, where they belong, design spaces on land, and voxels, as one of them, in water too.
-    All of the product is for `-m slow`.
+    Bodies move on land or in water, where they belong, design spaces on land. All of the product is for `-m slow`.
     """
     if design == "caterpillar":
         return task == "movement-speed" or env in ("ground", "ocean")
     tags = registry.get(Kind.DESIGN, design).tags
-    homes = {"space": ("ground", "ocean") if design == "voxel" else ("ground",), "water": ("ocean",)}
-    return task == "movement-speed" and env in next((homes[tag] for tag in homes if tag in tags), ("ground",))
+    return task == "movement-speed" and env == ("ocean" if "water" in tags else "ground")
 
 
 CELLS = [
     pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
     for names in itertools.product(ENVS, TASKS, DESIGNS)
 ]
+CELLS.append(pytest.param(POND, "movement-speed", "voxel", id="pond-movement-speed-voxel"))  # a design space in water
 SEEN = 30
 """Length of the observations that closed loops are given here."""
 
@@ -168,15 +167,18 @@ REST_SPEEDS = {"wetland": 3e-6, "shallow-water": 1e-4, "ocean": 1e-4}
 
 
 def _idles(env: str, design: str) -> bool:
-    """Every body on the ground, at the resolution of scores, the caterpillar and voxels everywhere."""
-    return env == "ground" or design in ("caterpillar", "voxel")
+    """Every body on the ground, at the resolution of scores, the caterpillar and, but in the ocean, voxels everywhere."""
+    return env == "ground" or design == "caterpillar" or (design == "voxel" and env != "ocean")
 
 
 @pytest.mark.parametrize(
     ("env", "design"),
     [
-        pytest.param(*names, marks=() if _idles(*names) else pytest.mark.slow)
-        for names in itertools.product(ENVS, DESIGNS)
+        *(
+            pytest.param(*names, marks=() if _idles(*names) else pytest.mark.slow)
+            for names in sorted(itertools.product(ENVS, DESIGNS), key=lambda names: names[1] in IN_SINGLE)
+        ),
+        pytest.param(POND, "voxel", id="pond-voxel"),
     ],
 )
 def test_a_body_without_a_mind_stays_where_it_is(env: str, design: str) -> None:
@@ -209,8 +211,9 @@ def _check_gradient(problem: Problem, params: Array, gradient: Array) -> None:
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
     """Through the real simulator: a solution whose parameters give its score again."""
-    tags = registry.get(Kind.METHOD, name).tags
-    controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", name)
+    component = registry.get(Kind.METHOD, name)
+    tags, text = component.tags, f"{name}[population=4]" if "population" in component.parameters else name
+    controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", text)
     design = "voxel" if {"space", "sites"} & tags else "caterpillar"
     spec = cell(budget=Budget("iterations", 2), design=design, controller=controller, method=text)
     problem = Problem(spec)

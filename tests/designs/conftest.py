@@ -13,3 +13,9 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(1)
     yield
     torch.set_num_threads(before)
+
+
+@pytest.fixture
+def few_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the barycenter's iterations: their number is fixed, so that what a map owes holds for any."""
+    monkeypatch.setattr("zoobench.designs.barycenter._ITERATIONS", 10)

@@ -176,8 +176,7 @@ def painted(path: Path, *, packed: bool = True, scattered: bool = False) -> Clou
     return CloudDesign(path=InputFile(path), length=0.09)
 
 
-@pytest.mark.parametrize("packed", [True, False])
-@pytest.mark.parametrize("scattered", [True, False])
+@pytest.mark.parametrize(("packed", "scattered"), [(True, False), (False, True)])
 def test_the_colours_of_an_annotated_cloud_are_muscles(packed: bool, scattered: bool, tmp_path: Path) -> None:
     """In the order of red, green, blue; black is passive; fibres run along each part, in one leg of a pair."""
     body = painted(tmp_path / "a.pcd", packed=packed, scattered=scattered).body(PAPER)

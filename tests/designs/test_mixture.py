@@ -40,6 +40,7 @@ def test_it_is_a_design_space(space: Mixture) -> None:
 @pytest.mark.parametrize(
     "space", [sdf_lerp(), barycenter_space(primitives="orca+tuna")], ids=["sdf-lerp", "barycenter"]
 )
+@pytest.mark.usefixtures("few_iterations")
 def test_the_gradient_is_right(space: Mixture) -> None:
     """Of all outputs, by all parameters, against finite differences."""
     body = space.body(Fidelity(1 / 32))

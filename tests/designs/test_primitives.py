@@ -80,7 +80,7 @@ def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
     body = made.workspace(DRAFT)
     tissues = made.tissues(body)
     for n, animal in enumerate(made.animals):
-        fine = animal.body(Fidelity(1 / 400))
+        fine = animal.body(Fidelity(1 / 256))
         sure = fine.muscle_membership.max(axis=1) > 1.0 - 1e-9
         owner, away = fine.muscle_membership[sure].argmax(axis=1), fine.positions[sure]
         gaps = np.stack([KDTree(away[owner == k]).query(body.positions)[0] for k in range(len(animal.muscles))], axis=1)

@@ -56,6 +56,7 @@ def feels_the_size(name: str, frames: int, scale: float = 1.0) -> bool:
     return bool((np.abs(large.mean(axis=0) - small.mean(axis=0)) > noise).any())
 
 
+@pytest.mark.slow
 def test_few_frames_carry_nothing_to_the_end_of_a_bed_and_back() -> None:
     """Sand carries no waves: the scores are the same for walls at any distance."""
     assert not feels_the_size("desert", frames=5)

@@ -57,12 +57,12 @@ class _Killer:
 
 
 def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
-    child = fake(iterations=iterations, pause=0.01)
+    child, quick = fake(iterations=iterations, pause=0.01), fake(iterations=iterations, pause=0.0)
     battered, calm = tmp_path / "battered.db", tmp_path / "calm.db"
     with _Killer(seed, kills) as killer:
         rows = launch_fakes(battered, _RUNS, child=child)
     assert sum(killer.done.values()) == kills, "the runs ended before the killer was through"
-    launch_fakes(calm, _RUNS, child=child)
+    launch_fakes(calm, _RUNS, child=quick)
     assert [row.state for row in rows] == [RunState.DONE] * _RUNS
     with Store(battered) as store:
         assert store.check() == []

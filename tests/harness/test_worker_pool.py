@@ -118,7 +118,7 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
         assert (first.progressed, second.resumed) == (True, True)
         assert {point.attempt for point in store.metrics(1)} == {1, 2}
     straight = path.with_name("straight.db")
-    launch_fakes(straight, 2, child=_SLOW_WALK)
+    launch_fakes(straight, 2, child=fake(iterations=150, pause=0.0))
     assert [numbers(path, run_id) for run_id in (1, 2)] == [numbers(straight, run_id) for run_id in (1, 2)]
 
 

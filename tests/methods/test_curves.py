@@ -24,7 +24,8 @@ def _run(name: str, context: Context) -> BudgetMeter:
         POLICY.run(policy, context)  # type: ignore[arg-type]
         return policy.meter
     problem = Quadratic(budget, diverges=lambda params: bool(params[1] > 0.0))
-    registry.create(Kind.METHOD, Ref(name)).run(problem, context)
+    few = (("population", 8),) if "population" in registry.get(Kind.METHOD, name).parameters else ()
+    registry.create(Kind.METHOD, Ref(name, params=few)).run(problem, context)
     return problem.meter
 
 

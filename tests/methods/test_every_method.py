@@ -70,7 +70,7 @@ def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch
 
     Wall time cannot be known beforehand: no iteration begins after its end. Here a substep takes a millisecond.
     """
-    for amount in np.random.default_rng(3).uniform(*AMOUNTS[kind], 4):
+    for amount in np.random.default_rng(3).uniform(*AMOUNTS[kind], 2):
         budget = Budget(kind, float(amount) if kind == "seconds" else int(amount))
         problem = _toy(name, budget)
         clock = SimpleNamespace(perf_counter=lambda meter=problem.meter: 1e-3 * meter.substeps)

@@ -58,25 +58,33 @@ class Probe:
         """Its central difference."""
         return (self.at(name, direction, distance) - self.at(name, direction, -distance)) / (2 * distance)
 
-    def error(self, gradient: Gradient, name: str, direction: np.ndarray, largest: float = 1e-4) -> float:
-        """Best relative error over three distances: round-off grows below the best one, curvature above it."""
+    def error(
+        self, gradient: Gradient, name: str, direction: np.ndarray, enough: float, largest: float = 1e-4
+    ) -> float:
+        """Best relative error over three distances, of which the next is tried only if that of the last is not enough.
+
+        Round-off grows below the best distance, curvature above it.
+        """
         exact = float((getattr(gradient, name) * direction).sum())
-        differences = [
-            self.difference(name, direction, distance) for distance in (largest, largest / 10, largest / 100)
-        ]
-        return min(abs(difference - exact) / abs(difference) for difference in differences)
+        errors: list[float] = []
+        for distance in (largest, largest / 10, largest / 100):
+            difference = self.difference(name, direction, distance)
+            errors.append(abs(difference - exact) / abs(difference))
+            if errors[-1] <= enough:
+                break
+        return min(errors)
 
 
-# name of the scene, tolerance, frames, least number of substeps, directions
+# name of the scene, tolerance, frames, least number of substeps
 EPISODES = [
-    ("flight", 1e-6, 34, 100, 3),
-    ("ground", 1e-4, 34, 100, 3),
-    ("damped", 1e-4, 9, 36, 1),
-    ("sand", 1e-4, 20, 100, 3),
-    ("clay", 1e-4, 8, 36, 1),
-    ("mud", 1e-4, 7, 36, 1),
-    ("snow", 1e-4, 3, 36, 1),
-    ("water", 1e-4, 4, 36, 1),
+    ("flight", 1e-6, 34, 100),
+    ("ground", 1e-4, 34, 100),
+    ("damped", 1e-4, 9, 36),
+    ("sand", 1e-4, 20, 100),
+    ("clay", 1e-4, 8, 36),
+    ("mud", 1e-4, 7, 36),
+    ("snow", 1e-4, 3, 36),
+    ("water", 1e-4, 4, 36),
 ]
 
 DEAR = ("clay", "mud", "snow")
@@ -90,26 +98,22 @@ def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
 @pytest.fixture(
     scope="module", params=[pytest.param(episode, id=episode[0], marks=_marks(episode[0])) for episode in EPISODES]
 )
-def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float, int]:
-    """A scene over many substeps, its gradient, the tolerance and how many directions to try."""
-    name, tolerance, frames, substeps, directions = request.param
+def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float]:
+    """A scene over many substeps, its gradient and the tolerance."""
+    name, tolerance, frames, substeps = request.param
     probe = Probe(scenes.SCENES[name](), frames)
     gradient = probe.gradient()
     assert probe.rollout.substeps >= substeps
-    return probe, gradient, tolerance, directions
+    return probe, gradient, tolerance
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_directional_derivative_matches_central_differences(
-    probed: tuple[Probe, Gradient, float, int], name: str
-) -> None:
-    """In three random directions of each parameter group, or in one."""
-    probe, gradient, tolerance, directions = probed
-    rng = np.random.default_rng(7)
-    for _ in range(directions):
-        # within +-1, so that the largest distance stays inside the bounds of the group
-        direction = rng.uniform(-1.0, 1.0, probe.base[name].shape)
-        assert probe.error(gradient, name, direction) <= tolerance
+def test_directional_derivative_matches_central_differences(probed: tuple[Probe, Gradient, float], name: str) -> None:
+    """In a random direction of each parameter group, in which every entry has a part."""
+    probe, gradient, tolerance = probed
+    # within +-1, so that the largest distance stays inside the bounds of the group
+    direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[name].shape)
+    assert probe.error(gradient, name, direction, tolerance) <= tolerance
 
 
 @pytest.fixture(scope="module")
@@ -225,7 +229,9 @@ def test_thrust_needs_friction(friction: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["ground", "sand", *(pytest.param(name, marks=pytest.mark.slow) for name in (*DEAR, "water"))]
+    # sand has all that the ground has
+    "name",
+    ["sand", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", *DEAR, "water"))],
 )
 def test_float32_gradient_agrees_with_float64(name: str) -> None:
     """To 1e-3 of the norm in every group."""

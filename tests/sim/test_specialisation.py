@@ -55,9 +55,10 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> set[str]:
 
 @pytest.mark.parametrize(
     "name",
-    # each compiles kernels that no other test needs, for minutes: of beds and waters one is fast
+    # each compiles kernels that no other test needs, for seconds: of beds one is fast, and no water, whose pressure
+    # other tests see
     [
-        pytest.param(name, marks=() if name in ("ground", "ice", "desert", "ocean") else pytest.mark.slow)
+        pytest.param(name, marks=() if name in ("ground", "ice", "desert") else pytest.mark.slow)
         for name in registry.names(Kind.ENV)
     ],
 )

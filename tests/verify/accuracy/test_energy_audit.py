@@ -142,6 +142,7 @@ def test_an_episode_that_diverges_is_reported_and_left_out(monkeypatch: pytest.M
     assert told[-1].startswith("ice draft, which fails")
 
 
+@pytest.mark.slow  # the closed forms above are in 64 bits, and the study in 32
 def test_single_precision_follows_the_same_energies() -> None:
     """The balance is that of the simulation, not of its rounding."""
     plan = StudyPlan(levels=("draft",), around="draft", draws=(1,), close=0, knobs=("precision=64",), shifts=())
