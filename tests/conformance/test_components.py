@@ -14,7 +14,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.inputs import InputFile
+from zoobench.inputs import InputFile, StoredRun
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.spec import FRAME_SECONDS, Budget, Ref
@@ -23,6 +23,8 @@ ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) f
 TASKS = [name if name != "mix" else "mix[movement-speed=1,turning=0.2,final-position=0.1]" for name in TASKS]
 # what a user's file makes is tested with files, in tests/designs
 DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).required]
+# a stored gait is tested with stored runs, in tests/controllers
+CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER, name).required]
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
@@ -53,10 +55,10 @@ ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 @pytest.mark.parametrize(("kind", "name"), ALL)
 def test_it_is_documented_and_has_only_optional_parameters(kind: Kind, name: str) -> None:
-    """A first line for `zoobench list`, and defaults for everything but a user's file, so that the bare name runs."""
+    """A first line for `zoobench list`, and defaults for everything but a user's file or run, so that the name runs."""
     component = registry.get(kind, name)
     assert len(component.summary) > 10
-    assert all(component.parameters[name] is InputFile for name in component.required)
+    assert all(component.parameters[name] in (InputFile, StoredRun) for name in component.required)
     for parameter in inspect.signature(component.factory).parameters.values():
         assert parameter.kind is parameter.KEYWORD_ONLY
         assert parameter.name in component.parameters.keys() | component.groups.keys()
