@@ -36,7 +36,7 @@ ALLOWED = {
     "designs": "errors arrays spec inputs registry sim.model",
     "envs": "errors arrays registry sim.model designs",
     "tasks": "errors arrays inputs registry",
-    "controllers": "errors arrays spec registry",
+    "controllers": "errors arrays spec inputs registry",
     "cell": "errors arrays files spec inputs registry sim.model sim designs envs tasks controllers",
     "gym": "errors arrays spec registry controllers cell",
     "methods": "errors arrays spec inputs registry cell gym",

@@ -7,6 +7,7 @@ name without digest makes a new run.
 
 import hashlib
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,9 +78,9 @@ _RUN_NAME = re.compile(f"{_RUN_MARK}[0-9a-f]{{{_DIGITS}}}")
 
 
 class StoredRun(str):
-    """Annotation of a method's parameter that names a stored run, for a warm start.
+    """Annotation of a parameter that names a stored run: a method's, for a warm start, or one of a stored gait or body.
 
-    The empty default is not part of a run's key. The method need not use the parameter: `Problem.initial` does.
+    An empty default is not part of a run's key. A method need not use the parameter: `Problem.initial` does.
     """
 
     __slots__ = ()
@@ -124,3 +125,38 @@ def named_run(method: Ref) -> str:
     """The beginning of the key of the run from which a method starts; empty without a warm start."""
     names = (value for _, value in method.params if isinstance(value, str) and _RUN_NAME.fullmatch(value))
     return next(names, "").removeprefix(_RUN_MARK)
+
+
+def named_runs(*refs: Ref) -> list[str]:
+    """The beginnings of the keys of all runs that references name, also within a parameter, each once."""
+    names = (name for ref in refs for name in re.findall(rf"={_RUN_NAME.pattern}(?=[],])", str(ref)))
+    return [name.removeprefix(f"={_RUN_MARK}") for name in dict.fromkeys(names)]
+
+
+Finder = Callable[[str], Start | None]
+"""Gives the solution of the run of this name; None if there is none."""
+
+
+def _nowhere(name: str) -> Start | None:
+    return None
+
+
+_find: Finder = _nowhere
+
+
+def find_with(finder: Finder) -> None:
+    """Say where `solution_in` finds stored runs: in a database, or among those that a process was given."""
+    global _find
+    _find = finder
+
+
+def solution_in(name: str) -> Start:
+    """The solution of the run of this name, for the component that names it.
+
+    Raises:
+        UsageError: there is none; StorageError: it cannot be read.
+    """
+    found = _find(checked_run_name(name))
+    if found is None:
+        raise UsageError(f"{name or 'No run'} is not in this database and done. Do that run first, or choose another.")
+    return found

@@ -14,7 +14,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.inputs import InputFile
+from zoobench.inputs import InputFile, StoredRun
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.spec import FRAME_SECONDS, Budget, Ref
@@ -23,6 +23,8 @@ ENVS, TASKS, DESIGNS, CONTROLLERS, METHODS, FIDELITIES = (registry.names(kind) f
 TASKS = [name if name != "mix" else "mix[movement-speed=1,turning=0.2,final-position=0.1]" for name in TASKS]
 # what a user's file makes is tested with files, in tests/designs
 DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).required]
+# a stored gait is tested with stored runs, in tests/controllers
+CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER, name).required]
 
 
 def _is_fast(env: str, task: str, design: str) -> bool:
@@ -52,10 +54,10 @@ ALL = [(kind, name) for kind in Kind for name in registry.names(kind)]
 
 @pytest.mark.parametrize(("kind", "name"), ALL)
 def test_it_is_documented_and_has_only_optional_parameters(kind: Kind, name: str) -> None:
-    """A first line for `zoobench list`, and defaults for everything but a user's file, so that the bare name runs."""
+    """A first line for `zoobench list`, and defaults for everything but a user's file or run, so that the name runs."""
     component = registry.get(kind, name)
     assert len(component.summary) > 10
-    assert all(component.parameters[name] is InputFile for name in component.required)
+    assert all(component.parameters[name] in (InputFile, StoredRun) for name in component.required)
     for parameter in inspect.signature(component.factory).parameters.values():
         assert parameter.kind is parameter.KEYWORD_ONLY
         assert parameter.name in component.parameters.keys() | component.groups.keys()
@@ -162,12 +164,12 @@ def test_a_cell_is_finite_repeatable_and_differentiable(env: str, task: str, des
     _check_gradient(problem, params, gradient)
 
 
-REST_SPEEDS = {"wetland": 3e-6, "shallow-water": 1e-4, "ocean": 1e-4}
+REST_SPEEDS = {"wetland": 3e-6, "shallow-water": 1e-4, "ocean": 1e-4, POND: 1e-4}
 """Where a body cannot rest to within 1e-6 m/s [m/s]: mud creeps, and the water keeps a current of a tenth of a mm/s."""
 
 
 def _idles(env: str, design: str) -> bool:
-    """Every body on the ground, at the resolution of scores, the caterpillar and, but in the ocean, voxels everywhere."""
+    """Every body on the ground, at the resolution of scores; the caterpillar everywhere, voxels but in the ocean."""
     return env == "ground" or design == "caterpillar" or (design == "voxel" and env != "ocean")
 
 
@@ -176,7 +178,7 @@ def _idles(env: str, design: str) -> bool:
     [
         *(
             pytest.param(*names, marks=() if _idles(*names) else pytest.mark.slow)
-            for names in sorted(itertools.product(ENVS, DESIGNS), key=lambda names: names[1] in IN_SINGLE)
+            for names in itertools.product(ENVS, DESIGNS)
         ),
         pytest.param(POND, "voxel", id="pond-voxel"),
     ],

@@ -23,6 +23,7 @@ from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.seeding import generator
 from zoobench.files import replace_files
+from zoobench.inputs import named_runs, run_name, solution_in
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, canonical_json
 from zoobench.tasks.base import Metric
@@ -93,7 +94,8 @@ def _key(spec: RunSpec, name: str, *parameters: Array) -> str:
     fields = spec.to_dict()
     origin = [platform.machine(), *(version(name) for name in ("taichi", "torch", "numpy"))]
     digest = hashlib.sha256(canonical_json([name, {axis: fields[axis] for axis in _AXES}, origin]).encode())
-    for array in parameters:
+    named = [np.array(solution_in(run_name(key)).params) for key in named_runs(spec.design, spec.controller)]
+    for array in (*parameters, *named):
         digest.update(array.tobytes())
     refs = zip(_KINDS, (spec.env, spec.task, spec.design, spec.controller, spec.fidelity), strict=True)
     components = (registry.get(kind, ref.name, ref.version).factory for kind, ref in refs)

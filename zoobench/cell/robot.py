@@ -1,9 +1,9 @@
 """The robot as a function of a parameter vector: muscle activity and, in a design space, the body."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +11,15 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
+from zoobench.controllers.stored_gait import Gait
 from zoobench.designs.base import Body, Design, Mask, check_ends
-from zoobench.designs.feasibility import SOLID, Feasibility, feasible
+from zoobench.designs.feasibility import Feasibility, feasible
+from zoobench.designs.solid import solid_body, subset
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
 from zoobench.errors import SceneError, Unbuildable, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.spec import Ref
+from zoobench.spec import Ref, RunSpec
 from zoobench.tasks.base import Metric
 from zoobench.tasks.products import symmetric_eigen
 
@@ -30,8 +32,6 @@ _LEAST_OCCUPANCY = 1e-4
 
 _DRAWS = 20
 """Most bodies that are drawn from a prior until one can be built."""
-
-_END = 0.1  # of the length: head and tail of a form that has lost those of its workspace
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,8 @@ class Draft:
         """The robot as it is scored, shown and exported: whole particles where the form is solid, and nothing else."""
         if self.form is None:
             return Built(self.row, self.activity, self.workspace, {}, {})
-        arrays = {name: value[0].detach().numpy() for name, value in vars(self.form).items()}
-        arrays["stiffness"] = arrays["stiffness"] * self.workspace.stiffness
-        kept = arrays["occupancy"] > SOLID
-        body = _subset(self.workspace, arrays | {"occupancy": np.ones(len(kept))}, kept)
-        return Built(self.row, self.activity, replace(body, malleable=False), {}, self._metrics(body))
+        body = solid_body(self.form, self.workspace)
+        return Built(self.row, self.activity, body, {}, self._metrics(body))
 
     @property
     def existing(self) -> Mask:
@@ -120,7 +117,7 @@ class Draft:
         matter = self.form.matter(self.workspace)
         arrays = {name: value[0].detach().numpy() for name, value in matter.items()}
         kept = self.existing if kept is None else kept
-        body = _subset(self.workspace, arrays, kept)
+        body = subset(self.workspace, arrays, kept)
         parts = {name: value[:, torch.as_tensor(kept)] for name, value in matter.items()}
         return Built(self.row, self.activity, body, parts, self._metrics(body))
 
@@ -139,23 +136,6 @@ class Draft:
             "components": Metric(float(self.feasibility.components), "1"),
             "mass_kept": Metric(self.feasibility.mass_kept, "1"),
         }
-
-
-def _subset(workspace: Body, arrays: dict[str, Array], kept: Mask) -> Body:
-    """The workspace with other arrays, reduced to the particles that are kept.
-
-    A form without solid head or tail has its ends for them.
-    """
-    whole = {name: value for name, value in vars(workspace).items() if isinstance(value, np.ndarray)} | arrays
-    parts: dict[str, Any] = {name: value[kept] for name, value in whole.items()}
-    body = replace(workspace, **parts)
-    solid = body.occupancy > SOLID
-    if (body.head & solid).any() and (body.tail & solid).any():
-        return body
-    along = body.positions[:, 0]
-    low, high = along[solid].min(), along[solid].max()
-    end = _END * (high - low)
-    return replace(body, head=along >= high - end, tail=along <= low + end)
 
 
 @dataclass(frozen=True)
@@ -180,6 +160,7 @@ class Robot:
 
         Raises:
             UnknownNameError, UsageError: an unknown name or an invalid parameter.
+                A stored gait does not fit the body or the task.
             SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
         made, body = sampled(design, fidelity)
@@ -187,7 +168,29 @@ class Robot:
         layout: Layout = ()
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))
-        return cls(moved_by, body, made if isinstance(made, DesignSpace) else None, layout)
+        robot = cls(moved_by, body, made if isinstance(made, DesignSpace) else None, layout)
+        if isinstance(moved_by, Gait):
+            robot._check_gait(moved_by.start.spec)
+        return robot
+
+    @classmethod
+    def of_run(cls, spec: RunSpec) -> "Robot":
+        """The robot of a run; errors as of `of`."""
+        return cls.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)
+
+    def _check_gait(self, spec: RunSpec) -> None:
+        """Raise UsageError if the gait found in that run has other muscles to drive or other things to see here."""
+        home = Robot.of_run(spec)
+        if home.body.muscle_count != self.body.muscle_count:
+            raise UsageError(
+                f"The stored gait does not fit: it drives the {home.body.muscle_count} muscles of {spec.design}, and "
+                f"this body has {self.body.muscle_count}. Choose a body with as many, or the gait of another run."
+            )
+        if home.layout != self.layout:
+            raise UsageError(
+                f"The stored gait does not fit: it observes {home.senses}, and is given {self.senses} here. "
+                f"Choose the task {spec.task.name}, or the gait of another run."
+            )
 
     @property
     def senses(self) -> str:
@@ -268,6 +271,11 @@ class Robot:
 
         with torch.no_grad():
             return self.draft(torch.as_tensor(parameters[None]), torch.zeros(0, dtype=torch.float64))
+
+
+def gait_of(robot: Robot) -> RunSpec | None:
+    """The run in which a robot's stored gait was found; None if it has another controller."""
+    return robot.controller.start.spec if isinstance(robot.controller, Gait) else None
 
 
 def sampled(design: Ref, fidelity: Fidelity) -> tuple[Design, Body]:

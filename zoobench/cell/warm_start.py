@@ -5,12 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.robot import Robot
 from zoobench.errors import UsageError
 from zoobench.inputs import Start
-from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec
 
 
@@ -42,7 +40,7 @@ def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
     Raises:
         UsageError: no part fits.
     """
-    theirs = _robot(start.spec)
+    theirs = Robot.of_run(start.spec)
     values = np.array(start.params)
     parts = (
         ("controller", start.spec.controller, theirs.control_count, spec.controller, robot.control_count),
@@ -76,13 +74,9 @@ def overlay(start: Start, spec: RunSpec, robot: Robot) -> Overlay:
 
 def overlay_of(start: Start, spec: RunSpec) -> Overlay:
     """`overlay` for the robot of a spec."""
-    return overlay(start, spec, _robot(spec))
+    return overlay(start, spec, Robot.of_run(spec))
 
 
 def _sizes(parts: Iterable[tuple[str, Ref, int]]) -> str:
     """Parameter counts by part, as text."""
     return " and ".join(f"{count} of the {part} {ref}" for part, ref, count in parts if count) or "no parameters"
-
-
-def _robot(spec: RunSpec) -> Robot:
-    return Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)

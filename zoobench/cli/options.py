@@ -17,7 +17,18 @@ if TYPE_CHECKING:
 
 DEFAULT_DATABASE = "zoobench.db"
 
-DatabaseOption = Annotated[str, Option("--db", envvar="ZOOBENCH_DB", help="The database: a path, or a PostgreSQL URL.")]
+
+def _choose_database(location: str) -> str:
+    """The location as it is; settings may name the runs there from now on."""
+    from zoobench.harness.starts import look_in
+
+    return look_in(location)
+
+
+DatabaseOption = Annotated[
+    str,
+    Option("--db", envvar="ZOOBENCH_DB", help="The database: a path, or a PostgreSQL URL.", callback=_choose_database),
+]
 FormatOption = Annotated[Format, Option("--format", "-f", help="How to print.")]
 
 EnvOption = Annotated[str, Option("--env", help="Environments: names or globs, separated by commas.")]

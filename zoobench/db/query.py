@@ -39,7 +39,7 @@ from zoobench.db.rows import (
 from zoobench.db.schema import prepare
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
-from zoobench.inputs import Start, named_run
+from zoobench.inputs import Start, named_runs
 from zoobench.spec import RunSpec
 
 
@@ -138,10 +138,10 @@ class Reader:
             stored = session.scalar(statement)
             return None if stored is None else decode_params(stored)
 
-    def start(self, spec: RunSpec) -> Start | None:
-        """Settings and solution of the run that a spec starts from; None without one that is here and done."""
+    def stored(self, key: str) -> Start | None:
+        """Settings and solution of the run whose key begins so; None unless it is here and done."""
         with self._database.read() as session:
-            return load_start(session, spec)
+            return _load_stored(session, key)
 
     def archive(self, run_id: int) -> bytes | None:
         """The archive of a run; None unless it is DONE and its method kept one."""
@@ -232,11 +232,20 @@ class Reader:
         return self._database.check()
 
 
-def load_start(session: Session, spec: RunSpec) -> Start | None:
-    """As `Reader.start`, within a transaction."""
-    key = named_run(spec.method)
-    if not key:
-        return None
+def load_all_stored(session: Session, spec: RunSpec) -> tuple[Start, ...]:
+    """The runs that a spec names, and those that their gaits and bodies name in turn, as far as they are done."""
+    found: dict[str, Start] = {}
+    waiting = named_runs(spec.method, spec.controller, spec.design)
+    while waiting:
+        key = waiting.pop()
+        if key not in found and (start := _load_stored(session, key)):
+            found[key] = start
+            waiting += named_runs(start.spec.controller, start.spec.design)
+    return tuple(found.values())
+
+
+def _load_stored(session: Session, key: str) -> Start | None:
+    """As `Reader.stored`, within a transaction."""
     statement = (
         select(SpecRecord.document, SolutionRecord.params)
         .join(RunRecord, RunRecord.spec_key == SpecRecord.key)

@@ -233,7 +233,7 @@ class EnqueueReport:
 class Claim:
     """The right to work on a run. Owner and attempt together are the fencing token of every write.
 
-    `start` is what the spec names as such; None if it names none, or the database does not have it.
+    `stored` are the solutions that the spec names, as a start, gait or body, as far as the database has them.
     """
 
     run_id: int
@@ -241,7 +241,7 @@ class Claim:
     owner: str
     attempt: int
     checkpoint: bytes | None
-    start: Start | None = None
+    stored: tuple[Start, ...] = ()
 
 
 @dataclass
@@ -271,13 +271,14 @@ class Ending:
     """The ending of an attempt.
 
     LOST and CANCELLED put the run back into the queue, the other outcomes end it. Only DONE has finals, `params`,
-    the best parameters that were found, and if the method keeps one an `archive` of what was found beside them.
+    the best parameters that were found, empty where there are none to find, and if the method keeps one an `archive`
+    of what was found beside them.
     """
 
     outcome: RunState
     reason: str | None = None
     finals: tuple[FinalRow, ...] = ()
-    params: tuple[float, ...] = ()
+    params: tuple[float, ...] | None = None
     archive: bytes | None = None
     traceback: str | None = None
     exit_code: int | None = None

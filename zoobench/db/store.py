@@ -27,7 +27,7 @@ from zoobench.db.models import (
     SpecRecord,
 )
 from zoobench.db.owner import Owner
-from zoobench.db.query import Reader, load_start
+from zoobench.db.query import Reader, load_all_stored
 from zoobench.db.rows import (
     OPEN_STATES,
     UNSUCCESSFUL_STATES,
@@ -128,7 +128,7 @@ class Store(Reader):
             self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
             spec = _load_spec(session, run.spec_key)
             data = checkpoint.data if checkpoint else None
-            return Claim(run.id, spec, str(owner), run.attempt, data, load_start(session, spec))
+            return Claim(run.id, spec, str(owner), run.attempt, data, load_all_stored(session, spec))
 
     def _open_attempt(
         self,
@@ -181,7 +181,7 @@ class Store(Reader):
             for final in ending.finals:
                 value, kind = encode_value(final.value)
                 session.add(FinalRecord(run_id=claim.run_id, name=final.name, value=value, kind=kind, unit=final.unit))
-            if ending.params:
+            if ending.params is not None:
                 session.add(SolutionRecord(run_id=claim.run_id, params=encode_params(ending.params)))
             if ending.archive is not None:
                 session.add(ArchiveRecord(run_id=claim.run_id, data=ending.archive))

@@ -9,6 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.mixture import Mixture
+from zoobench.designs.parts import EVERYTHING, Optimised
 from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean
 from zoobench.designs.wasserstein import barycenter, convolve, gaussian
 from zoobench.registry import Kind, register
@@ -29,7 +30,13 @@ _HALVINGS = 60  # of the interval of the level: to machine precision
 
 
 @register(Kind.DESIGN, "barycenter", version=2, tags=("space",))
-def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
+def barycenter_space(
+    *,
+    primitives: str = DEFAULT_PRIMITIVES,
+    length: float = 0.10,
+    connected: bool = True,
+    optimise: Optimised = EVERYTHING,
+) -> Mixture:
     """Bodies between animals, by Wasserstein barycenters of their volumes: matter moves from one to another.
 
     Geometry, stiffness and muscles have one coefficient for each animal; a softmax turns them into weights. The volume
@@ -39,9 +46,10 @@ def barycenter_space(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.
     * `primitives`: names of animals, joined by +.
     * `length`: of every animal [m].
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with coefficients, joined by +; the others are those of the first animal.
     """
     mixed = Primitives(primitives, length)
-    return Mixture(primitives=mixed, connected=connected, occupancy=_occupancy, fibres=_fibres)
+    return Mixture(primitives=mixed, connected=connected, optimise=optimise, occupancy=_occupancy, fibres=_fibres)
 
 
 def _fibres(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":

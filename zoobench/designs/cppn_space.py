@@ -6,6 +6,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.networks import Affine, Network, NetworkSpace
+from zoobench.designs.parts import EVERYTHING, Optimised
 from zoobench.designs.workspace import FEATURES
 from zoobench.registry import Kind, register
 
@@ -18,7 +19,7 @@ _CHOICE_DEVIATION = 2.0  # of the initial choices: in most nodes one of the two 
 
 
 @register(Kind.DESIGN, "diff-cppn", version=2, tags=("space",))
-def cppn_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
+def cppn_space(*, base: str = "block", connected: bool = True, optimise: Optimised = EVERYTHING) -> NetworkSpace:
     """A design space of patterns: a network of sines and sigmoids whose topology is optimised by gradients too.
 
     Compositional pattern-producing networks (Stanley 2007) grow their graph. Here a meta graph contains all graphs that
@@ -29,8 +30,9 @@ def cppn_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with parameters, joined by +; the others are the base's.
     """
-    return NetworkSpace(base=base, connected=connected, network=_NETWORK)
+    return NetworkSpace(base=base, connected=connected, optimise=optimise, network=_NETWORK)
 
 
 def _draw(rng: np.random.Generator) -> Array:

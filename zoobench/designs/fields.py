@@ -1,23 +1,25 @@
 """Forms from fields of numbers, one row for each particle, and the common prior of the design spaces.
 
-A row holds numbers for occupancy, stiffness and every muscle, all unbounded. The design spaces H.1 to H.4 of the
-specification are such fields with different parameters.
+A row holds numbers for occupancy, stiffness and every muscle, all unbounded, without those of parts that are not
+optimised. The design spaces H.1 to H.4 of the specification are such fields with different parameters.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
+from zoobench.designs.parts import Optimised, columns_of, parts_of
 from zoobench.designs.space import Form, stiffness_multiplier
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 Field = Callable[["Tensor"], "Tensor"]
-"""Maps parameters of one world `[parameter_count]` to rows of all particles `[particle_count, 2 + muscle_count]`."""
+"""Maps parameters of one world `[parameter_count]` to rows of all particles `[particle_count, width]`."""
 
 SHARES = (0.4, 1.0)
 """Range of the prior's share of sites that are solid, uniform."""
@@ -40,13 +42,13 @@ _PATTERN_LEVEL = 0.25  # of occupancy for a pattern of 0, which is solid
 _PATTERN_STIFFNESS = 1.0  # change of the number for stiffness by a pattern of 1
 
 
-def width_of(body: Body) -> int:
+def width_of(optimised: Optimised, body: Body) -> int:
     """Length of a row."""
-    return 2 + body.muscle_count
+    return len(columns_of(optimised, body.muscle_count))
 
 
-def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
-    """The forms of a field for `parameters` `[worlds, parameter_count]`, with fibres ahead.
+def grow(parameters: "Tensor", body: Body, optimised: Optimised, field: Field) -> Form:
+    """The forms of a field for `parameters` `[worlds, parameter_count]`; parts not optimised are the workspace's.
 
     Each world is computed by itself from its own copy: the rounding of sums and sigmoids depends on the width of a
     batch and on its alignment in memory, and a form must not depend on the other worlds.
@@ -54,16 +56,22 @@ def grow(parameters: "Tensor", body: Body, field: Field) -> Form:
     import torch
 
     rows = [field(row.clone()) for row in parameters]
-    ahead = parameters.new_tensor([1.0, 0.0, 0.0]).expand(len(rows), body.particle_count, 3)
-    return Form(
-        occupancy=torch.stack([torch.sigmoid(_OCCUPANCY_GAIN * row[:, 0]) for row in rows]),
-        stiffness=torch.stack([stiffness_multiplier(_STIFFNESS_GAIN * row[:, 1]) for row in rows]),
-        muscle_membership=torch.stack([torch.softmax(_MUSCLE_GAIN * row[:, 2:], dim=1) for row in rows]),
-        fibres=ahead,
-    )
+    parts = parts_of(optimised)
+    form = Form.filling(body, len(rows))
+    if "geometry" in parts:
+        form = replace(form, occupancy=torch.stack([torch.sigmoid(_OCCUPANCY_GAIN * row[:, 0]) for row in rows]))
+    if "stiffness" in parts:
+        place = parts.index("stiffness")
+        numbers = [stiffness_multiplier(_STIFFNESS_GAIN * row[:, place]) for row in rows]
+        form = replace(form, stiffness=torch.stack(numbers))
+    if "muscles" in parts:
+        first = parts.index("muscles")
+        shares = [torch.softmax(_MUSCLE_GAIN * row[:, first:], dim=1) for row in rows]
+        form = replace(form, muscle_membership=torch.stack(shares))
+    return form
 
 
-def painted(patterns: Array) -> Array:
+def painted(patterns: Array, optimised: Optimised) -> Array:
     """Rows, as one vector, for patterns `[n, 2 + muscle_count]`, which are clipped to [-1, 1].
 
     Patterns of 0 are solid, with the prior's mean of stiffness and equal shares of all muscles; those of -1 are empty.
@@ -71,25 +79,28 @@ def painted(patterns: Array) -> Array:
     count = patterns.shape[1] - 2
     means = np.array([_PATTERN_LEVEL, FIRM, *[0.0] * count])
     gains = np.array([1.0, _PATTERN_STIFFNESS, *[1.0] * count])
-    rows: Array = (means + gains * np.clip(patterns, -1.0, 1.0)).ravel()
-    return rows
+    rows: Array = means + gains * np.clip(patterns, -1.0, 1.0)
+    return rows[:, columns_of(optimised, count)].ravel()
 
 
-def rows_like(membership: Array, places: Array, rng: np.random.Generator) -> Array:
-    """A draw of rows `[n, 2 + muscle_count]` for sites with these shares of the base's muscles `[n, muscle_count]`.
+def rows_like(membership: Array, places: Array, optimised: Optimised, rng: np.random.Generator) -> Array:
+    """A draw of rows, as one vector, for sites with these shares of the base's muscles `[n, muscle_count]`.
 
-    The muscles are mostly the base's; where it has none, their shares are equal but for the noise.
+    The muscles are mostly the base's; where it has none, their shares are equal but for the noise. What is optimised
+    is drawn alike whatever else is.
 
     Args:
         membership: see above.
         places: of the sites in the workspace, from -1 to 1 along each axis `[n, 3]`.
+        optimised: the parts that a row has.
         rng: of the draw.
     """
     waves = rng.normal(0.0, _WAVE_NUMBER, (3, _WAVES))
     field = np.cos(places @ waves + rng.uniform(0.0, 2.0 * np.pi, _WAVES)).sum(axis=1)
     stiffness = rng.normal(FIRM, FIRM_SPREAD, len(field))
     muscles = membership + rng.normal(0.0, FIRM_SPREAD, membership.shape)
-    return np.column_stack([levelled(field, rng.uniform(*SHARES)), stiffness, muscles])
+    rows = np.column_stack([levelled(field, rng.uniform(*SHARES)), stiffness, muscles])
+    return rows[:, columns_of(optimised, membership.shape[1])].ravel()
 
 
 def levelled(field: Array, share: float) -> Array:

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from zoobench.designs.networks import Affine, Network, NetworkSpace
+from zoobench.designs.parts import EVERYTHING, Optimised
 from zoobench.designs.workspace import FEATURES
 from zoobench.registry import Kind, register
 
@@ -16,7 +17,7 @@ _WIDTH = 32
 
 
 @register(Kind.DESIGN, "implicit", version=2, tags=("space",))
-def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpace:
+def implicit_space(*, base: str = "block", connected: bool = True, optimise: Optimised = EVERYTHING) -> NetworkSpace:
     """A design space in which a small network gives occupancy, stiffness and muscle at every place.
 
     Two hidden layers of 32 tanh units. Inputs are x, y, z, the distances from the centre in the xy, xz and yz planes
@@ -29,8 +30,9 @@ def implicit_space(*, base: str = "block", connected: bool = True) -> NetworkSpa
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with parameters, joined by +; the others are the base's.
     """
-    return NetworkSpace(base=base, connected=connected, network=_NETWORK)
+    return NetworkSpace(base=base, connected=connected, optimise=optimise, network=_NETWORK)
 
 
 def _draw(rng: "np.random.Generator") -> "Array":

@@ -8,6 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
+from zoobench.designs.parts import EVERYTHING, Optimised, parts_of
 from zoobench.designs.primitives import Primitives, mean, simplex
 from zoobench.designs.space import Form
 from zoobench.sim.model.fidelity import Fidelity
@@ -18,34 +19,34 @@ if TYPE_CHECKING:
 ParticleField = Callable[[Primitives, "Tensor", Body], "Tensor"]
 """A property at every particle of a workspace, from the primitives and their weights `[primitive_count]`."""
 
-_BLOCKS = 3  # of coefficients: geometry, stiffness, muscles
-
 
 @dataclass(frozen=True, kw_only=True)
 class Mixture:
-    """Bodies between primitives: a softmax turns the coefficients of each block into weights.
+    """Bodies between primitives: a softmax turns the coefficients of each part into weights.
 
-    Stiffness and muscle shares are weighted means.
+    Stiffness and muscle shares are weighted means. A part that is not optimised is the first primitive's.
 
     Attributes:
         primitives: the animals to mix.
         connected: whether only the largest connected piece is built.
         occupancy: `[particle_count]`, by the weights of the geometry.
         fibres: `[particle_count, 3]`, by the weights of the muscles.
+        optimise: the parts with coefficients.
     """
 
     primitives: Primitives
     connected: bool
     occupancy: ParticleField
     fibres: ParticleField
+    optimise: Optimised = EVERYTHING
 
     def body(self, fidelity: Fidelity) -> Body:
         """The workspace."""
         return self.primitives.workspace(fidelity)
 
     def parameter_count(self, body: Body) -> int:
-        """Three coefficients for each primitive: of geometry, stiffness and muscles."""
-        return _BLOCKS * self.primitives.count
+        """A coefficient for each primitive in each part that is optimised."""
+        return len(parts_of(self.optimise)) * self.primitives.count
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """Standard normal coefficients `[parameter_count]`: one primitive often dominates, and none is out of reach."""
@@ -57,10 +58,19 @@ class Mixture:
         import torch
 
         tissues = self.primitives.tissues(body)
-        worlds = [simplex(world, _BLOCKS) for world in parameters]
+        worlds = [self._weights(world) for world in parameters]
         return Form(
-            occupancy=torch.stack([self.occupancy(self.primitives, w[0], body) for w in worlds]),
-            stiffness=torch.stack([mean(w[1], tissues.stiffness) for w in worlds]),
-            muscle_membership=torch.stack([mean(w[2], tissues.membership) for w in worlds]),
-            fibres=torch.stack([self.fibres(self.primitives, w[2], body) for w in worlds]),
+            occupancy=torch.stack([self.occupancy(self.primitives, w["geometry"], body) for w in worlds]),
+            stiffness=torch.stack([mean(w["stiffness"], tissues.stiffness) for w in worlds]),
+            muscle_membership=torch.stack([mean(w["muscles"], tissues.membership) for w in worlds]),
+            fibres=torch.stack([self.fibres(self.primitives, w["muscles"], body) for w in worlds]),
         )
+
+    def _weights(self, parameters: "Tensor") -> "dict[str, Tensor]":
+        """The weights of the primitives `[primitive_count]` by part, for `parameters` `[parameter_count]`."""
+        import torch
+
+        first = torch.eye(self.primitives.count, dtype=parameters.dtype)[0]
+        parts = parts_of(self.optimise)
+        own = dict(zip(parts, simplex(parameters, len(parts)), strict=True))
+        return dict.fromkeys(parts_of(EVERYTHING), first) | own

@@ -10,6 +10,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.fields import FIRM, FIRM_SPREAD, SHARES, SPREAD, grow, width_of
+from zoobench.designs.parts import columns_of
 from zoobench.designs.space import Form
 from zoobench.designs.workspace import BasedSpace, features_at
 
@@ -79,7 +80,7 @@ class NetworkSpace(BasedSpace):
 
         Every output of the head is normalised to a mean and a deviation over the workspace: occupancy and stiffness
         as in the priors of the other spaces, and muscles that differ from place to place. With equal muscles everywhere
-        a body could only expand and contract.
+        a body could only expand and contract. Outputs of parts that are not optimised are left out in the end.
         """
         import torch
 
@@ -93,7 +94,8 @@ class NetworkSpace(BasedSpace):
         scale = wanted / np.where(deviations > 0.0, deviations, 1.0)
         bias = np.array([0.0, FIRM, *[0.0] * muscle_count]) - scale * outputs.mean(axis=0)
         bias[0] = -np.quantile(scale[0] * outputs[:, 0], 1.0 - rng.uniform(*SHARES))
-        return np.concatenate([numbers, (scale * weights).ravel(), bias]) / network.rate_scale
+        columns = columns_of(self.optimise, muscle_count)
+        return np.concatenate([numbers, (scale * weights)[:, columns].ravel(), bias[columns]]) / network.rate_scale
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
@@ -105,7 +107,7 @@ class NetworkSpace(BasedSpace):
             numbers = network.rate_scale * row
             return head(numbers[network.hidden_count :], network.hidden(numbers[: network.hidden_count], places))
 
-        return grow(parameters, body, field)
+        return grow(parameters, body, self.optimise, field)
 
     def _head(self, body: Body) -> Affine:
-        return Affine(self.network.head_inputs, width_of(body))
+        return Affine(self.network.head_inputs, width_of(self.optimise, body))

@@ -29,19 +29,20 @@ class ParticleSpace(BasedSpace):
 
     * `base`: the fixed design whose particles are the workspace.
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with parameters, joined by +; the others are the base's.
     """
 
     def parameter_count(self, body: Body) -> int:
         """A row of numbers for each particle."""
-        return body.particle_count * width_of(body)
+        return body.particle_count * width_of(self.optimise, body)
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """A draw from the prior `[parameter_count]`."""
-        return rows_like(body.muscle_membership, self.sites(body)[:, :3], rng).ravel()
+        return rows_like(body.muscle_membership, self.sites(body)[:, :3], self.optimise, rng)
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
-        return grow(parameters, body, lambda row: row.reshape(body.particle_count, -1))
+        return grow(parameters, body, self.optimise, lambda row: row.reshape(body.particle_count, -1))
 
     def sites(self, body: Body) -> Array:
         """The particles."""
@@ -49,4 +50,4 @@ class ParticleSpace(BasedSpace):
 
     def painted(self, patterns: Array) -> Array:
         """The parameters for these patterns."""
-        return painted(patterns)
+        return painted(patterns, self.optimise)

@@ -6,6 +6,7 @@ import numpy as np
 
 from zoobench.designs.base import Body
 from zoobench.designs.mixture import Mixture
+from zoobench.designs.parts import EVERYTHING, Optimised
 from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, mean
 from zoobench.registry import Kind, register
 
@@ -16,7 +17,13 @@ _TEMPERATURE = 0.15  # of the sigmoid [particle spacings]: occupancy 0.1 % one s
 
 
 @register(Kind.DESIGN, "sdf-lerp", version=2, tags=("space",))
-def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, connected: bool = True) -> Mixture:
+def sdf_lerp(
+    *,
+    primitives: str = DEFAULT_PRIMITIVES,
+    length: float = 0.10,
+    connected: bool = True,
+    optimise: Optimised = EVERYTHING,
+) -> Mixture:
     """Bodies between animals, where the weighted mean of the signed distances to their surfaces is negative.
 
     Geometry, stiffness and muscles (shares and directions) have one coefficient for each animal; a softmax turns them
@@ -26,9 +33,10 @@ def sdf_lerp(*, primitives: str = DEFAULT_PRIMITIVES, length: float = 0.10, conn
     * `primitives`: names of animals, joined by +.
     * `length`: of every animal [m].
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with coefficients, joined by +; the others are those of the first animal.
     """
     mixed = Primitives(primitives, length)
-    return Mixture(primitives=mixed, connected=connected, occupancy=_occupancy, fibres=_fibres)
+    return Mixture(primitives=mixed, connected=connected, optimise=optimise, occupancy=_occupancy, fibres=_fibres)
 
 
 def _occupancy(primitives: Primitives, weights: "Tensor", body: Body) -> "Tensor":

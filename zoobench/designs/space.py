@@ -6,7 +6,7 @@ gradients are those of the relaxed body of all occupancies (`zoobench.cell.robot
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,8 @@ class Form:
     Attributes:
         occupancy: `[worlds, particle_count]` in [0, 1]; 0 is empty space.
         stiffness: `[worlds, particle_count]` relative to the workspace, in (0, 1] [-].
-        muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, with sum 1 [-].
+        muscle_membership: `[worlds, particle_count, muscle_count]` share of each muscle, with sum 1, or less where
+            muscles are not optimised and the base has passive tissue [-].
         fibres: `[worlds, particle_count, 3]` unit directions of contraction.
     """
 
@@ -36,6 +37,14 @@ class Form:
     stiffness: "Tensor"
     muscle_membership: "Tensor"
     fibres: "Tensor"
+
+    @classmethod
+    def filling(cls, body: Body, worlds: int) -> Self:
+        """The workspace `body` itself, solid, in every world."""
+        import torch
+
+        arrays = (body.occupancy, np.ones(body.particle_count), body.muscle_membership, body.fibres)
+        return cls(*(torch.as_tensor(array).expand(worlds, *array.shape) for array in arrays))
 
     def matter(self, body: Body) -> "dict[str, Tensor]":
         """The arrays of the simulator, by its names, for a form in the workspace `body`.

@@ -33,6 +33,7 @@ class VoxelSpace(BasedSpace):
     * `base`: the fixed design whose particles are the workspace.
     * `edge`: of a voxel [m].
     * `connected`: whether only the largest connected piece is built.
+    * `optimise`: the parts with parameters, joined by +; the others are the base's.
     """
 
     edge: float = 0.0125
@@ -46,18 +47,19 @@ class VoxelSpace(BasedSpace):
 
     def parameter_count(self, body: Body) -> int:
         """A row of numbers for each voxel that holds particles."""
-        return int(self._voxels(body).max() + 1) * width_of(body)
+        return int(self._voxels(body).max() + 1) * width_of(self.optimise, body)
 
     def initial(self, rng: np.random.Generator, body: Body) -> Array:
         """A draw from the prior `[parameter_count]`."""
-        return rows_like(self._means(body.muscle_membership, body), self.sites(body)[:, :3], rng).ravel()
+        shares = self._means(body.muscle_membership, body)
+        return rows_like(shares, self.sites(body)[:, :3], self.optimise, rng)
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`."""
         import torch
 
-        voxels = torch.as_tensor(self._voxels(body))
-        return grow(parameters, body, lambda row: row.reshape(-1, width_of(body))[voxels])
+        voxels, width = torch.as_tensor(self._voxels(body)), width_of(self.optimise, body)
+        return grow(parameters, body, self.optimise, lambda row: row.reshape(-1, width)[voxels])
 
     def sites(self, body: Body) -> Array:
         """The voxels, at the mean positions of their particles."""
@@ -65,7 +67,7 @@ class VoxelSpace(BasedSpace):
 
     def painted(self, patterns: Array) -> Array:
         """The parameters for these patterns."""
-        return painted(patterns)
+        return painted(patterns, self.optimise)
 
     def _means(self, values: Array, body: Body) -> Array:
         """Means in every voxel `[voxel_count, n]` of values of the particles `[particle_count, n]`."""

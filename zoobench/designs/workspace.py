@@ -7,6 +7,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.designs.base import Body, Design
+from zoobench.designs.parts import EVERYTHING, Optimised, parts_of
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
 from zoobench.inputs import InputFile
@@ -49,6 +50,7 @@ class BasedSpace:
     Attributes:
         base: the fixed design whose particles are the workspace.
         connected: whether only the largest connected piece is built.
+        optimise: the parts with parameters; the others are the base's: its solid, its stiffness, its muscles.
 
     Raises:
         UnknownNameError, UsageError: as `base_design`.
@@ -56,19 +58,23 @@ class BasedSpace:
 
     base: str = "block"
     connected: bool = True
+    optimise: Optimised = EVERYTHING
 
     def __post_init__(self) -> None:
         base_design(self.base)
 
     def body(self, fidelity: Fidelity) -> Body:
-        """All particles of the base, of full occupancy and stiffness, with fibres ahead.
+        """All particles of the base with full occupancy; where these are optimised, of stiffness 1 with fibres ahead.
 
         Raises:
             SceneError: the fidelity is too coarse for the base.
         """
         body = base_design(self.base).body(fidelity)
-        arrays = uniform_arrays(body.particle_count) | {"density_ratio": body.density_ratio}
-        return replace(body, **arrays, malleable=True)
+        uniform, parts = uniform_arrays(body.particle_count), parts_of(self.optimise)
+        for part, name in (("stiffness", "stiffness"), ("muscles", "fibres")):
+            if part in parts:
+                body = replace(body, **{name: uniform[name]})
+        return replace(body, occupancy=uniform["occupancy"], malleable=True)
 
 
 def extent(body: Body) -> tuple[Array, Array]:

@@ -1,8 +1,8 @@
 """One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
 
-The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `start` (`spec` and
-`params` of the run that the spec names as its start, or null) and `parent` (process id). A later line `stop` asks the
-method to return. Its messages go to standard output, one JSON object a line with a `type`:
+The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec` and
+`params` of every run that the spec names as start, gait or body) and `parent` (process id). A later line `stop` asks
+the method to return. Its messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `milestone`: `step`, `score`, `params` (base64)
@@ -26,10 +26,10 @@ from zoobench import registry
 from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
-from zoobench.errors import DivergenceError, UsageError, ZoobenchError
+from zoobench.errors import DivergenceError, ZoobenchError
 from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with
-from zoobench.inputs import Start, named_run
+from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
 from zoobench.spec import RunSpec
 
@@ -68,17 +68,9 @@ class Wire:
 
 
 class ChildContext:
-    """The `RunContext` of a method that runs in a child process, with the `start` that its spec names."""
+    """The `RunContext` of a method that runs in a child process."""
 
-    def __init__(
-        self,
-        spec: RunSpec,
-        wire: Wire,
-        checkpoint: bytes | None,
-        stop: threading.Event,
-        start: Start | None = None,
-    ) -> None:
-        self.start = start
+    def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
         self.rng = generator(spec, "method", STUDY_AXES if _is_study(spec) else METHOD_AXES)
         self._wire = wire
         self._checkpoint = checkpoint
@@ -123,11 +115,8 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
-    if (key := named_run(spec.method)) and context.start is None:
-        raise UsageError(
-            f"The run is to start from the run {key}, which is not in this database and done. Do that run first."
-        )
-    problem = Problem(spec, start=context.start)
+    first = named_run(spec.method)
+    problem = Problem(spec, start=solution_in(run_name(first)) if first else None)
     if problem.overlay is not None:
         print(f"Warm start: {problem.overlay.words}.")
     for note in problem.body.notes:
@@ -182,8 +171,9 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
-        start = job["start"] and Start(RunSpec.from_dict(job["start"]["spec"]), tuple(job["start"]["params"]))
-        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop, start))._asdict()}
+        stored = [Start(RunSpec.from_dict(each["spec"]), tuple(each["params"])) for each in job["stored"]]
+        find_with({run_name(start.spec.key()): start for start in stored}.get)
+        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop))._asdict()}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
     except Exception as error:

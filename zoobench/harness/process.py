@@ -61,8 +61,8 @@ class ChildProcess:
             reader.start()
         threading.Thread(target=self._announce_end, daemon=True).start()
         checkpoint = None if claim.checkpoint is None else base64.b64encode(claim.checkpoint).decode()
-        start = None if claim.start is None else {"spec": claim.start.spec.to_dict(), "params": claim.start.params}
-        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "start": start, "parent": os.getpid()})
+        stored = [{"spec": each.spec.to_dict(), "params": each.params} for each in claim.stored]
+        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": os.getpid()})
 
     def next(self, timeout: float) -> Event | None:
         """The next event, or None after `timeout` [s] without one."""

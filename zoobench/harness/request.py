@@ -10,7 +10,7 @@ from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
 from zoobench.harness.imported import body_notes
 from zoobench.harness.narrowing import narrowed
-from zoobench.harness.starts import has_start, is_warm, pinned, start_notes
+from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSelection, RunSpec
 
@@ -56,6 +56,7 @@ class RunRequest:
                 makes no body.
             StorageError: the database cannot be read.
         """
+        look_in(location)
         cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
         if warm := [cell for cell in cells if isinstance(cell, RunSpec) and is_warm(cell)]:
             from zoobench.db.query import Reader
@@ -63,7 +64,8 @@ class RunRequest:
             with Reader(location, create=False) as reader:
                 for note in start_notes(warm, reader):
                     say(note)
-        for note in body_notes(cell for cell in cells if isinstance(cell, RunSpec)):
+        specs = [cell for cell in cells if isinstance(cell, RunSpec)]
+        for note in (*gait_notes(specs), *body_notes(specs)):
             say(note)
         return cells
 
@@ -101,11 +103,15 @@ class RunRequest:
         self, location: str, choose: Callable[[Ref, str, float], Chosen], say: Callable[[str], None]
     ) -> list[RunSpec | Skip]:
         grid = self.grid()
-        if any(map(has_start, grid.methods)):
+        axes = ((Kind.DESIGN, grid.designs), (Kind.CONTROLLER, grid.controllers), (Kind.METHOD, grid.methods))
+        if any(names_runs(kind, refs) for kind, refs in axes):
             from zoobench.db.query import Reader
 
             with Reader(location, create=False) as reader:
-                grid = replace(grid, methods=tuple(pinned(method, reader) for method in grid.methods))
+                designs, controllers, methods = (
+                    tuple(pinned(kind, ref, reader) for ref in refs) for kind, refs in axes
+                )
+            grid = replace(grid, designs=designs, controllers=controllers, methods=methods)
         if self.tolerance is None:
             return expand(grid)
         if self.selection.fidelity or self.smoke:

@@ -1,11 +1,11 @@
-"""Warm starts as they are typed: `diffphysics[start=12]` is a run of a database, and becomes its key."""
+"""Stored runs as they are typed: `diffphysics[start=12]` and `stored[run=12]` name a run of a database, by its key."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from zoobench import registry
 from zoobench.errors import UsageError
-from zoobench.inputs import StoredRun, named_run, run_name
+from zoobench.inputs import Start, StoredRun, find_with, named_run, named_runs, run_name
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec, repeat_command
 
@@ -14,24 +14,37 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
 
 
-def has_start(method: Ref) -> bool:
-    """Whether a method names a run to start from."""
-    return bool(_starts(method))
+def look_in(location: str) -> str:
+    """Let settings name the runs of the database at this location, which is returned; it is opened when one does."""
+
+    def find(name: str) -> Start | None:
+        from zoobench.db.query import Reader
+
+        with Reader(location, create=False) as reader:
+            return reader.stored(name.removeprefix("run-"))
+
+    find_with(find)
+    return location
 
 
-def pinned(method: Ref, reader: "Reader") -> Ref:
-    """The method with the runs that it starts from named by their keys.
+def names_runs(kind: Kind, refs: Iterable[Ref]) -> bool:
+    """Whether one of these components of a kind names a stored run."""
+    return any(_typed(kind, ref) for ref in refs)
+
+
+def pinned(kind: Kind, ref: Ref, reader: "Reader") -> Ref:
+    """The component with the runs that it names named by their keys.
 
     Raises:
         UsageError: there is no such run, or it has no solution.
         StorageError: the database cannot be read.
     """
     names = {}
-    for key, text in _starts(method).items():
+    for key, text in _typed(kind, ref).items():
         run = reader.run(text.removeprefix("run-"))
         solution_of(reader, run)
         names[key] = run_name(run.key)
-    return Ref(method.name, method.version, tuple(sorted({**method.kwargs, **names}.items())))
+    return Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **names}.items())))
 
 
 def start_notes(specs: Iterable[RunSpec], reader: "Reader") -> Iterator[str]:
@@ -44,16 +57,38 @@ def start_notes(specs: Iterable[RunSpec], reader: "Reader") -> Iterator[str]:
     from zoobench.cell.warm_start import overlay_of
 
     for spec in {(spec.design, spec.controller, spec.method, spec.fidelity): spec for spec in specs}.values():
-        if start := reader.start(spec):
+        if start := reader.stored(named_run(spec.method)):
             yield f"{spec.design.name} x {spec.method.name}, warm start: {overlay_of(start, spec).words}"
 
 
+def gait_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
+    """For each cell with a stored gait, a line if it was found on muscles of other names.
+
+    Raises:
+        UsageError: a gait does not fit its body, or a stored body its fidelity.
+    """
+    from zoobench.cell.robot import Robot, gait_of
+
+    cells = {(spec.design, spec.controller, spec.task, spec.fidelity): spec for spec in specs}
+    for spec in (spec for spec in cells.values() if named_runs(spec.design, spec.controller)):
+        robot = Robot.of_run(spec)
+        home = gait_of(robot)
+        if home is not None and Robot.of_run(home).body.muscles != robot.body.muscles:
+            yield f"The gait of {home.design.name} drives the muscles of {spec.design.name} in their order."
+
+
 def run_and_its_starts(reader: "Reader", run: "RunRow") -> Sequence[RunSpec]:
-    """The runs that repeat a run, in order: a run that another starts from comes before it."""
-    specs = [run.spec]
-    while (start := reader.start(specs[0])) is not None:
-        specs.insert(0, start.spec)
-    return specs
+    """The runs that repeat a run, in order: a run that another names comes before it."""
+    found: dict[str, RunSpec] = {}
+
+    def add(spec: RunSpec) -> None:
+        for key in named_runs(spec.method, spec.controller, spec.design):
+            if start := reader.stored(key):
+                add(start.spec)
+        found[spec.key()] = spec
+
+    add(run.spec)
+    return list(found.values())
 
 
 def solution_of(reader: "Reader", run: "RunRow") -> tuple[float, ...]:
@@ -85,7 +120,7 @@ def is_warm(spec: RunSpec) -> bool:
     return bool(named_run(spec.method))
 
 
-def _starts(method: Ref) -> dict[str, str]:
-    """The parameters of a method that name a run, as they were typed."""
-    expected = registry.get(Kind.METHOD, method.name, method.version).parameters
-    return {key: str(value) for key, value in method.params if expected.get(key) is StoredRun and value != ""}
+def _typed(kind: Kind, ref: Ref) -> dict[str, str]:
+    """The parameters of a component that name a run, as they were typed."""
+    expected = registry.get(kind, ref.name, ref.version).parameters
+    return {key: str(value) for key, value in ref.params if expected.get(key) is StoredRun and value != ""}

@@ -46,9 +46,9 @@ class Relaxation:
 def come_to_rest(solver: "Solver", frames: int) -> Matter:
     """Equilibrate the only world and begin its episodes there.
 
-    After `frames` control frames it goes on for half as many at a time, as long as the centre of mass of its robot moves
-    by more than `REST_SPEED` along the ground: a body that tips over or sags needs longer than one that stands. On a
-    terrain, where a body may slide for ever, and after `MOST_ROUNDS` it is left as it is.
+    After `frames` control frames it goes on for half as many at a time, as long as the centre of mass of its robot
+    moves by more than `REST_SPEED` along the ground: a body that tips over or sags needs longer than one that stands.
+    On a terrain, where a body may slide for ever, and after `MOST_ROUNDS` it is left as it is.
 
     Returns:
         the state of rest.
