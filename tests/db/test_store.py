@@ -182,6 +182,15 @@ def test_a_done_run_has_its_solution_to_the_last_bit(store: Store) -> None:
     assert store.solution(claim.run_id) == (2.5,)
 
 
+def test_a_solution_without_parameters_is_one(store: Store) -> None:
+    """Of a run with a fixed gait on a given body: it can be filmed and evaluated. Unlike none at all."""
+    for seed, params in enumerate([(), None]):
+        store.enqueue([spec(seed)])
+        claim = _claim(store)
+        store.finish(claim, replace(DONE, params=params), Batch())
+        assert store.solution(claim.run_id) == params
+
+
 @pytest.mark.parametrize("outcome", [RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT])
 def test_a_failure_is_no_success_and_keeps_its_traceback(store: Store, outcome: RunState) -> None:
     """A run that did not succeed ends in its own state, without finals, with its reason and traceback."""

@@ -5,7 +5,7 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.sim.model.rollout import Rollout
-from zoobench.sim.relaxation import come_to_rest
+from zoobench.sim.rest import come_to_rest
 from zoobench.sim.solver import BodyState, Solver
 
 REST, FRAMES = 12, 6

@@ -64,7 +64,7 @@ class EpisodeRunner:
 
         `watch` is called at the start and after every frame with the positions of all particles, the robot's first.
         """
-        from zoobench.sim.relaxation import come_to_rest
+        from zoobench.sim.rest import come_to_rest
         from zoobench.sim.solver import BodyState
 
         solver = self.solvers.get(len(built), gradient)

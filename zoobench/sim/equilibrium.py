@@ -21,7 +21,7 @@ from zoobench.files import replace_files
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Matter
-from zoobench.sim.relaxation import come_to_rest
+from zoobench.sim.rest import come_to_rest
 from zoobench.sim.runtime import cache_folder
 from zoobench.sim.solver import Solver
 
