@@ -4,13 +4,16 @@ It depends on the database and the command only, not on the moment: the same run
 """
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Protocol
 
+from zoobench import registry
+from zoobench.registry import Kind
 from zoobench.report.provisional import footnotes
 from zoobench.report.tables import Table
+from zoobench.spec import Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
 _LEGEND = (
@@ -44,6 +47,7 @@ class Footer:
         components: every reference in the tables with its version and all parameters.
         machines: processor, cores, accelerators, memory.
         packages: name and version of the packages on which the numbers depend.
+        superseded: components that have a newer version here, with which other numbers are made.
         provisional: the environments whose scores are not yet what they are called, and why.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
@@ -55,6 +59,7 @@ class Footer:
     packages: tuple[str, ...]
     dates: tuple[str, ...]
     command: str
+    superseded: tuple[str, ...] = ()
     provisional: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
@@ -64,6 +69,7 @@ class Footer:
             **({"provisional": self.provisional} if self.provisional else {}),
             "commit": self.commits,
             "components": self.components,
+            **({"superseded": self.superseded} if self.superseded else {}),
             "machine": self.machines,
             "packages": self.packages,
             "runs from": (" to ".join(self.dates),) if self.dates else (),
@@ -79,21 +85,34 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
     times = [time for attempt in made for time in (attempt.started_at, attempt.ended_at) if time is not None]
     return Footer(
         commits=_distinct(_commit(document.get("code", {})) for document in documents),
-        components=_components(tables),
+        components=_distinct(str(ref) for _, ref in _refs(tables)),
         machines=_distinct(map(_machine, documents)),
         packages=_distinct(map(_packages, documents)),
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
+        superseded=_distinct(_superseded(tables)),
         provisional=footnotes(row.env for table in tables for row in table.rows),
     )
 
 
-def _components(tables: Sequence[Table]) -> tuple[str, ...]:
-    refs = {table.fidelity for table in tables} | {method for table in tables for method in table.methods}
+def _refs(tables: Sequence[Table]) -> Iterator[tuple[Kind, Ref]]:
+    """Every reference in the tables."""
     for table in tables:
+        yield Kind.FIDELITY, table.fidelity
+        yield from ((Kind.METHOD, method) for method in table.methods)
         for row in table.rows:
-            refs |= {row.env, row.task, row.design, row.controller}
-    return _distinct(map(str, refs))
+            yield from zip(
+                (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER),
+                (row.env, row.task, row.design, row.controller),
+                strict=True,
+            )
+
+
+def _superseded(tables: Sequence[Table]) -> Iterator[str]:
+    """The components that are registered in a newer version, such as `voxel-v1 is voxel-v2 now`."""
+    for kind, ref in _refs(tables):
+        if ref.name in registry.names(kind) and (newest := registry.get(kind, ref.name).version) > ref.version:
+            yield f"{ref.name}-v{ref.version} is {ref.name}-v{newest} now"
 
 
 def _commit(code: Mapping[str, Any]) -> str:
