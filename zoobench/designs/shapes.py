@@ -101,15 +101,18 @@ def fin(plane: Plane, outline: Sequence[tuple[float, float]], thickness: float) 
 
 def _polygon(corners: Array, points: Array) -> Array:
     """Signed distance `[n]` of points `[n, 2]` to a closed polygon `[m, 2]`: nearest edge, sign by crossing number."""
-    nearest = np.full(len(points), np.inf)
+    nearest = np.full(len(points), np.inf)  # squared
     inside = np.zeros(len(points), bool)
+    height = points[:, 1]
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         edge, offset = end - start, points - start
-        share = np.clip(offset @ edge / (edge @ edge), 0.0, 1.0)
-        nearest = np.minimum(nearest, np.linalg.norm(offset - share[:, None] * edge, axis=1))
+        share = np.minimum(np.maximum(offset @ edge / (edge @ edge), 0.0), 1.0)
+        along, across = offset[:, 0] - share * edge[0], offset[:, 1] - share * edge[1]
+        nearest = np.minimum(nearest, along * along + across * across)
         if edge[1] != 0.0:
-            crosses = (points[:, 1] < start[1]) != (points[:, 1] < end[1])
+            crosses = (height < start[1]) != (height < end[1])
             inside ^= crosses & (offset[:, 0] < offset[:, 1] * edge[0] / edge[1])
+    nearest = np.sqrt(nearest)
     return np.where(inside, -nearest, nearest)
 
 
