@@ -40,7 +40,7 @@ def test_another_target_changes_what_the_robot_does(controller: str) -> None:
             for path in ("straight", "s-curve")
         ]
         params = problems[0].initial(np.random.default_rng(1))
-        runs = [problem.episode(params).motion for problem in problems]
+        runs = [problem.episode(params).record.motion for problem in problems]
         assert all(run is not None for run in runs)
         assert torch.equal(runs[0].positions, runs[1].positions) == (sees == "body")  # type: ignore[union-attr]
 
@@ -96,7 +96,7 @@ def test_the_adjoint_counts_the_start_in_every_frame() -> None:
     """Where the start of the episode moves, so do displacement and target of all frames."""
     robot = Robot.of(Ref("caterpillar"), Ref("sine-feedback"), Fidelity(1 / 32), Ref("waypoint-following"))
     rng, frames = np.random.default_rng(0), 3
-    built = robot.build(torch.tensor(robot.initial(rng)[None], requires_grad=True), torch.zeros(0))
+    built = robot.draft(torch.tensor(robot.initial(rng)[None], requires_grad=True), torch.zeros(0)).solid()
     loops = FeedbackLoops.of(robot, [built], WaypointFollowing(), frames)
     assert loops is not None
     shape = (frames + 1, 1, robot.body.particle_count, 3)

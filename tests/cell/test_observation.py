@@ -20,7 +20,10 @@ WHOLE = torch.ones(BODY.particle_count, dtype=torch.float64)
 LENGTH = float(np.ptp(BODY.positions[:, 0]))
 BLIND = ObservationModel(BODY, None, 1)
 FRAMES = 200
+MIX = "mix[turning=1,waypoint-following=2]"
 ADDED = {
+    "final-position": ("target_position",),
+    MIX: ("waypoint_following_target_position", "waypoint_following_target_velocity"),
     "movement-speed": ("target_direction",),
     "turning": (),
     "velocity-tracking": ("target_velocity",),
@@ -94,10 +97,10 @@ def test_the_derivative_is_right_on_a_robot_that_stands_on_its_head() -> None:
     assert torch.isfinite(gradient).all()
 
 
-@pytest.mark.parametrize("task", registry.names(Kind.TASK))
+@pytest.mark.parametrize("task", ADDED)
 def test_a_task_adds_what_it_is_about_and_the_time_left(task: str) -> None:
     """The same state differs between tasks; the layout names the parts and their lengths."""
-    added = registry.create(Kind.TASK, Ref(task))
+    added = registry.create(Kind.TASK, Ref.parse(task))
     names = [name for name, _ in layout_of(BODY.muscle_count, added)]
     assert names == ["body", "muscles", *ADDED[task], "time_left"]
     assert len(_added(task, 0, REST)) == 2 * len(ADDED[task]) + 1

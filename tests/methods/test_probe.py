@@ -10,7 +10,7 @@ import torch
 from tests.conformance.cells import cell
 from tests.methods.toy import Context, still
 from zoobench import registry
-from zoobench.cell.episode import Episode, Evaluation
+from zoobench.cell.episode import Episode, Evaluation, Record
 from zoobench.cell.problem import Problem
 from zoobench.errors import UnknownNameError
 from zoobench.harness.child import ChildContext
@@ -66,7 +66,8 @@ def test_path_and_spread_of_a_moving_bar() -> None:
     places[:, 0, :, 0] = torch.tensor([-0.1, 0.1])
     places[:, 0, :, 2] = torch.linspace(1.0, 1.5, frames, dtype=torch.float64)[:, None]
     motion = replace(still(), positions=places, masses=torch.ones((1, 2), dtype=torch.float64))
-    path, spread = path_and_spread(Episode(Evaluation(0.0, {}, np.zeros(0)), np.zeros(0), motion))
+    record = Record(motion, np.zeros((0, 0)), body=None, scene=None)  # type: ignore[arg-type]
+    path, spread = path_and_spread(Episode(Evaluation(0.0, {}, np.zeros(0)), np.zeros(0), record))
     np.testing.assert_allclose(path, [[0, 0, 0], [0, 0, 0.25], [0, 0, 0.5]], atol=1e-12)
     np.testing.assert_allclose(spread, np.tile([0.01, 0, 0, 0, 0, 0], (3, 1)), atol=1e-12)
 

@@ -32,6 +32,7 @@ class Sculpture(Quadratic):
         return self.robot.initial(rng)  # type: ignore[attr-defined, no-any-return]
 
     def _one(self, params: Array) -> tuple[Evaluation, Array]:
-        solid = self.robot.build(torch.as_tensor(params)[None], NOW).matter["occupancy"][0].numpy() > 0.5  # type: ignore[attr-defined]
+        draft = self.robot.draft(torch.as_tensor(params)[None], NOW)  # type: ignore[attr-defined]
+        solid = draft.form.occupancy[0].numpy() > 0.5
         score = float((solid == (self.body.positions[:, 0] > 0.0)).mean())
         return Evaluation(score, {"score": Metric(score, "1")}, np.array([score])), np.zeros(0)

@@ -16,12 +16,12 @@ def test_a_film_shows_what_was_simulated() -> None:
     """Robot, centre of mass, activity and target at its moments are those of the episode with these parameters."""
     shown, problem = short_film(), Problem(SPEC)
     episode = problem.episode(np.array(params()))
-    motion = episode.motion
+    motion = episode.record.motion
     assert shown.evaluation.score == episode.evaluation.score
     np.testing.assert_allclose(shown.times, FRAME_SECONDS * np.array([0, 5, 10]))
     np.testing.assert_allclose(shown.robot, motion.positions[[0, 5, 10], 0], atol=1e-6)
     np.testing.assert_allclose(shown.centre, motion.centre_of_mass()[:, 0])
-    np.testing.assert_array_equal(shown.activity[1:], episode.actuation[[4, 9]])
+    np.testing.assert_array_equal(shown.activity[1:], episode.record.actuation[[4, 9]])
     assert not shown.activity[0].any()
     targets = problem.task.targets(motion)  # type: ignore[attr-defined]
     np.testing.assert_allclose(shown.target, targets[:, 0])
@@ -43,16 +43,13 @@ def test_a_body_of_a_design_space_has_its_place_to_itself() -> None:
     """Where the workspace is solid no water is shown, and where it is empty there is water."""
     spec = cell(environment="ocean", design="particle", frames=1)
     problem = Problem(spec)
-    draw = problem.initial(np.random.default_rng(0))
-    draw[problem.robot.control_count :] += np.random.default_rng(1).normal(
-        0.0, 3.0, len(draw) - problem.robot.control_count
-    )
-    shown = film(spec, draw.tolist())
-    solid = shown.body.occupancy > 0.5
-    assert 0 < solid.sum() < len(solid)
-    gap, _ = KDTree(shown.medium[0]).query(shown.robot[0])
-    assert gap[solid].min() > 0.4 * shown.particle_edge
-    assert gap[~solid].max() < 0.1 * shown.particle_edge
+    shown = film(spec, problem.initial(np.random.default_rng(0)).tolist())
+    assert 0 < shown.body.particle_count < problem.body.particle_count
+    water = KDTree(shown.medium[0])
+    assert water.query(shown.robot[0])[0].min() > 0.4 * shown.particle_edge
+    place = shown.scene.robot.positions[0] - shown.body.positions[0]
+    empty = problem.body.positions[KDTree(shown.body.positions).query(problem.body.positions)[0] > 1e-6]
+    assert water.query(empty + place)[0].max() < 1.2 * shown.particle_edge
 
 
 def test_parameters_of_another_body_are_refused() -> None:

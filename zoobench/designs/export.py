@@ -128,7 +128,10 @@ def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...]
     filled[tuple(cells.T)] = 1.0
     field = gaussian_filter(filled, _SOFTNESS)
     target = float((body.occupancy * body.volumes)[own].sum())
-    low, high = 0.05, 0.95
+    low, high = (
+        0.05,
+        min(0.95, 0.99 * float(field.max())),
+    )  # nothing of a small body is as full as the middle of a large one
     for _ in range(12):
         level = (low + high) / 2
         vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")

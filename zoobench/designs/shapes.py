@@ -112,8 +112,8 @@ def _polygon(corners: Array, points: Array) -> Array:
         if edge[1] != 0.0:
             crosses = (height < start[1]) != (height < end[1])
             inside ^= crosses & (offset[:, 0] < offset[:, 1] * edge[0] / edge[1])
-    nearest = np.sqrt(nearest)
-    return np.where(inside, -nearest, nearest)
+    distance: Array = np.sqrt(nearest)
+    return np.where(inside, -distance, distance)
 
 
 def mirrored(solid: Distance) -> Distance:
