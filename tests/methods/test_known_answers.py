@@ -21,6 +21,8 @@ CONVERGING = [name for name, tags in TAGS.items() if "gradient" in tags or name 
 SETTINGS = {
     # a hundredth is too much in a valley as steep as Rosenbrock's: it circles about the optimum, by the rounding
     "diffphysics": "diffphysics[lr=0.005,restarts=2]",
+    # a hundred times as many kinds of points would each keep one that is best of its kind alone
+    "quality-diversity": "quality-diversity[cells=5]",
     "ppo": "ppo[timesteps=5120,buffer=512,batch=64,epochs=10,lr=0.003,worlds=16]",
 }
 

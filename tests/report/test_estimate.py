@@ -95,7 +95,7 @@ def test_the_total_shares_the_runs_among_the_workers() -> None:
         ("cmaes-v1[population=10]", "2 iterations", 20 * 0.16),
         ("neat-v1[generations=2,population=10]", "3 iterations", 20 * 0.16),
         ("evolution-v1[generations=2,population=10]", "100000 substeps", 20 * 0.16),
-        ("quality-diversity-v1[population=10]", "2 iterations", 20 * 0.16),
+        ("quality-diversity-v2[population=10]", "2 iterations", 20 * 0.16),
         ("ppo-v2[timesteps=100,buffer=64,batch=32]", "9 iterations", 2 * 0.016 * (64 + 10)),
         ("random-v1[batch=4]", "7 episodes", None),
         ("probe-v1", "2 iterations", None),

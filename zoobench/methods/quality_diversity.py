@@ -1,6 +1,5 @@
-"""Quality diversity: good bodies of every size and shape, by CMA-ME (Fontaine et al. 2020)."""
+"""Quality diversity: good bodies of every size and shape, by MAP-Elites (Mouret and Clune 2015)."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,20 +12,21 @@ from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.methods.archive import Archive
 from zoobench.methods.base import RunContext, Solution, Work
-from zoobench.methods.cmaes import SEPARABLE, check_strategy
+from zoobench.methods.cmaes import check_strategy
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
 
-@register(Kind.METHOD, "quality-diversity", tags=("evolution", "space"))
+@register(Kind.METHOD, "quality-diversity", version=2, tags=("evolution", "space"))
 @dataclass(frozen=True, kw_only=True)
 class QualityDiversity:
-    """An archive of the best bodies of every size and shape, by CMA-ME with pyribs.
+    """An archive of the best bodies of every size and shape, by MAP-Elites with pyribs.
 
     The archive is a grid over a body's volume, as a share of the workspace, and its elongation (1 - second longest /
-    longest principal deviation). An evolution strategy from a draw of the prior ranks solutions that fill a new cell
-    first, then those that improve one; if a generation does neither, a new strategy starts from an elite. Failed
-    episodes enter no cell. The solution is the best of all. The archive is stored with the run for
+    longest principal deviation). The first generations are draws from the prior, and so is a share of each that
+    follows; all others are elites, changed along the line to another elite and by noise (Vassiliades and Mouret 2018).
+    A step between two shapes is a shape again, where independent noise at every site would be dust. Failed episodes
+    enter no cell. The solution is the best of all. The archive is stored with the run for
     `zoobench design archive RUN`, with these facts:
 
     * `elites`: number of filled cells, and `coverage`, their share of all.
@@ -34,13 +34,18 @@ class QualityDiversity:
 
     Parameters:
 
-    * `sigma`: initial standard deviation of every parameter; with 0.5, the bodies of a space of 1000 parameters are
-      nearly alike, since independent changes at many sites average out.
+    * `sigma`: standard deviation of the noise of every parameter.
+    * `line`: standard deviation of the step along the line, relative to the distance of the two elites.
+    * `draws`: share of a generation that is drawn from the prior.
+    * `beginning`: number of draws before the first elite is changed.
     * `population`: individuals of a generation.
     * `cells`: along each side of the archive.
     """
 
-    sigma: float = 1.0
+    sigma: float = 0.05
+    line: float = 0.5
+    draws: float = 0.2
+    beginning: int = 50
     population: int = 10
     cells: int = 50
 
@@ -48,6 +53,11 @@ class QualityDiversity:
         check_strategy(self.sigma, self.population)
         if self.cells < 1:
             raise UsageError(f"An archive with {self.cells} cells along each side is empty. Give at least 1.")
+        if not 0.0 <= self.draws <= 1.0 or self.beginning < 1 or not self.line >= 0.0:
+            raise UsageError(
+                f"A share of draws of {self.draws:g}, {self.beginning} draws to begin with and steps of {self.line:g} "
+                "along the line are not possible. Give a share from 0 to 1, a number from 1 and steps from 0 upwards."
+            )
 
     def work(self, frames: int) -> Work:
         """A generation."""
@@ -76,19 +86,34 @@ class QualityDiversity:
 
 
 class _Illumination(AskAndTell):
-    """The archive and its evolution strategy, as an `AskAndTell` that is told score, volume and elongation."""
+    """The archive and its variation, as an `AskAndTell` that is told score, volume and elongation."""
 
     def __init__(self, method: QualityDiversity, problem: Problem, rng: np.random.Generator) -> None:
         self._method, self._problem, self._rng = method, problem, rng
         self._volume = float(problem.body.volumes.sum())
-        self._archive = _ribs().archives.GridArchive(
+        self._asked = 0
+        ribs = _ribs()
+        self._archive = ribs.archives.GridArchive(
             solution_dim=problem.parameter_count, dims=[method.cells] * 2, ranges=[(0.0, 1.0)] * 2, seed=self._seed()
         )
-        self._begin()
+        self._emitter = ribs.emitters.IsoLineEmitter(
+            self._archive,
+            iso_sigma=method.sigma,
+            line_sigma=method.line,
+            x0=np.zeros(problem.parameter_count),
+            batch_size=method.population,
+            seed=self._seed(),
+        )
 
     def ask(self) -> list[Array]:
         """The next generation, `[parameter_count]` each."""
-        self._points: Array = np.array(self._emitter.ask(), dtype=np.float64)
+        count, method = self._method.population, self._method
+        is_begun = self._asked >= method.beginning and not self._archive.empty
+        drawn = round(method.draws * count) if is_begun else count
+        draws = [self._problem.initial(self._rng) for _ in range(drawn)]
+        varied: list[Array] = list(self._emitter.ask())[: count - drawn] if drawn < count else []
+        self._points: Array = np.array([*draws, *varied], dtype=np.float64)
+        self._asked += count
         return list(self._points)
 
     def digest(self, evaluations: Sequence[Evaluation]) -> Told:
@@ -100,21 +125,11 @@ class _Illumination(AskAndTell):
         return rows
 
     def tell(self, told: Told) -> None:
-        """Add the bodies to the archive and update the strategy by the resulting ranks."""
+        """Add the bodies to the archive."""
         able = np.array([row is not None for row in told])
         rows = np.array([row for row in told if row is not None], dtype=np.float64).reshape(-1, 3)
-        # a failed episode ranks last among those that entered no cell
-        status, value = np.zeros(len(able), dtype=np.int32), np.full(len(able), -1e6)
-        results = np.zeros((len(able), 3))
-        results[able] = rows
         if len(rows):
-            added = self._archive.add(self._points[able], rows[:, 0], rows[:, 1:])
-            status[able], value[able] = added["status"], added["value"]
-        if self._archive.empty:
-            self._begin()  # the emitter would restart from an elite, and there is none
-            return
-        with warnings.catch_warnings(action="ignore"):
-            self._emitter.tell(self._points, results[:, 0], results[:, 1:], {"status": status, "value": value})
+            self._archive.add(self._points[able], rows[:, 0], rows[:, 1:])
 
     def readings(self) -> dict[str, float]:
         """Size and quality of the archive."""
@@ -135,19 +150,6 @@ class _Illumination(AskAndTell):
             np.array(data["measures"], np.float64)[order],
             ("volume_share", "elongation"),
             self._method.cells,
-        )
-
-    def _begin(self) -> None:
-        """Start a strategy from a draw of the prior."""
-        start = self._problem.initial(self._rng)
-        self._emitter = _ribs().emitters.EvolutionStrategyEmitter(
-            self._archive,
-            x0=start,
-            sigma0=self._method.sigma,
-            ranker="2imp",
-            es="sep_cma_es" if len(start) > SEPARABLE else "cma_es",
-            batch_size=self._method.population,
-            seed=self._seed(),
         )
 
     def _seed(self) -> int:
