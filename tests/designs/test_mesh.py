@@ -190,8 +190,8 @@ def _curvature(path: Path, side: str, grouping: str) -> float:
     names = problem.body.muscles
     active = [side in name or (grouping != "paired" and n % 2 == (side == "left")) for n, name in enumerate(names)]
     episode = problem.episode(np.tile(3.0 * np.array(active), 6))
-    assert episode.motion is not None
-    last = episode.motion.positions[-1, 0].numpy()
+    assert episode.record.motion is not None
+    last = episode.record.motion.positions[-1, 0].numpy()
     return float(np.polyfit(problem.body.positions[:, 0], last[:, 2], 2)[0])
 
 

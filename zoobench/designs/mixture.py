@@ -61,7 +61,8 @@ class Mixture:
         worlds = [self._weights(world) for world in parameters]
         return Form(
             occupancy=torch.stack([self.occupancy(self.primitives, w["geometry"], body) for w in worlds]),
-            stiffness=torch.stack([mean(w["stiffness"], tissues.stiffness) for w in worlds]),
+            # weights add up to 1 but for rounding
+            stiffness=torch.stack([mean(w["stiffness"], tissues.stiffness).clamp(max=1.0) for w in worlds]),
             muscle_membership=torch.stack([mean(w["muscles"], tissues.membership) for w in worlds]),
             fibres=torch.stack([self.fibres(self.primitives, w["muscles"], body) for w in worlds]),
         )
