@@ -53,6 +53,8 @@ def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     assert "provisional" in zoobench("show", "shallow-water").out
     assert "is not swimming" in json.loads(zoobench("show", "ocean", "--format", "json").out)[0]["provisional"]
     assert "provisional" not in zoobench("show", "ground").out
+    listed = json.loads(zoobench("list", "envs", "--format", "json").out)
+    assert {row["name"] for row in listed if "provisional" in row["summary"]} == {"ocean", "shallow-water"}
 
 
 @pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])

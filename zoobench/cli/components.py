@@ -49,7 +49,10 @@ def list_components(
     for each in registry.Kind:
         if kind in (None, KindName(each)):
             found = (registry.get(each, name) for name in registry.names(each))
-            rows += [(str(item.kind), item.name, item.version, item.summary) for item in found]
+            rows += [
+                (str(item.kind), item.name, item.version, f"{item.summary}{' (provisional)' * bool(item.provisional)}")
+                for item in found
+            ]
     if kind in (None, KindName.SUITES):
         found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
         rows += [(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
