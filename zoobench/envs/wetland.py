@@ -8,7 +8,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 from zoobench.sim.model.matter import MudMaterial
 
-# E, nu and density of the medium of SoftZoo's reference implementation
+# E and nu of SoftZoo's reference implementation, whose media all have the density of water
 MUD = Elasticity(medium_density=1400.0)
 
 
