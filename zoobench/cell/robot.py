@@ -1,5 +1,6 @@
 """The robot as a function of a parameter vector: muscle activity and, in a design space, the body."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,10 +14,10 @@ from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.controllers.stored_gait import Gait
 from zoobench.designs.base import Body, Design, Mask, check_ends
-from zoobench.designs.feasibility import Feasibility, feasible
-from zoobench.designs.solid import solid_body, subset
+from zoobench.designs.feasibility import Feasibility
+from zoobench.designs.solid import body_for, buildable, solid_body, subset
 from zoobench.designs.space import DesignSpace, Form, SiteSpace
-from zoobench.errors import SceneError, Unbuildable, UsageError
+from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref, RunSpec
@@ -239,7 +240,8 @@ class Robot:
             return control
         for _ in range(_DRAWS):
             draw = np.concatenate([control, self.space.initial(rng, self.body)])
-            if not self._at_rest(draw).fault:
+            with contextlib.suppress(SceneError):
+                self.formed(draw)
                 break
         return draw
 
@@ -250,8 +252,7 @@ class Robot:
             activity = self.controller.actuation(row[:, : self.control_count], times, self.body.muscle_count)
         form, feasibility = None, None
         if self.space is not None:
-            form = self.space.form(row[:, self.control_count :], self.body)
-            form, (feasibility,) = feasible(form, self.body, self.space.connected)
+            form, feasibility = buildable(self.space, row[:, self.control_count :], self.body)
         return Draft(row, activity, self.body, form, feasibility)
 
     def formed(self, parameters: Array) -> Body:
@@ -260,17 +261,9 @@ class Robot:
         Raises:
             SceneError: it cannot be built.
         """
-        draft = self._at_rest(parameters)
-        if draft.fault:
-            raise SceneError(str(Unbuildable(draft.fault)))
-        return draft.solid().body
-
-    def _at_rest(self, parameters: Array) -> Draft:
-        """The robot for `parameters` `[parameter_count]` without time."""
-        import torch
-
-        with torch.no_grad():
-            return self.draft(torch.as_tensor(parameters[None]), torch.zeros(0, dtype=torch.float64))
+        if self.space is None:
+            return self.body
+        return body_for(self.space, parameters[self.control_count :], self.body)
 
 
 def gait_of(robot: Robot) -> RunSpec | None:

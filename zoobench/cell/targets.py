@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from zoobench import registry
-from zoobench.designs.base import Design
+from zoobench.cell.robot import sampled
 from zoobench.envs.base import Environment
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
@@ -33,7 +33,8 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     times = np.arange(frames + 1) * FRAME_SECONDS
     sizes = np.array(env.arena)[[0, 2]]
     try:
-        room = 0.5 * _length(design, fidelity)
+        _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
+        room = 0.5 * float(np.ptp(body.positions[:, 0]))
         paths = [np.array(env.start) * sizes + route.positions(times)[:, [0, 2]] for route in routes]
     except SceneError:
         return ""
@@ -50,10 +51,3 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
                 "path, fewer frames, or a larger bed where the environment has a length and a width."
             )
     return ""
-
-
-@lru_cache
-def _length(design: Ref, fidelity: Ref) -> float:
-    """Length of a body along x [m]."""
-    made: Design = registry.create(Kind.DESIGN, design)
-    return float(np.ptp(made.body(registry.create(Kind.FIDELITY, fidelity)).positions[:, 0]))

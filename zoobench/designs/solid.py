@@ -1,16 +1,41 @@
 """The solid body of a form: what is scored, shown, exported and kept."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.designs.base import Body, Mask
-from zoobench.designs.feasibility import SOLID
-from zoobench.designs.space import Form
+from zoobench.designs.feasibility import SOLID, Feasibility, feasible
+from zoobench.designs.space import DesignSpace, Form
+from zoobench.errors import SceneError, Unbuildable
+
+if TYPE_CHECKING:
+    from torch import Tensor
 
 _END = 0.1  # of the length: head and tail of a form that has lost those of its workspace
+
+
+def buildable(space: DesignSpace, parameters: "Tensor", workspace: Body) -> tuple[Form, Feasibility]:
+    """What can be built of the form for `parameters` `[1, parameter_count]`, and its feasibility."""
+    form, (feasibility,) = feasible(space.form(parameters, workspace), workspace, space.connected)
+    return form, feasibility
+
+
+def body_for(space: DesignSpace, parameters: Array, workspace: Body) -> Body:
+    """The solid body for `parameters` `[parameter_count]`.
+
+    Raises:
+        SceneError: it cannot be built.
+    """
+    import torch
+
+    with torch.no_grad():
+        form, feasibility = buildable(space, torch.as_tensor(parameters[None]), workspace)
+    if feasibility.fault:
+        raise SceneError(str(Unbuildable(feasibility.fault)))
+    return solid_body(form, workspace)
 
 
 def solid_body(form: Form, workspace: Body) -> Body:

@@ -6,10 +6,9 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.designs.base import Body
-from zoobench.designs.feasibility import feasible
-from zoobench.designs.solid import solid_body
+from zoobench.designs.solid import body_for
 from zoobench.designs.space import DesignSpace
-from zoobench.errors import SceneError, Unbuildable, UsageError
+from zoobench.errors import UsageError
 from zoobench.inputs import StoredRun, solution_in
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
@@ -37,8 +36,6 @@ class StoredBody:
             UsageError: the space takes another number of parameters than at the run's fidelity.
             SceneError: it cannot be built at this fidelity.
         """
-        import torch
-
         start, space = solution_in(self.run), self._space()
         home = space.parameter_count(space.body(registry.create(Kind.FIDELITY, start.spec.fidelity)))
         workspace = space.body(fidelity)
@@ -47,12 +44,7 @@ class StoredBody:
                 f"The stored body of {self.run} has {home} parameters at {start.spec.fidelity.name}; at this fidelity "
                 f"{start.spec.design.name} takes {count}. Give the run's own: --fidelity '{start.spec.fidelity}'."
             )
-        params = torch.as_tensor(np.array(start.params[len(start.params) - home :]))[None]
-        with torch.no_grad():
-            form, (report,) = feasible(space.form(params, workspace), workspace, space.connected)
-        if report.fault:
-            raise SceneError(str(Unbuildable(report.fault)))
-        return solid_body(form, workspace)
+        return body_for(space, np.array(start.params[len(start.params) - home :]), workspace)
 
     def _space(self) -> DesignSpace:
         design = solution_in(self.run).spec.design
