@@ -3,17 +3,14 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
-from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Route, Situation, Task, route_at
+from zoobench.tasks.base import Motion, Situation, route_at
 from zoobench.tasks.heading import heading, heading_error
-from zoobench.tasks.paths import Path, PathShape
+from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
-from zoobench.tasks.target_file import FilePath
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -25,7 +22,7 @@ _HEADING_TOLERANCE = math.radians(15.0)
 
 @register(Kind.TASK, "velocity-tracking", version=2, tags=("locomotion", "path"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
-class VelocityTracking(Task):
+class VelocityTracking(PathTask):
     """Match heading and speed of a target that moves along a path.
 
     The target's velocity u is the first derivative of a path of quintic polynomials. With the robot's heading h and the
@@ -46,27 +43,13 @@ class VelocityTracking(Task):
     * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """
 
-    path: PathShape = "arc"
-    speed: float = 0.05
     direction_weight: float = 0.9
-    path_seed: int = 0
-    target: InputFile = NO_FILE
     unit: ClassVar[str] = "m/s"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.direction_weight <= 1.0:
             raise UsageError(f"A direction weight of {self.direction_weight:g} is out of range. Give 0 to 1.")
-        _ = self.route  # checks the path
-
-    @cached_property
-    def route(self) -> Path | FilePath:
-        """The path of the target."""
-        return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
-
-    @property
-    def routes(self) -> tuple[Route, ...]:
-        """The path of the target."""
-        return (self.route,)
+        super().__post_init__()
 
     def targets(self, motion: Motion) -> "Tensor":
         """Velocity of the target at every state `[frames + 1, 3]` [m/s]."""

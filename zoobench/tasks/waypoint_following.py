@@ -3,17 +3,14 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
-from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Route, Situation, Task, route_at
+from zoobench.tasks.base import Motion, Situation, route_at
 from zoobench.tasks.heading import heading_error
-from zoobench.tasks.paths import Path, PathShape
+from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
-from zoobench.tasks.target_file import FilePath
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -21,7 +18,7 @@ if TYPE_CHECKING:
 
 @register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
-class WaypointFollowing(Task):
+class WaypointFollowing(PathTask):
     """Follow a target that moves along a path.
 
     The path of quintic polynomials begins at the robot's centre of mass. The reward of a frame is the negated
@@ -38,27 +35,13 @@ class WaypointFollowing(Task):
     * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """
 
-    path: PathShape = "arc"
-    speed: float = 0.05
     tolerance: float = 0.02
-    path_seed: int = 0
-    target: InputFile = NO_FILE
     unit: ClassVar[str] = "m"
 
     def __post_init__(self) -> None:
         if not self.tolerance > 0.0:
             raise UsageError(f"A tolerance of {self.tolerance:g} m cannot be met. Give a positive tolerance.")
-        _ = self.route  # checks the path
-
-    @cached_property
-    def route(self) -> Path | FilePath:
-        """The path of the target, relative to the robot's start."""
-        return FilePath(self.target) if self.target else Path(self.path, self.speed, self.path_seed)
-
-    @property
-    def routes(self) -> tuple[Route, ...]:
-        """The path of the target."""
-        return (self.route,)
+        super().__post_init__()
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
