@@ -10,6 +10,7 @@ import pytest
 
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
+from zoobench.inputs import Start, find_with
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -57,6 +58,15 @@ def ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def keep() -> Iterator[dict[str, Start]]:
+    """The stored runs of this process, by name; put some in."""
+    found: dict[str, Start] = {}
+    find_with(found.get)
+    yield found
+    find_with({}.get)
 
 
 @pytest.fixture(scope="session")

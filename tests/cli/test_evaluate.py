@@ -12,6 +12,7 @@ from tests.report.content import add_ended
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
+from zoobench.spec import RunSpec
 
 
 @pytest.fixture
@@ -57,13 +58,18 @@ def test_what_cannot_be_evaluated_is_refused(zoobench: Command, score: float) ->
     assert "Leave --env ice out" in refused.err
 
 
+def _add_drawn(database: Path, spec: RunSpec) -> None:
+    """A run that is done, with a draw of its prior for a solution."""
+    parameters = Problem(spec).initial(np.random.default_rng(0))
+    ending = Ending(RunState.DONE, finals=(FinalRow("score", 0.0, "m/s"),), params=tuple(parameters.tolist()))
+    with Store(database) as store:
+        add_ended(store, spec, ending)
+
+
 def test_a_body_that_does_not_fit_the_fidelity_is_refused(zoobench: Command, tmp_path: Path) -> None:
     """A row for every particle says nothing about a finer grid's particles."""
     spec = cell(design="particle", controller="fixed-sine", frames=3)
-    parameters = Problem(spec).initial(np.random.default_rng(0))
-    ending = Ending(RunState.DONE, finals=(FinalRow("score", 0.0, "m/s"),), params=tuple(parameters.tolist()))
-    with Store(tmp_path / "zoobench.db") as store:
-        add_ended(store, spec, ending)
+    _add_drawn(tmp_path / "zoobench.db", spec)
     reply = zoobench("evaluate", "1", "--fidelity", "draft")
     assert reply.code == 2
     assert "do not fit particle" in reply.err
@@ -72,10 +78,7 @@ def test_a_body_that_does_not_fit_the_fidelity_is_refused(zoobench: Command, tmp
 def test_a_policy_is_not_tried_where_it_would_see_something_else(zoobench: Command, tmp_path: Path) -> None:
     """As many numbers of another meaning are no observation of its own; another target of the same task is."""
     spec = cell(task="velocity-tracking", controller="sine-feedback", frames=3)
-    parameters = Problem(spec).initial(np.random.default_rng(0))
-    ending = Ending(RunState.DONE, finals=(FinalRow("score", 0.0, "m/s"),), params=tuple(parameters.tolist()))
-    with Store(tmp_path / "zoobench.db") as store:
-        add_ended(store, spec, ending)
+    _add_drawn(tmp_path / "zoobench.db", spec)
     reply = zoobench("evaluate", "1", "--task", "movement-speed")
     assert reply.code == 2
     assert "observes body (8), muscles (60), target velocity (2), time left (1)" in reply.err.replace("\n", " ")

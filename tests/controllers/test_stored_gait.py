@@ -1,6 +1,5 @@
 """Stored gaits: what a run has found drives another body, and has no parameters there."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from zoobench.cell.problem import Problem
 from zoobench.cell.robot import Robot
 from zoobench.controllers.base import ClosedLoop, OpenLoop
 from zoobench.errors import UsageError
-from zoobench.inputs import Start, find_with, run_name
+from zoobench.inputs import Start, run_name
 from zoobench.registry import Kind
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 
@@ -26,15 +25,6 @@ def solved(spec: RunSpec) -> Start:
     """A run with a draw of its prior for a solution."""
     robot = Robot.of_run(spec)
     return Start(spec, tuple(robot.initial(np.random.default_rng(6)).tolist()))
-
-
-@pytest.fixture
-def keep() -> Iterator[dict[str, Start]]:
-    """The stored runs of this process, by name; put some in."""
-    found: dict[str, Start] = {}
-    find_with(found.get)
-    yield found
-    find_with({}.get)
 
 
 def stored(keep: dict[str, Start], spec: RunSpec) -> str:

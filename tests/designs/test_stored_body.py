@@ -1,6 +1,5 @@
 """Stored bodies: what a run has found, without parameters."""
 
-from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
@@ -12,19 +11,10 @@ from zoobench.cell.robot import Robot
 from zoobench.designs.base import Body
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
-from zoobench.inputs import Start, find_with, run_name
+from zoobench.inputs import Start, run_name
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref, RunSpec
-
-
-@pytest.fixture
-def keep() -> Iterator[dict[str, Start]]:
-    """The stored runs of this process, by name; put some in."""
-    found: dict[str, Start] = {}
-    find_with(found.get)
-    yield found
-    find_with({}.get)
 
 
 def stored(keep: dict[str, Start], spec: RunSpec) -> tuple[Ref, np.ndarray]:
