@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+import threading
 from pathlib import Path
 
 import psutil
@@ -133,3 +134,16 @@ def test_a_writer_waits_for_another(location: str) -> None:
             assert waiting.is_alive()
         waiting.join(timeout=20.0)
         assert len(first.runs()) == 1
+
+
+def test_a_new_database_waits_for_another_that_is_being_made(tmp_path: Path) -> None:
+    """SQLite refuses at once to switch to a write-ahead log beside a writer, whatever its patience."""
+    path = tmp_path / "zoo.db"
+    other = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    other.execute("BEGIN IMMEDIATE")
+    release = threading.Timer(0.3, other.execute, ["ROLLBACK"])
+    release.start()
+    with Store(path) as store:
+        assert store.runs() == []
+    release.join()
+    other.close()

@@ -253,8 +253,8 @@ def test_a_lost_attempt_ended_when_its_worker_was_last_heard_of(store: Store, mo
     store.recover()
     (attempt,) = store.attempts(claim.run_id)
     assert attempt.wall_seconds is not None
-    assert 0.0 <= attempt.wall_seconds < 1.0
-    assert store.runs()[0].seconds < 1.0
+    assert 0.0 <= attempt.wall_seconds < 60.0
+    assert store.runs()[0].seconds < 60.0
 
 
 def test_a_worker_elsewhere_is_lost_with_its_lease(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,9 +5,11 @@ SQLite: write-ahead log, write lock from the start of every writing transaction 
 see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
+import random
 import re
 import shutil
 import sqlite3
+import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -95,8 +97,17 @@ class Database:
         """
         if self._path is None:
             return
+        deadline = time.monotonic() + BUSY_SECONDS
         with self._translated(), self._engine.connect() as connection:  # the mode cannot change within a transaction
-            connection.exec_driver_sql("PRAGMA journal_mode = WAL")
+            while True:
+                try:
+                    connection.exec_driver_sql("PRAGMA journal_mode = WAL")
+                    return
+                except OperationalError as error:
+                    # SQLite does not wait where two switch at once, as one would wait for the other for ever
+                    if not _is_busy(error) or time.monotonic() > deadline:
+                        raise
+                time.sleep(random.uniform(0.01, 0.1))
 
     def insert(self, table: type[Base]) -> Any:
         """An INSERT that offers `on_conflict_do_nothing` and `on_conflict_do_update`."""
@@ -216,7 +227,7 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
         return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
     if code.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY", "SQLITE_PERM", "SQLITE_AUTH")):
         return StorageError(f"No permission to open {name} for writing. The file and its folder must be writable.")
-    if code.startswith("SQLITE_BUSY") or code == "55P03":
+    if _is_busy(error) or code == "55P03":
         return StorageError(
             f"{name} has been locked for {BUSY_SECONDS:.0f} s, by another zoobench or another program. Wait for it or "
             "end it, then try again."
@@ -229,6 +240,10 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
             "is up, that the database exists and that it lets you in, then type the same command again."
         )
     return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")
+
+
+def _is_busy(error: DBAPIError) -> bool:
+    return str(getattr(error.orig, "sqlite_errorname", "")).startswith("SQLITE_BUSY")
 
 
 def _is_disk_full(path: Path) -> bool:
