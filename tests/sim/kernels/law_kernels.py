@@ -7,6 +7,7 @@ import torch
 
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Vectors
+from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
 from zoobench.sim.kernels.drift import (
     mean_ratio,
     mean_ratio_adjoint,
@@ -16,15 +17,9 @@ from zoobench.sim.kernels.drift import (
     scatter_ratio_adjoint,
 )
 from zoobench.sim.kernels.elastic import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
+from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
 from zoobench.sim.kernels.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
-from zoobench.sim.kernels.media import (
-    SNOW,
-    hencky_update,
-    hencky_update_adjoint,
-    shear_rate,
-    snow_update,
-    snow_update_adjoint,
-)
+from zoobench.sim.kernels.media import SNOW, shear_rate
 from zoobench.sim.kernels.shifting import particle_shift, particle_shift_adjoint
 from zoobench.sim.kernels.water import (
     relative_density,

@@ -58,7 +58,7 @@ def hencky_energy(strain: Array, mu: float, lam: float) -> Array:
 
 
 def radial_return(material: Yielding, strain: Array, history: Array) -> tuple[Array, Array, Array]:
-    """Yield of sand, clay and mud in principal Hencky strains `[..., 3]`, history `[...]` (see `media.radial_return`).
+    """Yield of sand, clay and mud in principal Hencky strains `[..., 3]`, history `[...]` (see `hencky.radial_return`).
 
     Returns the elastic strain, the new history and the ratio of the deviator kept: 1 elastic, 0 loose sand.
     """
