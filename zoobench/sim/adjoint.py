@@ -136,7 +136,7 @@ class Adjoint:
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),
             muscle_membership=self._membership,
-            fibres=array(self._parameters.fibre[0]),
+            fibres=array(self._parameters.fibre),
             fault=self._fault,
         )
 

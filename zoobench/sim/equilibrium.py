@@ -118,13 +118,14 @@ def _read(path: Path) -> Matter | None:
     with contextlib.suppress(OSError):
         path.touch()  # when it was last used
     with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
-        return Matter(**{item.name: torch.from_numpy(arrays[item.name]) for item in fields(Matter)})
+        state, window = (torch.from_numpy(arrays[name]) for name in ("state", "window"))
+        return Matter(state, window, int(arrays["robot"]))
 
 
 def _write(path: Path, matter: Matter) -> None:
     """Write a state after its digest."""
     buffer = io.BytesIO()
-    np.savez(buffer, **{item.name: getattr(matter, item.name).cpu().numpy() for item in fields(Matter)})
+    np.savez(buffer, state=matter.state.cpu().numpy(), window=matter.window.cpu().numpy(), robot=matter.robot)
     payload = buffer.getvalue()
     replace_files({path: hashlib.sha256(payload).digest() + payload}, make_folders=True)
 

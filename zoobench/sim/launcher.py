@@ -11,13 +11,14 @@ from zoobench.errors import SceneError
 from zoobench.sim import runtime
 from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
+from zoobench.sim.model.state import LaunchPlan, Matter, Parameters, lazy_zeros
 
-LARGEST_GRID = 2**28
+LARGEST_GRID = 2**26
 
 _TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
@@ -30,7 +31,8 @@ class Launcher:
 
     Attributes:
         shape: grid nodes in x, y, z.
-        constants, flags: the scalars and the compile-time switches of the kernels, in their order.
+        constants: `[17]` the kernels' scalars, see `layout.CONSTANTS`.
+        variant: what the kernels are compiled for.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
             the decomposition of strain into principal values among them; an effect that the scene does not call for
@@ -49,31 +51,36 @@ class Launcher:
         self._work = [str(effect) for effect in sorted(scene.effects)]
         if law in DECOMPOSED:
             self._work.append("decomposition")
-        transfer = _TRANSFERS[fidelity.transfer]
-        self.flags = (
-            Effect.MUSCLE in scene.effects,
-            Effect.DAMPING in scene.effects,
-            law,
-            self._ground_kind(),
-            fidelity.spline.width,
-            transfer,
+        self.variant = Variant(
+            muscle=Effect.MUSCLE in scene.effects,
+            damping=Effect.DAMPING in scene.effects,
+            law=law,
+            ground=self._ground_kind(),
+            width=fidelity.spline.width,
+            transfer=_TRANSFERS[fidelity.transfer],
         )
         self.terrain = self._sample_terrain()
+        self._fields = RATIO + 1 if law == Law.WATER else BEFORE + (self.variant.transfer == AFLIP)
         self._grid = self._new_grid()
-        self._before = self._new_grid(transfer == AFLIP)
-        self._ratios = self._new_grid(law == Law.WATER, 2)
-        self._grids = (self._grid, self._before, self._ratios)
-        self._reverse_grids: tuple[Tensor, ...] = ()
+        self._grid_adjoint: Tensor | None = None
+        self._kept = 0
 
-    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
+    def keep(self, nodes: int) -> None:
+        """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`."""
+        if nodes > self._kept:
+            self._kept = nodes
+            self._grid = self._new_grid(self._worlds * nodes)
+
+    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int, keep: bool = False) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
-        arrays = (*matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, *self._grids)
+        arrays = (*matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
-                parallel.advance_parallel(*arrays, n, stride, *self.constants, *self.flags)
+                parallel.advance_parallel(*arrays, n, stride, self.variant)
         else:
-            serial.advance(*arrays, stride, *self.constants, *self.flags)
+            with runtime.vector_lanes():
+                serial.advance(*arrays, stride, self._kept if keep else 0, self.variant)
 
     def reverse(
         self,
@@ -84,59 +91,60 @@ class Launcher:
         parameter_adjoint: Parameters,
     ) -> None:
         """The adjoint of the planned substeps, last to first; the adjoints are updated in place."""
-        if not self._reverse_grids:
-            self._reverse_grids = (self._new_grid(), *(self._new_grid(g.numel() > 0, g.shape[-1]) for g in self._grids))
+        if self._grid_adjoint is None:
+            self._grid_adjoint = self._new_grid()
         arrays = (
-            *matter.tensors(), *parameters.tensors(), plan.slots, plan.dt, self.terrain, *self._grids,
-            *self._reverse_grids, *matter_adjoint.tensors()[:-1], *parameter_adjoint.tensors(),
+            *matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid,
+            self._grid_adjoint, matter_adjoint.state, parameter_adjoint.body,
         )  # fmt: skip
         self._note("reverse", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
-                parallel.reverse_parallel(*arrays, n, *self.constants, *self.flags)
+                parallel.reverse_parallel(*arrays, n, self.variant)
         else:
-            serial.reverse(*arrays, *self.constants, *self.flags)
+            with runtime.vector_lanes():
+                serial.reverse(*arrays, self.variant)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
-        h, *moduli = self.constants[:9]
-        high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
-        survey.survey(
-            matter.x, matter.v, matter.C, matter.F, matter.history,
-            parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
-            WALL_NODES * h, *high, h, *moduli, self.flags[2],
-        )  # fmt: skip
+        with runtime.vector_lanes():
+            survey.survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant)
 
     def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
         """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
         from slot 0, before gravity and contact: `[nx, ny, nz, 4]`, a copy of the window."""
-        h, *moduli = self.constants[:9]
-        muscle, damping, law, _, width, transfer = self.flags
-        half_step.scatter_all(
-            *matter.tensors(), *parameters.tensors(), *self._grids, dt, h, *moduli,
-            muscle, damping, law, width, transfer,
-        )  # fmt: skip
-        return self.nodes(matter.window[0, 0])
+        with runtime.vector_lanes():
+            half_step.scatter_first(
+                *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
+            )
+        return self._field(MOMENTUM, matter.window[0, 0])
 
     def nodes(self, window: Tensor) -> Tensor:
-        """A copy of the nodes of a window `[6]` of the first slab: velocity [m/s] and mass [kg] after a substep."""
-        x0, y0, z0, x1, y1, z1 = window.tolist()
-        return self._grid[0, x0:x1, y0:y1, z0:z1].clone()
+        """A copy of the nodes of a window `[8]` of the first world: velocity [m/s] and mass [kg] after a substep."""
+        return self._field(VELOCITY, window)
+
+    def _field(self, field: int, window: Tensor) -> Tensor:
+        x0, y0, z0, x1, y1, z1 = window[:6].tolist()
+        shape = (x1 - x0, y1 - y0, z1 - z0)
+        return self._grid[field, : math.prod(shape)].reshape(*shape, 4).clone()
 
     def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1
         for work in self._work:
             self.launches[f"{direction} {work}"] += plan.world_substeps
 
-    def _list_constants(self) -> tuple[float, ...]:
-        """The scalars that the substep and its reverse share, in the kernels' order."""
+    def _list_constants(self) -> Tensor:
+        """The scalars that the kernels share, in the order of `layout.CONSTANTS`."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
-        viscosity = scene.robot.material.viscosity
-        return (self._fidelity.grid_spacing, mu, lam, viscosity, *medium, *scene.gravity, friction)
+        listed = (
+            self._fidelity.grid_spacing, mu, lam, scene.robot.material.viscosity, *medium, *scene.gravity, friction,
+            *self.shape, scene.robot.particle_count,
+        )  # fmt: skip
+        return torch.tensor(listed, dtype=self._real, device=self._device)
 
     def _ground_kind(self) -> int:
         """The kernels' ground; a plane without friction is one of the arena's walls."""
@@ -155,16 +163,11 @@ class Launcher:
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
         return torch.as_tensor(np.ascontiguousarray(columns), dtype=self._real, device=self._device)
 
-    def _new_grid(self, needed: bool = True, components: int = 4) -> Tensor:
-        """A zeroed grid `[slabs, nx, ny, nz, components]`, empty if not needed; only the window in use is touched.
-
-        NumPy's zeros take no memory before they are touched, torch's do: a wide arena takes memory only where the robot
-        has been.
-        """
-        shape = (self._worlds if self._parallel else 1, *self.shape, components) if needed else (0, 0, 0, 0, components)
-        if self._device == "cpu":
-            return torch.from_numpy(np.zeros(shape, runtime.host_real(self._real)))
-        return torch.zeros(shape, dtype=self._real, device=self._device)
+    def _new_grid(self, kept: int = 0) -> Tensor:
+        """A zeroed grid `[fields, nodes, 4]`, a slab for every world that is simulated at the same time, and `kept`
+        more nodes; a wide arena takes memory only where the robot has been."""
+        slabs = self._worlds if self._parallel else 1
+        return lazy_zeros((self._fields, slabs * math.prod(self.shape) + kept, 4), self._real, self._device)
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:

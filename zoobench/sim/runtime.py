@@ -6,13 +6,14 @@ import contextlib
 import functools
 import os
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import taichi as ti
 import torch
-from taichi.lang import kernel_impl
+from taichi.lang import impl, kernel_impl
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
 from zoobench.errors import UsageError
@@ -86,6 +87,21 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         offline_cache_file_path=str(cache_folder()),
         log_level=ti.ERROR,
     )
+
+
+@contextlib.contextmanager
+def vector_lanes() -> Iterator[None]:
+    """Kernels first called within are compiled to vector instructions, one for each vector of four lanes.
+
+    Taichi would take vectors apart into scalars, of which the compiler finds only some again. It asks for the setting
+    when it compiles, and keeps both kinds apart in its cache.
+    """
+    settings = impl.current_cfg()
+    settings.real_matrix_scalarize = False
+    try:
+        yield
+    finally:
+        settings.real_matrix_scalarize = True
 
 
 def _shorten_positions() -> None:

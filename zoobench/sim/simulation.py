@@ -114,10 +114,12 @@ class Simulation:
     def refresh_window(self) -> None:
         """Find the grid nodes that the particles touch, after their positions were set from outside."""
         width = self.fidelity.spline.width
-        # the first node of each particle's stencil, as `splines.base_node` has it
+        # the first node of each particle's stencil, as `splines.first_node` has it
         base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
-        self.matter.window[0, :, :3] = base.amin(1)
-        self.matter.window[0, :, 3:] = base.amax(1) + width
+        # a node more on every side: the kernels may round the quotient otherwise
+        nodes = torch.tensor(self.launcher.shape, dtype=torch.int32, device=base.device)
+        self.matter.window[0, :, :3] = torch.clamp(base.amin(1) - 1, min=0)
+        self.matter.window[0, :, 3:6] = torch.minimum(base.amax(1) + width + 1, nodes)
 
     def set_body(self, arrays: dict[str, Array]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
@@ -128,7 +130,7 @@ class Simulation:
         self.parameters.volume[:, :count] = self.tensor(volume)
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
-        self.parameters.fibre[0] = self.tensor(arrays["fibres"])
+        self.parameters.fibre[:] = self.tensor(arrays["fibres"])
         if medium is not None:
             room = medium.volumes * medium_share(medium, arrays["occupancy"])
             self.parameters.volume[:, count:] = self.tensor(room)
@@ -152,7 +154,7 @@ class Simulation:
         """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
         deformation = self.matter.F[0, :, : self.robot_count].double()
         # sums and products of our own: the libraries' products are rounded by the processor's make
-        stretched = (deformation * self.parameters.fibre[0].double()[:, :, None, :]).sum(dim=-1)
+        stretched = (deformation * self.parameters.fibre.double()[:, :, None, :]).sum(dim=-1)
         volume = self.parameters.volume[:, : self.robot_count].double()
         density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
         potential: Array = (rollout.body["muscle_membership"] * density.cpu().numpy()[:, :, None]).sum(axis=1)

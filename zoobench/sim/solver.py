@@ -171,7 +171,7 @@ class Solver:
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
             relaxation.damp(is_last=frame == frames - 1)
-        return Matter(*(tensor[:, :1].clone() for tensor in self.matter.tensors()))
+        return self.matter.world(0)
 
     def start_at(self, state: Matter) -> None:
         """Begin all episodes from here on at a state of one world."""

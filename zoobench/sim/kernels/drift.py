@@ -5,13 +5,14 @@ persist (the null space of the transfer: Gritton and Berzins 2017): in a lasting
 compressed further and further while its neighbour expands. So J decays towards its local mean of the water, weighted
 with mass by the weights of the transfer: sum_i w_i sum_p w_ip m_p J_p / sum_i w_i sum_p w_ip m_p; and only the part of
 the difference beyond `TOLERATED_DRIFT` does. At rest J differs by at most the weight of half a cell of water,
-which is less: then the step is bit for bit that without relaxation. The loops unroll one plane of a stencil's nodes at
-a time, as all 27 nodes would take a minute to compile.
+which is less: then the step is bit for bit that without relaxation. The nodes hold (mass times J, mass) of water in a
+field of their own, RATIO.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.splines import base_node, pick, weight_derivatives, weights
+from zoobench.sim.kernels.layout import RATIO
+from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
 
 TOLERATED_DRIFT = 0.02
 """Difference of J from its local mean that is not relaxed [-]; a still shallow tank has a third of it at 1/32 m."""
@@ -25,85 +26,51 @@ enough that no pressure waves are excited.
 
 
 @ti.func
-def scatter_ratio(ratios: ti.template(), g, position, J, mass, inverse_spacing, width: ti.template()):
-    """Add w m J and w m of a particle of water to the stencil of slab g."""
-    base = base_node(position, inverse_spacing, ratios, width)
-    w = weights(position * inverse_spacing - base, width)
-    for i in range(width):
-        w_i = pick(w, i, 0, width)
-        for j in ti.static(range(width)):
-            for k in ti.static(range(width)):
-                share = w_i * w[j, 1] * w[k, 2] * mass
-                ratios[g, base[0] + i, base[1] + j, base[2] + k] += ti.Vector([share * J, share])
+def scatter_ratio(
+    grid: ti.template(), nodes: ti.template(), node, w: ti.template(), J, mass, width: ti.template()
+):  # fmt: skip
+    """Add w m J and w m of a particle of water to its stencil."""
+    scatter_value(grid, RATIO, nodes, node, w, ti.Vector([mass * J, mass, 0.0, 0.0]), width)
 
 
 @ti.func
 def scatter_ratio_adjoint(
-    ratios_adjoint: ti.template(), g, position, J, mass, inverse_spacing, width: ti.template()
+    grid_adjoint: ti.template(), nodes: ti.template(), node, w: ti.template(), dw: ti.template(), J, mass,
+    width: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `scatter_ratio` by the position, J and the mass."""
-    sums, derivative = gather_ratio(ratios_adjoint, g, position, inverse_spacing, ti.Vector([J, 1.0]), width)
-    return mass * derivative, mass * sums[0], J * sums[0] + sums[1]
+    """Adjoint of `scatter_ratio` by the offset, J and the mass."""
+    sums = gather_value(grid_adjoint, RATIO, nodes, node, w, width)
+    offset_adjoint = value_derivative(
+        grid_adjoint, RATIO, nodes, node, w, dw, ti.Vector([mass * J, mass, 0.0, 0.0]), width
+    )
+    return offset_adjoint, mass * sums[0], J * sums[0] + sums[1]
 
 
 @ti.func
-def gather_ratio(ratios: ti.template(), g, position, inverse_spacing, factors, width: ti.template()):
-    """sum w q of the pairs q at the nodes, and the derivative of its product with `factors` by the position."""
-    base = base_node(position, inverse_spacing, ratios, width)
-    offset = position * inverse_spacing - base
-    w, dw = weights(offset, width), weight_derivatives(offset, width)
-    sums, derivative = 0.0 * factors, 0.0 * offset
-    for i in range(width):
-        w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
-        for j in ti.static(range(width)):
-            for k in ti.static(range(width)):
-                held = ratios[g, base[0] + i, base[1] + j, base[2] + k]
-                sums += w_i * w[j, 1] * w[k, 2] * held
-                value = held.dot(factors)
-                # d(w_i w_j w_k)/dx by the product rule, as the weights are tensor products
-                derivative[0] += dw_i * w[j, 1] * w[k, 2] * value
-                derivative[1] += w_i * dw[j, 1] * w[k, 2] * value
-                derivative[2] += w_i * w[j, 1] * dw[k, 2] * value
-    return sums, inverse_spacing * derivative
-
-
-@ti.func
-def mean_ratio(ratios: ti.template(), g, position, J, inverse_spacing, width: ti.template()):
+def mean_ratio(grid: ti.template(), nodes: ti.template(), node, w: ti.template(), J, width: ti.template()):
     """Local mean J of the water at a particle's place; its own `J` where no water has any mass."""
-    base = base_node(position, inverse_spacing, ratios, width)
-    w = weights(position * inverse_spacing - base, width)
-    product, mass = 0.0 * inverse_spacing, 0.0 * inverse_spacing
-    for i in range(width):
-        w_i = pick(w, i, 0, width)
-        for j in ti.static(range(width)):
-            for k in ti.static(range(width)):
-                held = ratios[g, base[0] + i, base[1] + j, base[2] + k]
-                product += w_i * w[j, 1] * w[k, 2] * held[0]
-                mass += w_i * w[j, 1] * w[k, 2] * held[1]
+    sums = gather_value(grid, RATIO, nodes, node, w, width)
     mean = J
-    if mass > 0.0:
-        mean = product / mass
+    if sums[1] > 0.0:
+        mean = sums[0] / sums[1]
     return mean
 
 
 @ti.func
 def mean_ratio_adjoint(
-    ratios: ti.template(), ratios_adjoint: ti.template(), g, position, mean, mean_adjoint, inverse_spacing,
-    width: ti.template(),
+    grid: ti.template(), node, grid_adjoint: ti.template(), node_adjoint, nodes: ti.template(),
+    w: ti.template(), dw: ti.template(), mean, mean_adjoint, width: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `mean_ratio`, which gave `mean`: adds to that of the nodes, returns that by the position."""
+    """Adjoint of `mean_ratio`, which gave `mean`: adds to that of the nodes, returns that of the offset.
+
+    The stencil begins at `node` in the grid and at `node_adjoint` in its adjoint.
+    """
     # mean = a / m with a = sum w m J and m = sum w m: d mean = (da - mean dm) / m
-    sums, derivative = gather_ratio(ratios, g, position, inverse_spacing, ti.Vector([1.0, -mean]), width)
+    sums = gather_value(grid, RATIO, nodes, node, w, width)
     scaled = mean_adjoint / sums[1]
-    base = base_node(position, inverse_spacing, ratios, width)
-    w = weights(position * inverse_spacing - base, width)
-    for i in range(width):
-        w_i = pick(w, i, 0, width)
-        for j in ti.static(range(width)):
-            for k in ti.static(range(width)):
-                share = w_i * w[j, 1] * w[k, 2] * scaled
-                ratios_adjoint[g, base[0] + i, base[1] + j, base[2] + k] += ti.Vector([share, -share * mean])
-    return scaled * derivative
+    factors = ti.Vector([scaled, -scaled * mean, 0.0, 0.0])
+    scatter_value(grid_adjoint, RATIO, nodes, node_adjoint, w, factors, width)
+    return value_derivative(grid, RATIO, nodes, node, w, dw, factors, width)
 
 
 @ti.func

@@ -16,10 +16,24 @@ instead (Giles 2008; Ionescu et al. 2015). `constants` are (mu, lambda, then the
 
 import taichi as ti
 
+from zoobench.sim.kernels.columns import (
+    add,
+    cofactor,
+    determinant,
+    diagonal,
+    from_symmetric,
+    matmul,
+    matmul_transposed,
+    scale,
+    to_symmetric,
+    trace,
+    transpose,
+    transposed_matmul,
+)
 from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
 from zoobench.sim.kernels.drift import relaxed_ratio, relaxed_ratio_adjoint
 from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
-from zoobench.sim.kernels.linalg import cofactor, identity, matmul, pack, unpack
+from zoobench.sim.kernels.layout import STRAIN, STRESS, C, add_columns, add_history, columns, history, symmetric
 from zoobench.sim.kernels.water import correction_share, water_pressure, water_ratio, water_ratio_adjoint
 from zoobench.sim.model.matter import Law
 
@@ -27,97 +41,109 @@ SAND, CLAY, MUD, SNOW, WATER = (int(law) for law in (Law.SAND, Law.CLAY, Law.MUD
 
 
 @ti.func
-def shear_rate(C):
-    """Deviator of the symmetric part of the velocity gradient [1/s]."""
-    return 0.5 * (C + C.transpose()) - C.trace() / 3.0 * identity()
+def shear_rate(a: ti.template()):
+    """Deviator of the symmetric part of a velocity gradient [1/s]."""
+    return add(scale(0.5, add(a, transpose(a))), diagonal(-trace(a) * (1.0 / 3.0)))
 
 
 @ti.func
-def medium_stress(
-    tau: ti.template(), history: ti.template(), C: ti.template(), s, w, q, p, constants, law: ti.template()
-):  # fmt: skip
-    """Kirchhoff stress [Pa] of medium particle q (p among all) at slot s, with 2 eta dev(D) of a fluid."""
-    stress = 0.0 * identity()
+def medium_stress(state: ti.template(), s, w, p, constants, law: ti.template()):
+    """Kirchhoff stress [Pa] of a medium's particle at slot s, with 2 eta dev(D) of a fluid."""
+    stress = diagonal(0.0 * constants[0])
     if ti.static(law == WATER):
-        pressure, _ = water_pressure(history[s, w, q], constants)
-        stress -= pressure * identity()
+        pressure, _ = water_pressure(history(state, s, w, p), constants)
+        stress = diagonal(-pressure)
     else:
-        stress += unpack(tau[s, w, q])
+        stress = from_symmetric(symmetric(state, s, w, p, STRESS))
     if ti.static(law in (MUD, WATER)):
-        stress += 2.0 * constants[4] * shear_rate(C[s, w, p])
+        stress = add(stress, scale(2.0 * constants[4], shear_rate(columns(state, s, w, p, C))))
     return stress
 
 
 @ti.func
 def medium_stress_adjoint(
-    tau_adj: ti.template(), history_adj: ti.template(), C_adj: ti.template(), history: ti.template(),
-    s, w, q, p, tau_adjoint, constants, law: ti.template(),
+    state: ti.template(), adjoint: ti.template(), s, w, p, tau_adjoint: ti.template(), constants, law: ti.template()
 ):  # fmt: skip
-    """Adjoint of `medium_stress`: adds to those of C and J, sets that of tau."""
+    """Adjoint of `medium_stress`: adds to those of C and J, sets that of the stored stress."""
     if ti.static(law == WATER):
-        _, derivative = water_pressure(history[s, w, q], constants)
-        history_adj[0, w, q] -= derivative * tau_adjoint.trace()
+        _, derivative = water_pressure(history(state, s, w, p), constants)
+        add_history(adjoint, 0, w, p, -derivative * trace(tau_adjoint))
     else:
-        tau_adj[0, w, q] = pack(tau_adjoint)
+        put_symmetric(adjoint, 0, w, p, STRESS, to_symmetric(tau_adjoint), 0.0)
     if ti.static(law in (MUD, WATER)):
-        C_adj[0, w, p] += 2.0 * constants[4] * shear_rate(tau_adjoint)
+        add_columns(adjoint, 0, w, p, C, scale(2.0 * constants[4], shear_rate(tau_adjoint)))
+
+
+@ti.func
+def put_symmetric(rows: ti.template(), s, w, p, row: ti.template(), a, scalar):
+    """Store a symmetric tensor (xx yy zz xy xz yz) and a scalar from a row on."""
+    rows[s, w, p, row] = ti.Vector([a[0], a[1], a[2], a[3]])
+    rows[s, w, p, row + 1] = ti.Vector([a[4], a[5], scalar, 0.0])
+
+
+@ti.func
+def elastic_trial(step: ti.template(), b: ti.template()):
+    """S b S^T: F = S F_old in terms of b = F F^T, by which plasticity need not store F."""
+    return matmul_transposed(matmul(step, b), step)
 
 
 @ti.func
 def deform_medium(
-    b: ti.template(), history: ti.template(), tau: ti.template(), s, t, w, q, step, rho, mean, inverse_spacing, dt,
-    constants, law: ti.template(),
+    state: ti.template(), s, t, w, p, step: ti.template(), rho, mean, scene: ti.template(), dt, law: ti.template()
 ):  # fmt: skip
-    """Carry a medium particle from slot s to t through the deformation increment `step` = I + dt C.
+    """Carry a medium's particle from slot s to t through the deformation increment `step` = I + dt C.
 
     The relative density `rho` and the local `mean` of J act on water alone.
     """
     if ti.static(law == WATER):
-        share = correction_share(inverse_spacing, dt, constants)
-        history[t, w, q] = water_ratio(relaxed_ratio(history[s, w, q], mean, share), step.determinant(), rho, share)
+        share = correction_share(scene.inverse, dt, scene.medium)
+        J = water_ratio(relaxed_ratio(history(state, s, w, p), mean, share), determinant(step), rho, share)
+        state[t, w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J, 0.0])
     else:
-        # F = (I + dt C) F_old in terms of b = F F^T: the elastic trial, by which plasticity need not store F
-        trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
-        b_new, after, stress = 0.0 * trial, 0.0 * trial[0, 0], 0.0 * trial
+        trial = to_symmetric(elastic_trial(step, from_symmetric(symmetric(state, s, w, p, STRAIN))))
+        b_new, after, stress = 0.0 * trial, 0.0 * trial[0], 0.0 * trial
         if ti.static(law == SNOW):
-            b_new, after, stress = snow_update(trial, history[s, w, q], constants)
+            b_new, after, stress = snow_update(trial, history(state, s, w, p), scene.medium)
         else:
-            b_new, after, stress = hencky_update(trial, history[s, w, q], constants, law)
-        b[t, w, q] = pack(b_new)
-        tau[t, w, q] = pack(stress)
-        history[t, w, q] = after
+            b_new, after, stress = hencky_update(trial, history(state, s, w, p), scene.medium, law)
+        put_symmetric(state, t, w, p, STRAIN, b_new, after)
+        put_symmetric(state, t, w, p, STRESS, stress, 0.0)
 
 
 @ti.func
 def deform_medium_adjoint(
-    b: ti.template(), history: ti.template(), b_adj: ti.template(), history_adj: ti.template(), tau_adj: ti.template(),
-    s, w, q, step, rho, mean, inverse_spacing, dt, constants, law: ti.template(),
+    state: ti.template(), adjoint: ti.template(), s, w, p, step: ti.template(), rho, mean, scene: ti.template(), dt,
+    law: ti.template(),
 ):  # fmt: skip
     """Adjoint of `deform_medium`: updates the state's adjoints, returns those of `step`, `rho` and `mean`."""
-    step_adjoint, rho_adjoint, mean_adjoint = 0.0 * step, 0.0 * dt, 0.0 * dt
+    step_adjoint, rho_adjoint, mean_adjoint = diagonal(0.0 * dt), 0.0 * dt, 0.0 * dt
+    after_adjoint = history(adjoint, 0, w, p)
     if ti.static(law == WATER):
-        share = correction_share(inverse_spacing, dt, constants)
-        J = history[s, w, q]
+        share = correction_share(scene.inverse, dt, scene.medium)
+        J = history(state, s, w, p)
         J_adjoint, growth_adjoint, rho_adjoint = water_ratio_adjoint(
-            relaxed_ratio(J, mean, share), step.determinant(), rho, share, history_adj[0, w, q]
+            relaxed_ratio(J, mean, share), determinant(step), rho, share, after_adjoint
         )
-        history_adj[0, w, q], mean_adjoint = relaxed_ratio_adjoint(J, mean, share, J_adjoint)
-        step_adjoint = growth_adjoint * cofactor(step)  # d det(A) = cof(A) : dA
+        J_adjoint, mean_adjoint = relaxed_ratio_adjoint(J, mean, share, J_adjoint)
+        adjoint[0, w, p, STRAIN + 1] = ti.Vector([0.0, 0.0, J_adjoint, 0.0])
+        step_adjoint = scale(growth_adjoint, cofactor(step))  # d det(A) = cof(A) : dA
     else:
-        old = unpack(b[s, w, q])
-        trial = matmul(step, matmul(old, step.transpose()))
-        b_adjoint, tau_adjoint = unpack(b_adj[0, w, q]), unpack(tau_adj[0, w, q])
-        trial_adjoint, old_adjoint = 0.0 * trial, 0.0 * trial[0, 0]
+        old = from_symmetric(symmetric(state, s, w, p, STRAIN))
+        half = matmul(step, old)
+        trial = to_symmetric(matmul_transposed(half, step))
+        b_adjoint, tau_adjoint = symmetric(adjoint, 0, w, p, STRAIN), symmetric(adjoint, 0, w, p, STRESS)
+        trial_adjoint, old_adjoint = 0.0 * trial, 0.0 * trial[0]
         if ti.static(law == SNOW):
             trial_adjoint, old_adjoint = snow_update_adjoint(
-                trial, history[s, w, q], b_adjoint, history_adj[0, w, q], tau_adjoint, constants
+                trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium
             )
         else:
             trial_adjoint, old_adjoint = hencky_update_adjoint(
-                trial, history[s, w, q], b_adjoint, history_adj[0, w, q], tau_adjoint, constants, law
+                trial, history(state, s, w, p), b_adjoint, after_adjoint, tau_adjoint, scene.medium, law
             )
         # trial = S b S^T: 2 A S b by S and S^T A S by b, for the symmetric adjoint A of the trial
-        step_adjoint = 2.0 * matmul(trial_adjoint, matmul(step, old))
-        b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(trial_adjoint, step)))
-        history_adj[0, w, q] = old_adjoint
+        turned = from_symmetric(trial_adjoint)
+        step_adjoint = scale(2.0, matmul(turned, half))
+        b_new_adjoint = to_symmetric(transposed_matmul(step, matmul(turned, step)))
+        put_symmetric(adjoint, 0, w, p, STRAIN, b_new_adjoint, old_adjoint)
     return step_adjoint, rho_adjoint, mean_adjoint

@@ -1,14 +1,19 @@
 """The substep and its adjoint for many threads (CUDA): one substep of all worlds at once, each in its slab of the grid.
 
-Arrays are those of `serial`. The sums are atomic, so that results differ in the last bits from run to run.
+Arrays are those of `layout`. The sums are atomic, so that results differ in the last bits from run to run. No momenta
+are kept: the reverse computes them again.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, X, scene_constants
 from zoobench.sim.kernels.media import WATER
+from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
+    contribution,
     from_grid,
     from_grid_adjoint,
     press_node,
@@ -22,143 +27,148 @@ from zoobench.sim.kernels.transfer import AFLIP
 
 
 @ti.func
-def in_use(window: ti.template(), plan: ti.template(), ahead, w, i, j, k):
-    """True if a node lies in the window of world w, `ahead` slots after its first."""
-    s = plan[w, 0] + ahead
-    inside = window[s, w, 0] <= i and i < window[s, w, 3]
-    inside = inside and window[s, w, 1] <= j and j < window[s, w, 4]
-    return inside and window[s, w, 2] <= k and k < window[s, w, 5]
+def clear_node(grid: ti.template(), l, variant: ti.template()):
+    """Zero the fields that particles are scattered into."""
+    grid[MOMENTUM, l] = zero_lanes()
+    if ti.static(variant.transfer == AFLIP):
+        grid[BEFORE, l] = zero_lanes()
+    if ti.static(variant.law == WATER):
+        grid[RATIO, l] = zero_lanes()
+
+
+@ti.func
+def arena(scene: ti.template(), w):
+    """The box of all nodes of world w: the window of a slot is overwritten while its nodes are still needed."""
+    sy = scene.nodes_z
+    sx = scene.nodes_y * sy
+    size = scene.nodes_x * sx
+    return ti.Struct(sx=sx, sy=sy, origin=w * size, size=size)
+
+
+@ti.func
+def index_of(scene: ti.template(), l):
+    """(i, j, k) of node l of a world."""
+    i = l // (scene.nodes_y * scene.nodes_z)
+    j = l // scene.nodes_z - i * scene.nodes_y
+    return i, j, l - (i * scene.nodes_y + j) * scene.nodes_z
+
+
+@ti.func
+def in_use(window: ti.template(), s, w, index: ti.template()):
+    """True if a node lies in the window of world w at slot s."""
+    inside = True
+    for d in ti.static(range(3)):
+        inside = inside and window[s, w, d] <= index[d] and index[d] < window[s, w, 3 + d]
+    return inside
 
 
 @ti.kernel
 def advance_parallel(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
-    n: int, stride: int, h: float,
-    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
-    width: ti.template(), transfer: ti.template(),
+    state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
+    grid: Rows, n: int, stride: int, variant: ti.template(),
 ):  # fmt: skip
     """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
-    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-            grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            if ti.static(transfer == AFLIP):
-                before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            if ti.static(law == WATER):
-                ratios[w, i, j, k] = ti.Vector([0.0, 0.0])
-    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        scene = scene_constants(constants)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n * stride, w, index_of(scene, l)):
+            clear_node(grid, arena(scene, w).origin + l, variant)
+    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
-            s = plan[w, 0] + n * stride
-            to_grid(
-                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, before, ratios, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
-                muscle, damping, law, width, transfer,
-            )  # fmt: skip
-    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
-            if ti.static(transfer == AFLIP):
-                divide_node(before, before, w, i, j, k)
-    if ti.static(law == WATER):
-        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-            if n < plan[w, 1] and in_use(window, plan, n * stride, w, i, j, k):
-                press_node(grid, w, i, j, k, ground)
+            scene, s = scene_constants(constants), plan[w, 0] + n * stride
+            nodes = arena(scene, w)
+            given = contribution(state, body, nodes, scene, dts[w], s, w, p, variant)
+            to_grid(state, body, grid, 0, nodes, scene, s, w, p, given, variant)
+    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        scene = scene_constants(constants)
+        i, j, k = index_of(scene, l)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n * stride, w, (i, j, k)):
+            m = arena(scene, w).origin + l
+            update_node(grid, m, m, i, j, k, dts[w], scene, terrain, variant)
+            if ti.static(variant.transfer == AFLIP):
+                divide_node(grid, m)
+    if ti.static(variant.law == WATER):
+        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+            scene, s = scene_constants(constants), plan[w, 0] + n * stride
+            index = index_of(scene, l)
+            if n < plan[w, 1] and in_use(window, s, w, index):
+                nodes = arena(scene, w)
+                press_node(grid, nodes, window, s, w, nodes.origin + l, index, scene, variant.ground)
     # an empty window of the next slot, which the particles extend below
-    for w, d in ti.ndrange(x.shape[1], 3):
+    for w, d in ti.ndrange(state.shape[1], 3):
         if n < plan[w, 1]:
             t = plan[w, 0] + (n + 1) * stride
-            window[t, w, d] = grid.shape[1] + grid.shape[2] + grid.shape[3]
+            window[t, w, d] = grid.shape[1]
             window[t, w, 3 + d] = 0
-    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
-            s = plan[w, 0] + n * stride
-            t = s + stride
-            base = from_grid(
-                x, v, C, F, b, history, tau, grid, before, ratios, w, s, t, w, p, 1.0 / h, dts[w],
-                ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
-            )  # fmt: skip
+            scene, s = scene_constants(constants), plan[w, 0] + n * stride
+            t, nodes = s + stride, arena(scene, w)
+            at = stencil(state[s, w, p, X], scene, nodes, variant.width)
+            first = from_grid(state, grid, 0, nodes, at, scene, dts[w], s, t, w, p, variant)
             for d in ti.static(range(3)):
-                ti.atomic_min(window[t, w, d], base[d])
-                ti.atomic_max(window[t, w, 3 + d], base[d] + width)
+                ti.atomic_min(window[t, w, d], first[d])
+                ti.atomic_max(window[t, w, 3 + d], first[d] + variant.width)
 
 
 @ti.kernel
 def reverse_parallel(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
-    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes, ratios_adjoint: Pairs,
-    x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
-    b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
-    mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
-    n: int, h: float,
-    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
-    width: ti.template(), transfer: ti.template(),
+    state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
+    grid: Rows, grid_adjoint: Rows, adjoint: Rows, body_adjoint: Rows, n: int, variant: ti.template(),
 ):  # fmt: skip
     """The adjoint of the n-th planned substep of all worlds at once."""
-    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            grid[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            grid_velocity[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            grid_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            if ti.static(transfer == AFLIP):
-                before[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-                before_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-            if ti.static(law == WATER):
-                ratios[w, i, j, k] = ti.Vector([0.0, 0.0])
-                ratios_adjoint[w, i, j, k] = ti.Vector([0.0, 0.0])
-    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        scene = scene_constants(constants)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, index_of(scene, l)):
+            m = arena(scene, w).origin + l
+            clear_node(grid, m, variant)
+            clear_node(grid_adjoint, m, variant)
+    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
-            s = plan[w, 0] + n
-            to_grid(
-                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid, before, ratios, w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
-                muscle, damping, law, width, transfer,
-            )  # fmt: skip
-    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node(grid, grid_velocity, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
-            if ti.static(transfer == AFLIP):
-                divide_node(before, before, w, i, j, k)
-    if ti.static(law == WATER):
-        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-            if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-                press_node(grid_velocity, w, i, j, k, ground)
-    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+            scene, s = scene_constants(constants), plan[w, 0] + n
+            nodes = arena(scene, w)
+            given = contribution(state, body, nodes, scene, dts[w], s, w, p, variant)
+            to_grid(state, body, grid, 0, nodes, scene, s, w, p, given, variant)
+    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        scene = scene_constants(constants)
+        i, j, k = index_of(scene, l)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, (i, j, k)):
+            m = arena(scene, w).origin + l
+            update_node(grid, m, m, i, j, k, dts[w], scene, terrain, variant)
+            if ti.static(variant.transfer == AFLIP):
+                divide_node(grid, m)
+    if ti.static(variant.law == WATER):
+        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+            scene, s = scene_constants(constants), plan[w, 0] + n
+            index = index_of(scene, l)
+            if n < plan[w, 1] and in_use(window, s, w, index):
+                nodes = arena(scene, w)
+                press_node(grid, nodes, window, s, w, nodes.origin + l, index, scene, variant.ground)
+    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
-            s = plan[w, 0] + n
-            from_grid_adjoint(
-                x, v, C, F, b, history, grid_velocity, before, ratios, grid_adjoint, before_adjoint, ratios_adjoint,
-                x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
-                w, s, s + 1, w, p, 1.0 / h, dts[w], ti.Vector([m0, m1, m2, m3, m4]), law, width, transfer,
-            )  # fmt: skip
-    if ti.static(law == WATER):
-        for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-            if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
+            scene, s = scene_constants(constants), plan[w, 0] + n
+            nodes = arena(scene, w)
+            from_grid_adjoint(state, adjoint, grid, grid_adjoint, 0, nodes, scene, dts[w], s, s + 1, w, p, variant)
+    if ti.static(variant.law == WATER):
+        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+            scene, s = scene_constants(constants), plan[w, 0] + n
+            index = index_of(scene, l)
+            if n < plan[w, 1] and in_use(window, s, w, index):
+                nodes = arena(scene, w)
+                m = nodes.origin + l
                 press_node_adjoint(
-                    grid, grid_velocity, grid_adjoint, w, i, j, k, dts[w] * ti.Vector([g_x, g_y, g_z]), ground
+                    grid, grid_adjoint, nodes, window, s, w, m, m, index, dts[w], scene, variant.ground
                 )
-    for w, i, j, k in ti.ndrange(grid.shape[0], grid.shape[1], grid.shape[2], grid.shape[3]):
-        if n < plan[w, 1] and in_use(window, plan, n, w, i, j, k):
-            dt_g = dts[w] * ti.Vector([g_x, g_y, g_z])
-            update_node_adjoint(grid, grid_adjoint, w, i, j, k, dt_g, mu_ground, terrain, ground, law)
-            if ti.static(transfer == AFLIP):
-                divide_node_adjoint(before, before_adjoint, w, i, j, k)
-    for w, p in ti.ndrange(x.shape[1], x.shape[2]):
+    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        scene = scene_constants(constants)
+        i, j, k = index_of(scene, l)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, (i, j, k)):
+            m = arena(scene, w).origin + l
+            update_node_adjoint(grid, grid_adjoint, m, m, i, j, k, dts[w], scene, terrain, variant)
+            if ti.static(variant.transfer == AFLIP):
+                divide_node_adjoint(grid, m, grid_adjoint, m)
+    for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
-            s = plan[w, 0] + n
+            scene, s = scene_constants(constants), plan[w, 0] + n
             to_grid_adjoint(
-                x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                grid_adjoint, before_adjoint, ratios_adjoint,
-                x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
-                mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                w, s, w, p, 1.0 / h, dts[w], mu, lam, eta, ti.Vector([m0, m1, m2, m3, m4]),
-                muscle, damping, law, width, transfer,
-            )  # fmt: skip
+                state, body, adjoint, body_adjoint, grid_adjoint, arena(scene, w), scene, dts[w], s, w, p, variant
+            )

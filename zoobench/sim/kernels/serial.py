@@ -1,27 +1,23 @@
 """The substep and its adjoint for one thread.
 
-All arrays are torch tensors, shared without copying:
-
-    state      x, v [slots, worlds, particles, 3] and C [.., 3, 3]; F [slots, worlds, robot, 3, 3] of the robot;
-               b, tau [slots, worlds, medium, 6] (xx yy zz xy xz yz) and history [slots, worlds, medium] of the medium
-    window     [slots, worlds, 6] first and past-the-last grid node that any particle touches
-    plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world takes its own steps
-    terrain    [nx, nz, 4] height of the ground above the grid's first node [cells] and its normal; empty for a plane
-    grid       [slabs, nx, ny, nz, 4] momentum (then velocity) and mass
-    before     the same of the motion before forces, for AFLIP; empty with other transfers
-    ratios     [slabs, nx, ny, nz, 2] mass times J, and mass, of water; empty without
-
-The worlds are taken in turn through one slab. A launch does many substeps, because it costs as much as the work on a
+The worlds are taken in turn through one grid. A launch does many substeps, because it costs as much as the work on a
 thousand particles. The sums are not atomic and in a fixed order, and so are bit-reproducible and six times faster than
-atomic ones.
+atomic ones. While the nodes of one particle are visited, the stress of the next is computed: the processor does both at
+once.
+
+Arrays are those of `layout`.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
+from zoobench.sim.kernels.layout import BEFORE, KEPT, MOMENTUM, RATIO, START, X, box, scene_constants
 from zoobench.sim.kernels.media import WATER
+from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
+    contribution,
     from_grid,
     from_grid_adjoint,
     press_node,
@@ -35,158 +31,152 @@ from zoobench.sim.kernels.transfer import AFLIP
 
 
 @ti.func
-def clear_window(grid: ti.template(), window: ti.template(), s, w):
-    """Zero the window of world w at slot s in the first slab."""
-    for i in range(window[s, w, 0], window[s, w, 3]):
-        for j in range(window[s, w, 1], window[s, w, 4]):
-            for k in range(window[s, w, 2], window[s, w, 5]):
-                grid[0, i, j, k] = ti.Vector([0.0, 0.0, 0.0, 0.0])
+def clear(grid: ti.template(), start, count, variant: ti.template()):
+    """Zero the fields that particles are scattered into, at `count` nodes from `start` on."""
+    for l in range(start, start + count):
+        grid[MOMENTUM, l] = zero_lanes()
+        if ti.static(variant.transfer == AFLIP):
+            grid[BEFORE, l] = zero_lanes()
+        if ti.static(variant.law == WATER):
+            grid[RATIO, l] = zero_lanes()
 
 
 @ti.func
-def clear_ratios(ratios: ti.template(), window: ti.template(), s, w):
-    """`clear_window` for the water's volume ratios."""
+def scatter_all(
+    state: ti.template(), body: ti.template(), grid: ti.template(), start, nodes: ti.template(), scene: ti.template(),
+    dt, s, w, variant: ti.template(),
+):  # fmt: skip
+    """Momenta of all particles of a world at slot s, from node `start` on."""
+    clear(grid, start, nodes.size, variant)
+    last = state.shape[2] - 1
+    coming = contribution(state, body, nodes, scene, dt, s, w, 0, variant)
+    for p in range(last + 1):
+        given = coming
+        coming = contribution(state, body, nodes, scene, dt, s, w, ti.min(p + 1, last), variant)
+        to_grid(state, body, grid, start, nodes, scene, s, w, p, given, variant)
+
+
+@ti.func
+def update_nodes(
+    grid: ti.template(), window: ti.template(), start, nodes: ti.template(), scene: ti.template(), dt, s, w,
+    terrain: ti.template(), variant: ti.template(),
+):  # fmt: skip
+    """Momenta from node `start` on to velocities from the grid's beginning on."""
+    l = 0
     for i in range(window[s, w, 0], window[s, w, 3]):
         for j in range(window[s, w, 1], window[s, w, 4]):
             for k in range(window[s, w, 2], window[s, w, 5]):
-                ratios[0, i, j, k] = ti.Vector([0.0, 0.0])
+                update_node(grid, start + l, l, i, j, k, dt, scene, terrain, variant)
+                l += 1
+    if ti.static(variant.law == WATER):
+        l = 0
+        for i in range(window[s, w, 0], window[s, w, 3]):
+            for j in range(window[s, w, 1], window[s, w, 4]):
+                for k in range(window[s, w, 2], window[s, w, 5]):
+                    press_node(grid, nodes, window, s, w, l, (i, j, k), scene, variant.ground)
+                    l += 1
+
+
+@ti.func
+def divide_all(grid: ti.template(), start, count, variant: ti.template()):
+    """Momenta of the motion before forces to velocities (AFLIP)."""
+    if ti.static(variant.transfer == AFLIP):
+        for l in range(start, start + count):
+            divide_node(grid, l)
 
 
 @ti.kernel
 def advance(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
-    stride: int, h: float,
-    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
-    width: ti.template(), transfer: ti.template(),
+    state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
+    grid: Rows, stride: int, keep: int, variant: ti.template(),
 ):  # fmt: skip
-    """The planned substeps of every world; each writes `stride` slots further (0: in place)."""
+    """The planned substeps of every world; each writes `stride` slots further (0: in place).
+
+    Momenta are kept for the reverse as long as they fit into `keep` nodes of a world, behind those of the whole arena.
+    """
     ti.loop_config(serialize=True)  # the outermost loop would become parallel, its sums atomic
-    for w in range(x.shape[1]):
-        inverse_spacing = 1.0 / h
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
         dt = dts[w]
-        dt_g = dt * ti.Vector([g_x, g_y, g_z])
-        constants = ti.Vector([m0, m1, m2, m3, m4])
+        end = scene.nodes_x * scene.nodes_y * scene.nodes_z + (w + 1) * keep
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
-            clear_window(grid, window, s, w)
-            if ti.static(transfer == AFLIP):
-                clear_window(before, window, s, w)
-            if ti.static(law == WATER):
-                clear_ratios(ratios, window, s, w)
-            for p in range(x.shape[2]):
-                to_grid(
-                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, before, ratios, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
-                    muscle, damping, law, width, transfer,
-                )  # fmt: skip
-            for i in range(window[s, w, 0], window[s, w, 3]):
-                for j in range(window[s, w, 1], window[s, w, 4]):
-                    for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
-                        if ti.static(transfer == AFLIP):
-                            divide_node(before, before, 0, i, j, k)
-            if ti.static(law == WATER):
-                for i in range(window[s, w, 0], window[s, w, 3]):
-                    for j in range(window[s, w, 1], window[s, w, 4]):
-                        for k in range(window[s, w, 2], window[s, w, 5]):
-                            press_node(grid, 0, i, j, k, ground)
+            nodes = box(window, s, w)
+            start, after = 0, window[s, w, START]
+            if keep > 0 and after + nodes.size <= end:
+                start = after
+                after = start + nodes.size
+            scatter_all(state, body, grid, start, nodes, scene, dt, s, w, variant)
+            divide_all(grid, start, nodes.size, variant)
+            update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
             # the window of the next substep, as the grid is cleared only where particles are
-            low = ti.Vector([grid.shape[1], grid.shape[2], grid.shape[3]])
-            high = ti.Vector([0, 0, 0])
-            for p in range(x.shape[2]):
-                base = from_grid(
-                    x, v, C, F, b, history, tau, grid, before, ratios, 0, s, t, w, p, inverse_spacing, dt,
-                    constants, law, width, transfer,
-                )  # fmt: skip
-                low = ti.min(low, base)
-                high = ti.max(high, base)
-            for d in ti.static(range(3)):
-                window[t, w, d] = low[d]
-                window[t, w, 3 + d] = high[d] + width
+            low_x, low_y, low_z = scene.nodes_x, scene.nodes_y, scene.nodes_z
+            high_x, high_y, high_z = 0, 0, 0
+            last = state.shape[2] - 1
+            coming = stencil(state[s, w, 0, X], scene, nodes, variant.width)
+            for p in range(last + 1):
+                at = coming
+                coming = stencil(state[s, w, ti.min(p + 1, last), X], scene, nodes, variant.width)
+                x, y, z = from_grid(state, grid, start, nodes, at, scene, dt, s, t, w, p, variant)
+                low_x, low_y, low_z = ti.min(low_x, x), ti.min(low_y, y), ti.min(low_z, z)
+                high_x, high_y, high_z = ti.max(high_x, x), ti.max(high_y, y), ti.max(high_z, z)
+            window[s, w, KEPT] = ti.cast(start > 0, ti.i32)
+            window[t, w, START] = after
+            window[t, w, 0], window[t, w, 1], window[t, w, 2] = low_x, low_y, low_z
+            window[t, w, 3] = high_x + variant.width
+            window[t, w, 4] = high_y + variant.width
+            window[t, w, 5] = high_z + variant.width
 
 
 @ti.kernel
 def reverse(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, b: Symmetric, history: Scalars, tau: Symmetric, window: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, fibre: Vectors,
-    plan: Scalars, dts: Scalars, terrain: Nodes, grid: Nodes, before: Nodes, ratios: Pairs,
-    grid_velocity: Nodes, grid_adjoint: Nodes, before_adjoint: Nodes, ratios_adjoint: Pairs,
-    x_adj: Vectors, v_adj: Vectors, C_adj: Matrices, F_adj: Matrices,
-    b_adj: Symmetric, history_adj: Scalars, tau_adj: Symmetric,
-    mass_adj: Scalars, volume_adj: Scalars, stiffness_adj: Scalars, tension_adj: Scalars, fibre_adj: Vectors,
-    h: float,
-    mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    g_x: float, g_y: float, g_z: float, mu_ground: float,
-    muscle: ti.template(), damping: ti.template(), law: ti.template(), ground: ti.template(),
-    width: ti.template(), transfer: ti.template(),
+    state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
+    grid: Rows, grid_adjoint: Rows, adjoint: Rows, body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
-    """The adjoint of the planned substeps, from the slot past the last back to the first, the grid recomputed at each.
+    """The adjoint of the planned substeps, from the slot past the last back to the first.
 
-    State adjoints are updated in place (one slot); those of the parameters are added to.
+    Momenta that were not kept are computed again. State adjoints are updated in place (one slot); those of the
+    parameters are added to.
     """
     ti.loop_config(serialize=True)
-    for w in range(x.shape[1]):
-        inverse_spacing = 1.0 / h
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
         dt = dts[w]
-        dt_g = dt * ti.Vector([g_x, g_y, g_z])
-        constants = ti.Vector([m0, m1, m2, m3, m4])
         for n in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - n
             t = s + 1
-            clear_window(grid, window, s, w)
-            clear_window(grid_velocity, window, s, w)
-            clear_window(grid_adjoint, window, s, w)
-            if ti.static(transfer == AFLIP):
-                clear_window(before, window, s, w)
-                clear_window(before_adjoint, window, s, w)
-            if ti.static(law == WATER):
-                clear_ratios(ratios, window, s, w)
-                clear_ratios(ratios_adjoint, window, s, w)
-            for p in range(x.shape[2]):
-                to_grid(
-                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid, before, ratios, 0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
-                    muscle, damping, law, width, transfer,
-                )  # fmt: skip
-            for i in range(window[s, w, 0], window[s, w, 3]):
-                for j in range(window[s, w, 1], window[s, w, 4]):
-                    for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node(grid, grid_velocity, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
-                        if ti.static(transfer == AFLIP):
-                            divide_node(before, before, 0, i, j, k)
-            if ti.static(law == WATER):
+            nodes = box(window, s, w)
+            start = 0
+            if window[s, w, KEPT] != 0:
+                start = window[s, w, START]
+            else:
+                scatter_all(state, body, grid, start, nodes, scene, dt, s, w, variant)
+                divide_all(grid, start, nodes.size, variant)
+            clear(grid_adjoint, 0, nodes.size, variant)
+            update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
+            for p in range(state.shape[2]):
+                from_grid_adjoint(state, adjoint, grid, grid_adjoint, start, nodes, scene, dt, s, t, w, p, variant)
+            l = 0
+            if ti.static(variant.law == WATER):
                 for i in range(window[s, w, 0], window[s, w, 3]):
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
-                            press_node(grid_velocity, 0, i, j, k, ground)
-            for p in range(x.shape[2]):
-                from_grid_adjoint(
-                    x, v, C, F, b, history, grid_velocity, before, ratios, grid_adjoint, before_adjoint, ratios_adjoint,
-                    x_adj, v_adj, C_adj, F_adj, b_adj, history_adj, tau_adj,
-                    0, s, t, w, p, inverse_spacing, dt, constants, law, width, transfer,
-                )  # fmt: skip
-            if ti.static(law == WATER):
-                for i in range(window[s, w, 0], window[s, w, 3]):
-                    for j in range(window[s, w, 1], window[s, w, 4]):
-                        for k in range(window[s, w, 2], window[s, w, 5]):
-                            press_node_adjoint(grid, grid_velocity, grid_adjoint, 0, i, j, k, dt_g, ground)
+                            press_node_adjoint(
+                                grid, grid_adjoint, nodes, window, s, w, start + l, l, (i, j, k), dt, scene,
+                                variant.ground,
+                            )  # fmt: skip
+                            l += 1
+            l = 0
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node_adjoint(grid, grid_adjoint, 0, i, j, k, dt_g, mu_ground, terrain, ground, law)
-                        if ti.static(transfer == AFLIP):
-                            divide_node_adjoint(before, before_adjoint, 0, i, j, k)
-            for p in range(x.shape[2]):
+                        update_node_adjoint(grid, grid_adjoint, start + l, l, i, j, k, dt, scene, terrain, variant)
+                        l += 1
+            if ti.static(variant.transfer == AFLIP):
+                for m in range(nodes.size):
+                    divide_node_adjoint(grid, start + m, grid_adjoint, m)
+            for p in range(state.shape[2]):
                 to_grid_adjoint(
-                    x, v, C, F, history, tau, mass, volume, stiffness, tension, fibre,
-                    grid_adjoint, before_adjoint, ratios_adjoint,
-                    x_adj, v_adj, C_adj, F_adj, history_adj, tau_adj,
-                    mass_adj, volume_adj, stiffness_adj, tension_adj, fibre_adj,
-                    0, s, w, p, inverse_spacing, dt, mu, lam, eta, constants,
-                    muscle, damping, law, width, transfer,
-                )  # fmt: skip
+                    state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant
+                )

@@ -2,22 +2,26 @@
 
 import taichi as ti
 
-from zoobench.sim.kernels.array_types import Matrices, Scalars, Vectors
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.boundary import WALL_NODES
+from zoobench.sim.kernels.columns import contract, determinant, dot, matmul_transposed, trace
 from zoobench.sim.kernels.elastic import SMALLEST_J
-from zoobench.sim.kernels.linalg import identity, matmul
+from zoobench.sim.kernels.layout import MASS, STIFFNESS, TENSION, VOLUME, C, F, V, X, columns, history, scene_constants
 from zoobench.sim.kernels.media import SNOW, WATER
 
 
 @ti.func
-def largest_square(F):
+def largest_square(F: ti.template()):
     """Upper bound of the largest squared stretch, exact if the two others are equal (Wolkowicz and Styan 1980).
 
     With mean m and standard deviation s of the three it is m + sqrt(2) s, without a decomposition.
     """
-    b = matmul(F, F.transpose())
-    mean = b.trace() / 3.0
-    deviator = b - mean * identity()
-    return mean + ti.sqrt(2.0 / 3.0) * deviator.norm()
+    b = matmul_transposed(F, F)
+    mean = trace(b) / 3.0
+    # |dev b|^2 by differences, which do not cancel
+    x, y, z = b.x[0] - mean, b.y[1] - mean, b.z[2] - mean
+    off = b.x[1] * b.x[1] + b.x[2] * b.x[2] + b.y[2] * b.y[2]
+    return mean + ti.sqrt(2.0 / 3.0) * ti.sqrt(x * x + y * y + z * z + 2.0 * off)
 
 
 @ti.func
@@ -42,55 +46,60 @@ def medium_kappa(history, constants, law: ti.template()):
 
 @ti.kernel
 def survey(
-    x: Vectors, v: Vectors, C: Matrices, F: Matrices, history: Scalars,
-    mass: Scalars, volume: Scalars, stiffness: Scalars, tension: Scalars, alive: Scalars,
-    report: Scalars, culprit: Scalars, low: float, high_x: float, high_y: float, high_z: float,
-    h: float, mu: float, lam: float, eta: float, m0: float, m1: float, m2: float, m3: float, m4: float,
-    law: ti.template(),
+    state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
+    variant: ti.template(),
 ):  # fmt: skip
     """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
 
     `culprit[w]` holds the particle of each of the first four, where the first NaN is kept, and of the stretch.
     Massless particles are left out.
     """
-    for w in range(x.shape[1]):
-        constants = ti.Vector([m0, m1, m2, m3, m4])
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
+        nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, widest, square, robot, medium, viscosity = 0, 0, 0.0, 0.0, 0.0, 0.0
-        for p in range(x.shape[2] * alive[w]):
-            if mass[w, p] > 0.0:
-                place = x[0, w, p]
-                beyond = ti.max(low - place, place - ti.Vector([high_x, high_y, high_z])) / h
-                largest = ti.max(beyond[0], beyond[1], beyond[2])
+        for p in range(state.shape[2] * alive[w]):
+            q = body[w, p, 0]
+            if q[MASS] > 0.0:
+                place, speed, rate = state[0, w, p, X], state[0, w, p, V], columns(state, 0, w, p, C)
+                largest = 0.0 * scene.spacing - 1e30
+                for d in ti.static(range(3)):
+                    cells = place[d] * scene.inverse
+                    largest = ti.max(largest, WALL_NODES - cells, cells - (nodes[d] - 1 - WALL_NODES))
                 # max drops a NaN, a difference keeps it
                 spread = place.sum() - place.sum()
-                values = ti.Vector([v[0, w, p].norm(), C[0, w, p].norm(), largest + spread, -1e30])
-                per_mass = volume[w, p] / mass[w, p]
-                if p < F.shape[2]:
-                    values[3] = -F[0, w, p].determinant()
+                values = ti.Vector(
+                    [ti.sqrt(dot(speed, speed)), ti.sqrt(contract(rate, rate)), largest + spread, -1e30]
+                )
+                per_mass = q[VOLUME] / q[MASS]
+                if p < scene.robot:
+                    deformation = columns(state, 0, w, p, F)
+                    values[3] = -determinant(deformation)
                     if -values[3] < SMALLEST_J:
                         guarded += 1
-                    k = stiffness[w, p]
-                    stretched = largest_square(F[0, w, p])
+                    k = q[STIFFNESS]
+                    stretched = largest_square(deformation)
                     if stretched > square:
                         square = stretched
                         widest = p
-                    viscosity = ti.max(viscosity, eta * per_mass)
+                    viscosity = ti.max(viscosity, scene.eta * per_mass)
                     # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
-                    active = 2.0 * (k * mu + ti.max(tension[w, p], 0.0)) * stretched
-                    robot = ti.max(robot, (active + 3.0 * k * lam) * per_mass)
-                elif ti.static(law):
-                    medium = ti.max(medium, medium_kappa(history[0, w, p - F.shape[2]], constants, law) * per_mass)
-                for q in ti.static(range(4)):
+                    active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * stretched
+                    robot = ti.max(robot, (active + 3.0 * k * scene.lam) * per_mass)
+                elif ti.static(variant.law):
+                    kappa = medium_kappa(history(state, 0, w, p), scene.medium, variant.law)
+                    medium = ti.max(medium, kappa * per_mass)
+                for c in ti.static(range(4)):
                     # negated, as a NaN fails every comparison; worst is equal to itself unless it is a NaN already
-                    if not (values[q] <= worst[q]) and worst[q] == worst[q]:
-                        worst[q] = values[q]
-                        who[q] = p
-        for q in ti.static(range(3)):
-            report[w, q] = worst[q]
-        for q in ti.static(range(4)):
-            culprit[w, q] = who[q]
+                    if not (values[c] <= worst[c]) and worst[c] == worst[c]:
+                        worst[c] = values[c]
+                        who[c] = p
+        for c in ti.static(range(3)):
+            report[w, c] = worst[c]
+        for c in ti.static(range(4)):
+            culprit[w, c] = who[c]
         culprit[w, 4] = widest
         report[w, 3] = -worst[3]
         report[w, 4] = guarded

@@ -15,7 +15,7 @@ counts by its mass: a robot in water should have about its density.
 import taichi as ti
 
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.splines import QUADRATIC, base_node, weight_derivatives, weights
+from zoobench.sim.kernels.splines import QUADRATIC
 from zoobench.sim.model.matter import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS
 
 RESPONSE_CROSSINGS = 60.0
@@ -105,67 +105,70 @@ def room_at(a, width: ti.template()):
 
 
 @ti.func
-def node_room(base, grid: ti.template(), width: ti.template()):
-    """room[i, d]: share of stencil node i's spline that lies between the walls in direction d."""
-    room = ti.Matrix.zero(float, width, 3)
-    for i in ti.static(range(width)):
-        for d in ti.static(range(3)):
-            a = base[d] + i
-            beyond = room_at(grid.shape[d + 1] - 1 - WALL_NODES - a, width)
-            room[i, d] = room_at(a - WALL_NODES, width) + beyond - 1.0
-    return room
+def room_factors(first, count, width: ti.template()):
+    """Share of every stencil node's spline that lies between the walls in one direction, from its first node on."""
+    low = first - WALL_NODES
+    high = count - 1 - WALL_NODES - first
+    return [room_at(low + i, width) + room_at(high - i, width) - 1.0 for i in ti.static(range(width))]
 
 
 @ti.func
-def column_sums(a, b):
-    """sum_i a[i, d] b[i, d]."""
-    total = ti.Vector([a[0, d] * b[0, d] for d in ti.static(range(3))])
-    for i in ti.static(range(1, a.n)):
-        total += ti.Vector([a[i, d] * b[i, d] for d in ti.static(range(3))])
+def node_room(at: ti.template(), scene: ti.template(), width: ti.template()):
+    """Share of the splines of the stencil's nodes that lies between the walls, by node, its lanes the directions."""
+    x = room_factors(at.x, scene.nodes_x, width)
+    y = room_factors(at.y, scene.nodes_y, width)
+    z = room_factors(at.z, scene.nodes_z, width)
+    return [ti.Vector([x[i], y[i], z[i], 0.0]) for i in ti.static(range(width))]
+
+
+@ti.func
+def is_open(first, count, width: ti.template()):
+    """True if no node of a stencil from this one on loses any of its spline to a wall."""
+    return first >= WALL_NODES + 2 and first + width <= count - WALL_NODES - 2
+
+
+@ti.func
+def is_near_wall(at: ti.template(), scene: ti.template(), width: ti.template()):
+    """True if a wall takes part of the splines of the stencil's nodes in any direction."""
+    inside = is_open(at.x, scene.nodes_x, width) and is_open(at.y, scene.nodes_y, width)
+    return not (inside and is_open(at.z, scene.nodes_z, width))
+
+
+@ti.func
+def weighted_sum(w: ti.template(), a: ti.template(), width: ti.template()):
+    """sum_i w[i] a[i], in every direction."""
+    total = w[0] * a[0]
+    for i in ti.static(range(1, width)):
+        total += w[i] * a[i]
     return total
 
 
 @ti.func
-def relative_density(grid: ti.template(), g, position, inverse_spacing, density, width: ti.template()):
-    """Density of all matter at a place by the rest `density`: sum w m_i / (density h^3), over the share of the spline
-    between the walls."""
-    base = base_node(position, inverse_spacing, grid, width)
-    w = weights(position * inverse_spacing - base, width)
-    room = column_sums(w, node_room(base, grid, width))
-    total = 0.0 * inverse_spacing
-    for i in ti.static(range(width)):
-        for j in ti.static(range(width)):
-            line = 0.0 * inverse_spacing
-            for k in ti.static(range(width)):
-                line += w[k, 2] * grid[g, base[0] + i, base[1] + j, base[2] + k][3]
-            total += w[i, 0] * w[j, 1] * line
-    return total * inverse_spacing**3 / (density * ti.max(room[0] * room[1] * room[2], LEAST_ROOM))
+def room(at: ti.template(), w: ti.template(), scene: ti.template(), width: ti.template()):
+    """Share of a particle's spline that lies between the walls, in every direction."""
+    share = ti.Vector([1.0, 1.0, 1.0, 0.0])
+    if is_near_wall(at, scene, width):
+        share = weighted_sum(w, node_room(at, scene, width), width)
+    return share
 
 
 @ti.func
-def relative_density_adjoint(
-    grid: ti.template(), grid_adjoint: ti.template(), g, position, rho, rho_adjoint, inverse_spacing, density,
-    width: ti.template(),
+def density_factor(share, scene: ti.template()):
+    """Relative density of a particle by the mass sum w m_i around it [1/kg], with its `room`."""
+    whole = ti.max(share[0] * share[1] * share[2], LEAST_ROOM)
+    return scene.inverse * scene.inverse * scene.inverse / (scene.medium[3] * whole)
+
+
+@ti.func
+def room_adjoint(
+    at: ti.template(), dw: ti.template(), share, rho, rho_adjoint, scene: ti.template(), width: ti.template()
 ):  # fmt: skip
-    """Adjoint of `relative_density`, which gave `rho`: adds to the nodes' mass adjoint, returns the position's."""
-    base = base_node(position, inverse_spacing, grid, width)
-    offset = position * inverse_spacing - base
-    w, dw = weights(offset, width), weight_derivatives(offset, width)
-    rooms = node_room(base, grid, width)
-    room = column_sums(w, rooms)
-    whole = room[0] * room[1] * room[2]
-    scaled = rho_adjoint * inverse_spacing**3 / (density * ti.max(whole, LEAST_ROOM))
-    total = 0.0 * offset
-    for i in ti.static(range(width)):
-        for j in ti.static(range(width)):
-            for k in ti.static(range(width)):
-                mass = scaled * grid[g, base[0] + i, base[1] + j, base[2] + k][3]
-                share = scaled * w[i, 0] * w[j, 1] * w[k, 2]
-                grid_adjoint[g, base[0] + i, base[1] + j, base[2] + k] += ti.Vector([0.0, 0.0, 0.0, share])
-                total[0] += mass * dw[i, 0] * w[j, 1] * w[k, 2]
-                total[1] += mass * w[i, 0] * dw[j, 1] * w[k, 2]
-                total[2] += mass * w[i, 0] * w[j, 1] * dw[k, 2]
-    if whole > LEAST_ROOM:
-        # d(1/room) = -room' / room^2, direction by direction
-        total -= rho_adjoint * rho * column_sums(dw, rooms) / room
-    return inverse_spacing * total
+    """The part of the adjoint of the relative density `rho` that comes from the walls, by the offset."""
+    offset_adjoint = 0.0 * share
+    if is_near_wall(at, scene, width):
+        if share[0] * share[1] * share[2] > LEAST_ROOM:
+            # d(1/room) = -room' / room^2, direction by direction
+            change = weighted_sum(dw, node_room(at, scene, width), width)
+            for d in ti.static(range(3)):
+                offset_adjoint[d] = -rho_adjoint * rho * change[d] / share[d]
+    return offset_adjoint

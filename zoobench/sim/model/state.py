@@ -1,5 +1,6 @@
 """The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
 
+import math
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -14,58 +15,114 @@ from zoobench.sim.model.scene import MediumBed, Scene
 
 IntArray = NDArray[np.int64]
 
+ALIGNMENT = 64  # [bytes], of the widest registers
+
+
+def lazy_zeros(shape: tuple[int, ...], real: torch.dtype, device: str) -> Tensor:
+    """Zeros that on the CPU take no memory before they are touched, aligned for vector registers.
+
+    NumPy's large arrays come from the system unread, as torch's do not.
+    """
+    if device != "cpu":
+        return torch.zeros(shape, dtype=real, device=device)
+    kind = np.dtype(np.float64 if real is torch.float64 else np.float32)
+    count = math.prod(shape)
+    room = np.zeros(count + ALIGNMENT // kind.itemsize, kind)
+    skipped = -room.ctypes.data % ALIGNMENT // kind.itemsize
+    return torch.from_numpy(room[skipped : skipped + count].reshape(shape))
+
+
+
+ROBOT_ROWS, SOLID_ROWS = 8, 9
+"""Rows of four lanes in which a particle is stored: place, velocity, three of C, three of F; a solid medium has four of
+strain, history and stress in place of F."""
+
+WINDOW_SIZE = 8
+
 
 @dataclass
 class Matter:
     """State of all particles at a number of slots; positions are relative to the grid's first node.
 
     Attributes:
+        state: `[slots, worlds, particles, rows, 4]` as `kernels.layout` has it.
+        window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
+        robot: number of the robot's particles, which come first.
+
+    The other attributes are views of `state`:
         x, v: `[slots, worlds, particles, 3]` [m], [m/s].
         C: `[slots, worlds, particles, 3, 3]` APIC matrix [1/s].
         F: `[slots, worlds, robot, 3, 3]` deformation gradient of the robot.
         b: `[slots, worlds, medium, 6]` elastic left Cauchy-Green tensor of a solid medium (xx yy zz xy xz yz).
         history: `[slots, worlds, medium]` the medium's log-volume gained, plastic volume ratio or J.
-        tau: `[slots, worlds, medium, 6]` Kirchhoff stress of a solid medium [Pa].
-        window: `[slots, worlds, 6]` first and past-the-last node in use.
+        tau: `[slots, worlds, medium, 6]` Kirchhoff stress of a solid medium [Pa]; empty for a fluid, as b is.
     """
 
-    x: Tensor
-    v: Tensor
-    C: Tensor
-    F: Tensor
-    b: Tensor
-    history: Tensor
-    tau: Tensor
+    state: Tensor
     window: Tensor
+    robot: int
 
     @classmethod
     def zeros(
-        cls, slots: int, worlds: int, robot: int, medium: int, solid: int, real: torch.dtype, device: str
+        cls, slots: int, worlds: int, robot: int, medium: int, solid: bool, real: torch.dtype, device: str
     ) -> Self:
-        """All zero, for `medium` particles of which `solid` (all or none) store strain and stress."""
+        """All zero, for `medium` particles, which store strain and stress if they are `solid`.
 
-        def make(*shape: int) -> Tensor:
-            return torch.zeros((slots, worlds, *shape), dtype=real, device=device)
+        On the CPU, slots take no memory before they are written.
+        """
+        shape = (slots, worlds, robot + medium, SOLID_ROWS if solid else ROBOT_ROWS, 4)
+        window = torch.zeros((slots, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
+        return cls(lazy_zeros(shape, real, device), window, robot)
 
-        total = robot + medium
-        return cls(
-            x=make(total, 3),
-            v=make(total, 3),
-            C=make(total, 3, 3),
-            F=make(robot, 3, 3),
-            b=make(solid, 6),
-            history=make(medium),
-            tau=make(solid, 6),
-            window=torch.zeros((slots, worlds, 6), dtype=torch.int32, device=device),
-        )
+    @property
+    def x(self) -> Tensor:
+        return self.state[..., 0, :3]
 
-    def tensors(self) -> list[Tensor]:
+    @property
+    def v(self) -> Tensor:
+        return self.state[..., 1, :3]
+
+    @property
+    def C(self) -> Tensor:
+        return self.state[..., 2:5, :3].transpose(-1, -2)
+
+    @property
+    def F(self) -> Tensor:
+        return self.state[:, :, : self.robot, 5:8, :3].transpose(-1, -2)
+
+    @property
+    def b(self) -> Tensor:
+        return self._medium[..., 20:26]
+
+    @property
+    def history(self) -> Tensor:
+        return self.state[:, :, self.robot :, 6, 2]
+
+    @property
+    def tau(self) -> Tensor:
+        return self._medium[..., 28:34]
+
+    @property
+    def _medium(self) -> Tensor:
+        """The numbers of a solid medium's particles; none of a fluid's."""
+        first = self.robot if self.state.shape[3] == SOLID_ROWS else self.state.shape[2]
+        return self.state[:, :, first:].flatten(3)
+
+    def tensors(self) -> tuple[Tensor, Tensor]:
         """In the order in which the kernels take them."""
-        return [getattr(self, item.name) for item in fields(self)]
+        return self.state, self.window
+
+    def slot(self, slot: int) -> "Matter":
+        """A view of one slot."""
+        return Matter(self.state[slot : slot + 1], self.window[slot : slot + 1], self.robot)
+
+    def world(self, world: int) -> "Matter":
+        """A copy of one world."""
+        return Matter(self.state[:, world : world + 1].clone(), self.window[:, world : world + 1].clone(), self.robot)
 
     def copy_slot(self, slot: int) -> "Matter":
         """A one-slot copy: a checkpoint."""
-        return Matter(*(tensor[slot : slot + 1].clone() for tensor in self.tensors()))
+        return Matter(self.state[slot : slot + 1].clone(), self.window[slot : slot + 1].clone(), self.robot)
 
     def load_slot(self, slot: int, saved: "Matter") -> None:
         """Write a one-slot copy back into a slot, that of a single world into all worlds."""
@@ -79,8 +136,7 @@ class Matter:
 
     def stop(self, slot: int, world: int) -> None:
         """Take all motion from one world at a slot."""
-        self.v[slot, world] = 0.0
-        self.C[slot, world] = 0.0
+        self.state[slot, world, :, 1:5] = 0.0
 
     def stop_after(self, slot: int, world: int) -> None:
         """Write one world at a slot into the next, without its motion."""
@@ -98,36 +154,41 @@ class Parameters:
     """Properties of the particles: constant through an episode but for the tension, which changes every control frame.
 
     Attributes:
+        body: `[worlds, particles, 2, 4]` as `kernels.layout` has it; the other attributes are views of it.
+        robot: number of the robot's particles.
         mass, volume: `[worlds, particles]` [kg], [m^3], both scaled by occupancy.
         stiffness: `[worlds, robot]` multiplier of E.
         tension: `[worlds, robot]` active stress along the fibre in this control frame [Pa].
-        fibre: `[1, worlds, robot, 3]` unit rest direction.
+        fibre: `[worlds, robot, 3]` unit rest direction.
     """
 
-    mass: Tensor
-    volume: Tensor
-    stiffness: Tensor
-    tension: Tensor
-    fibre: Tensor
+    body: Tensor
+    robot: int
 
     @classmethod
     def zeros(cls, worlds: int, robot: int, particles: int, real: torch.dtype, device: str) -> Self:
         """All zero: the start of an adjoint."""
+        return cls(torch.zeros((worlds, particles, 2, 4), dtype=real, device=device), robot)
 
-        def make(*shape: int) -> Tensor:
-            return torch.zeros(shape, dtype=real, device=device)
+    @property
+    def mass(self) -> Tensor:
+        return self.body[:, :, 0, 0]
 
-        return cls(
-            mass=make(worlds, particles),
-            volume=make(worlds, particles),
-            stiffness=make(worlds, robot),
-            tension=make(worlds, robot),
-            fibre=make(1, worlds, robot, 3),
-        )
+    @property
+    def volume(self) -> Tensor:
+        return self.body[:, :, 0, 1]
 
-    def tensors(self) -> list[Tensor]:
-        """In the order in which the kernels take them."""
-        return [getattr(self, item.name) for item in fields(self)]
+    @property
+    def stiffness(self) -> Tensor:
+        return self.body[:, : self.robot, 0, 2]
+
+    @property
+    def tension(self) -> Tensor:
+        return self.body[:, : self.robot, 0, 3]
+
+    @property
+    def fibre(self) -> Tensor:
+        return self.body[:, : self.robot, 1, :3]
 
 
 @dataclass
@@ -198,7 +259,7 @@ def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, devic
     """Zeroed tensors of the size that the scene needs."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
-    solid = count if medium and medium.material.law != Law.WATER else 0
+    solid = medium is not None and medium.material.law != Law.WATER
     return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device)
 
 

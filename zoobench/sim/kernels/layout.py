@@ -1,0 +1,142 @@
+"""How matter lies in the arrays that kernels take: every row is a vector of four lanes, the width of the registers.
+
+    state      [slots, worlds, particles, 8 or 9] rows of a particle, below; the robot's particles come first
+    window     [slots, worlds, 8] first and past-the-last grid node that any particle touches, where the nodes' momenta
+               of the substep from this slot are kept in `grid`, and whether they are
+    body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0)
+    plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world takes its own steps
+    constants  [20] of the scene, below
+    terrain    [nx, nz] height of the ground above the grid's first node [cells] and its normal; empty for a plane
+    grid       [fields, nodes] fields of the nodes, below; a window's nodes follow each other without gaps
+
+The fourth lane of vectors is zero. A 3x3 matrix is three columns. A symmetric tensor is (xx yy zz xy xz yz).
+
+Kernels for one thread are compiled without Taichi's scalarisation (`runtime.vector_lanes`): then a row is one register.
+Compiled so, Taichi cannot cast or negate a vector (nor subtract in place), takes no array of vectors of three, and
+adds to a single lane of an array's row wrongly and silently: add to the whole row.
+"""
+
+from dataclasses import dataclass
+
+import taichi as ti
+
+from zoobench.sim.kernels.columns import matrix
+
+X, V, C, F = 0, 1, 2, 5
+"""Rows of a particle's state: place [m], velocity [m/s], columns of the APIC matrix [1/s], and of the robot's F."""
+
+STRAIN, STRESS = 5, 7
+"""Rows of a medium in place of F: elastic b and the scalar of history (xx yy zz xy | xz yz history 0), and Kirchhoff
+stress (xx yy zz xy | xz yz 0 0) [Pa]. Water has its J in the place of history alone."""
+
+HISTORY_LANE = 2
+"""Lane of the second strain row that holds the history."""
+
+MASS, VOLUME, STIFFNESS, TENSION = 0, 1, 2, 3
+"""Lanes of a particle's first row of `body`; the second holds its fibre."""
+
+MOMENTUM, VELOCITY, BEFORE, RATIO = 0, 1, 2, 3
+"""Fields of the grid: (momentum, mass), (velocity, mass), the same of the motion before forces (AFLIP), and (mass times
+J, mass) of water. `grid_adjoint` has the same fields, its momenta and velocities in the place of MOMENTUM."""
+
+START, KEPT = 6, 7
+"""Of a window: node in `grid` where the momenta of the slot's substep are kept, and 1 if they are."""
+
+CONSTANTS = (
+    "spacing", "mu", "lam", "eta", "m0", "m1", "m2", "m3", "m4", "g_x", "g_y", "g_z", "friction",
+    "nodes_x", "nodes_y", "nodes_z", "robot_count",
+)  # fmt: skip
+"""Names of the constants in their order: grid spacing [m], Lame parameters and viscosity of the robot, the medium's
+constants, gravity [m/s^2], friction of the ground, and counts."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What a kernel is compiled for; code that it does not call for does not exist in it.
+
+    Attributes:
+        muscle, damping: whether the robot has muscles, and viscosity.
+        law: of the medium, see `media`; 0 for none.
+        ground: see `boundary`.
+        width: nodes of a spline in each direction.
+        transfer: see `transfer`.
+    """
+
+    muscle: bool
+    damping: bool
+    law: int
+    ground: int
+    width: int
+    transfer: int
+
+
+@ti.func
+def scene_constants(constants: ti.template()):
+    """The constants by name, with the medium's five in `medium`."""
+    spacing = constants[0]
+    return ti.Struct(
+        spacing=spacing,
+        inverse=1.0 / spacing,
+        mu=constants[1],
+        lam=constants[2],
+        eta=constants[3],
+        medium=ti.Vector([constants[4], constants[5], constants[6], constants[7], constants[8]]),
+        g_x=constants[9],
+        g_y=constants[10],
+        g_z=constants[11],
+        friction=constants[12],
+        nodes_x=ti.cast(constants[13], ti.i32),
+        nodes_y=ti.cast(constants[14], ti.i32),
+        nodes_z=ti.cast(constants[15], ti.i32),
+        robot=ti.cast(constants[16], ti.i32),
+    )
+
+
+@ti.func
+def box(window: ti.template(), s, w):
+    """The nodes in the window of world w at slot s: strides, flat index of the grid's first node, and their number."""
+    sy = window[s, w, 5] - window[s, w, 2]
+    sx = sy * (window[s, w, 4] - window[s, w, 1])
+    origin = -(window[s, w, 0] * sx + window[s, w, 1] * sy + window[s, w, 2])
+    return ti.Struct(sx=sx, sy=sy, origin=origin, size=sx * (window[s, w, 3] - window[s, w, 0]))
+
+
+@ti.func
+def columns(rows: ti.template(), s, w, p, row: ti.template()):
+    """The matrix stored from a row on."""
+    return matrix(rows[s, w, p, row], rows[s, w, p, row + 1], rows[s, w, p, row + 2])
+
+
+@ti.func
+def put_columns(rows: ti.template(), s, w, p, row: ti.template(), a: ti.template()):
+    """Store a matrix from a row on."""
+    rows[s, w, p, row] = a.x
+    rows[s, w, p, row + 1] = a.y
+    rows[s, w, p, row + 2] = a.z
+
+
+@ti.func
+def add_columns(rows: ti.template(), s, w, p, row: ti.template(), a: ti.template()):
+    """Add to the matrix stored from a row on."""
+    rows[s, w, p, row] += a.x
+    rows[s, w, p, row + 1] += a.y
+    rows[s, w, p, row + 2] += a.z
+
+
+@ti.func
+def symmetric(rows: ti.template(), s, w, p, row: ti.template()):
+    """The symmetric tensor (xx yy zz xy xz yz) stored from a row on."""
+    one, two = rows[s, w, p, row], rows[s, w, p, row + 1]
+    return ti.Vector([one[0], one[1], one[2], one[3], two[0], two[1]])
+
+
+@ti.func
+def history(rows: ti.template(), s, w, p):
+    """The history of a medium's particle, of water its J."""
+    return rows[s, w, p, STRAIN + 1][HISTORY_LANE]
+
+
+@ti.func
+def add_history(rows: ti.template(), s, w, p, more):
+    """Add to the history of a medium's particle."""
+    rows[s, w, p, STRAIN + 1] += ti.Vector([0.0, 0.0, more, 0.0])
