@@ -78,13 +78,13 @@ def deform_medium(
     else:
         # F = (I + dt C) F_old in terms of b = F F^T: the elastic trial, by which plasticity need not store F
         trial = matmul(step, matmul(unpack(b[s, w, q]), step.transpose()))
-        b_new, after, stress = 0.0 * trial, 0.0 * trial[0, 0], 0.0 * trial
+        b_new, after, stress = pack(trial), 0.0 * trial[0, 0], pack(trial)
         if ti.static(law == SNOW):
-            b_new, after, stress = snow_update(trial, history[s, w, q], constants)
+            b_new, after, stress = snow_update(pack(trial), history[s, w, q], constants)
         else:
-            b_new, after, stress = hencky_update(trial, history[s, w, q], constants, law)
-        b[t, w, q] = pack(b_new)
-        tau[t, w, q] = pack(stress)
+            b_new, after, stress = hencky_update(pack(trial), history[s, w, q], constants, law)
+        b[t, w, q] = b_new
+        tau[t, w, q] = stress
         history[t, w, q] = after
 
 
@@ -106,16 +106,16 @@ def deform_medium_adjoint(
     else:
         old = unpack(b[s, w, q])
         trial = matmul(step, matmul(old, step.transpose()))
-        b_adjoint, tau_adjoint = unpack(b_adj[0, w, q]), unpack(tau_adj[0, w, q])
-        trial_adjoint, old_adjoint = 0.0 * trial, 0.0 * trial[0, 0]
+        packed_adjoint, old_adjoint = pack(trial), 0.0 * trial[0, 0]
         if ti.static(law == SNOW):
-            trial_adjoint, old_adjoint = snow_update_adjoint(
-                trial, history[s, w, q], b_adjoint, history_adj[0, w, q], tau_adjoint, constants
+            packed_adjoint, old_adjoint = snow_update_adjoint(
+                pack(trial), history[s, w, q], b_adj[0, w, q], history_adj[0, w, q], tau_adj[0, w, q], constants
             )
         else:
-            trial_adjoint, old_adjoint = hencky_update_adjoint(
-                trial, history[s, w, q], b_adjoint, history_adj[0, w, q], tau_adjoint, constants, law
+            packed_adjoint, old_adjoint = hencky_update_adjoint(
+                pack(trial), history[s, w, q], b_adj[0, w, q], history_adj[0, w, q], tau_adj[0, w, q], constants, law
             )
+        trial_adjoint = unpack(packed_adjoint)
         # trial = S b S^T: 2 A S b by S and S^T A S by b, for the symmetric adjoint A of the trial
         step_adjoint = 2.0 * matmul(trial_adjoint, matmul(step, old))
         b_adj[0, w, q] = pack(matmul(step.transpose(), matmul(trial_adjoint, step)))
