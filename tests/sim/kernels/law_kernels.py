@@ -60,10 +60,13 @@ def medium_all(
     """Update of a solid medium."""
     for p in range(b.shape[0]):
         constants = ti.Vector([c0, c1, c2, c3, c4])
+        trial = pack(b[p])
+        packed, kept, tau = trial, history[p], trial
         if ti.static(law == SNOW):
-            b_new[p], after[p], stress[p] = snow_update(b[p], history[p], constants)
+            packed, kept, tau = snow_update(trial, history[p], constants)
         else:
-            b_new[p], after[p], stress[p] = hencky_update(b[p], history[p], constants, law)
+            packed, kept, tau = hencky_update(trial, history[p], constants, law)
+        b_new[p], after[p], stress[p] = unpack(packed), kept, unpack(tau)
 
 
 @ti.kernel
@@ -75,14 +78,15 @@ def medium_back_all(
     """Adjoint of the update."""
     for p in range(b.shape[0]):
         constants = ti.Vector([c0, c1, c2, c3, c4])
+        trial, first, second = pack(b[p]), pack(b_adjoint[p]), pack(stress_adjoint[p])
+        packed, past = trial, history[p]
         if ti.static(law == SNOW):
-            trial_adjoint[p], history_adjoint[p] = snow_update_adjoint(
-                b[p], history[p], b_adjoint[p], new_history_adjoint[p], stress_adjoint[p], constants
-            )
+            packed, past = snow_update_adjoint(trial, history[p], first, new_history_adjoint[p], second, constants)
         else:
-            trial_adjoint[p], history_adjoint[p] = hencky_update_adjoint(
-                b[p], history[p], b_adjoint[p], new_history_adjoint[p], stress_adjoint[p], constants, law
+            packed, past = hencky_update_adjoint(
+                trial, history[p], first, new_history_adjoint[p], second, constants, law
             )
+        trial_adjoint[p], history_adjoint[p] = unpack(packed), past
 
 
 @ti.kernel

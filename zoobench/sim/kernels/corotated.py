@@ -1,60 +1,175 @@
 """Snow: fixed corotated elasticity with clamped principal stretches and hardening, and its adjoint.
 
-`constants` are (mu, lambda, critical compression, critical stretch, hardening), as `matter` lists them.
+Where every principal stretch is inside the clamp, sqrt(b) is a power series near b = I; else the eigenvectors of b are
+found. Symmetric tensors are 6-vectors as in `symmetric`; `constants` are (mu, lambda, critical compression, critical
+stretch, hardening), as `matter` lists them.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.hencky import SMALLEST_SQUARE
-from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul
+from zoobench.sim.kernels.hencky import NEAR, SMALLEST_SQUARE
+from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul, pack, unpack
+from zoobench.sim.kernels.symmetric import (
+    by_precision,
+    contract,
+    deviator,
+    invariants,
+    series,
+    series_adjoint,
+    square,
+    trace,
+    unit,
+)
 from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC
 
 
+def _root(order: int) -> tuple[float, ...]:
+    """The numbers of sqrt(1 + x) - 1 up to x^order."""
+    numbers = [0.0, 0.5]
+    for k in range(2, order + 1):
+        numbers.append(-numbers[-1] * (2 * k - 3) / (2 * k))
+    return tuple(numbers)
+
+
+# the first terms left out, 0.02 x^6 and 0.006 x^14 with x = |b - I|, are below half a rounding of b
+ROOT = {32: _root(5), 64: _root(13)}
+
+
 @ti.func
-def snow_stretch(stretch, plastic, constants):
+def hardening(plastic, constants):
+    """Plastic volume ratio held within its bounds, and the ratio of the moduli to those of virgin snow."""
+    after = ti.min(ti.max(plastic, SMALLEST_PLASTIC), LARGEST_PLASTIC)
+    return after, ti.exp(constants[4] * (1.0 - after))
+
+
+@ti.func
+def certainly_inside(E, constants):
+    """Whether the series hold and no principal stretch of b = I + E can be at the clamp.
+
+    Eigenvalues of a symmetric 3x3 matrix are within sqrt(2/3) |dev E| of their mean.
+    """
+    shear = deviator(E)
+    mean, reach = 1.0 + trace(E) / 3.0, ti.sqrt(2.0 / 3.0 * contract(shear, shear))
+    low, high = 1.0 - constants[2], 1.0 + constants[3]
+    return contract(E, E) < NEAR * NEAR and mean - reach > low * low and mean + reach < high * high
+
+
+@ti.func
+def snow_update(trial, plastic, constants):
+    """Elastic b, new plastic volume ratio and Kirchhoff stress [Pa] from the trial b (Stomakhin et al. 2013)."""
+    b, after, tau = trial, 0.0 * plastic, 0.0 * trial
+    if certainly_inside(trial - unit(), constants):
+        after, tau = _elastic_near(trial, plastic, constants)
+    else:
+        b, after, tau = _update_far(trial, plastic, constants)
+    return b, after, tau
+
+
+@ti.func
+def snow_update_adjoint(trial, plastic, b_adjoint, after_adjoint, tau_adjoint, constants):
+    """Adjoint of `snow_update` by the trial b and the old plastic volume ratio."""
+    trial_adjoint, plastic_adjoint = 0.0 * trial, 0.0 * plastic
+    if certainly_inside(trial - unit(), constants):
+        trial_adjoint, plastic_adjoint = _elastic_near_adjoint(trial, plastic, after_adjoint, tau_adjoint, constants)
+        trial_adjoint += b_adjoint
+    else:
+        trial_adjoint, plastic_adjoint = _update_far_adjoint(
+            trial, plastic, b_adjoint, after_adjoint, tau_adjoint, constants
+        )
+    return trial_adjoint, plastic_adjoint
+
+
+@ti.func
+def _soft_stress(E, constants):
+    """Kirchhoff stress of virgin snow, 2 mu (b - V) + lambda J (J - 1) I with V = sqrt(b), and J, from E = b - I."""
+    inv = invariants(E)
+    c = series(inv, ti.static(by_precision(ROOT)))
+    growth = inv[0] + inv[1] + inv[2]  # det(b) - 1
+    J = ti.sqrt(1.0 + growth)
+    pressure = constants[1] * J * growth / (1.0 + J)
+    shear = E - (c[0] * unit() + c[1] * E + c[2] * square(E))
+    return 2.0 * constants[0] * shear + pressure * unit(), J
+
+
+@ti.func
+def _elastic_near(trial, plastic, constants):
+    """New plastic volume ratio and stress by the series; b stays the trial."""
+    after, harder = hardening(plastic, constants)
+    soft, _ = _soft_stress(trial - unit(), constants)
+    return after, harder * soft
+
+
+@ti.func
+def _elastic_near_adjoint(trial, plastic, after_adjoint, tau_adjoint, constants):
+    """Adjoint of `_elastic_near`."""
+    E = trial - unit()
+    inv = invariants(E)
+    _, harder = hardening(plastic, constants)
+    soft, J = _soft_stress(E, constants)
+    plastic_adjoint = 0.0 * plastic  # while the ratio is held at a bound its derivative is zero
+    if plastic > SMALLEST_PLASTIC and plastic < LARGEST_PLASTIC:
+        plastic_adjoint = after_adjoint - constants[4] * harder * contract(tau_adjoint, soft)
+    soft_adjoint = harder * tau_adjoint
+    shear_adjoint = 2.0 * constants[0] * soft_adjoint
+    # J (J - 1) = J^2 - J, dJ = dJ^2 / (2 J) and d det(b) = cof(b) : db
+    growth_adjoint = constants[1] * (1.0 - 0.5 / J) * trace(soft_adjoint)
+    E2 = square(E)
+    # cof(I + E) = (1 + I1 + I2) I - (1 + I1) E + E^2
+    cofactor = (1.0 + inv[0] + inv[1]) * unit() - (1.0 + inv[0]) * E + E2
+    root_adjoint = series_adjoint(E, E2, inv, ti.static(by_precision(ROOT)), shear_adjoint)
+    return shear_adjoint - root_adjoint + growth_adjoint * cofactor, plastic_adjoint
+
+
+@ti.func
+def _principal_stretch(squares):
+    """Principal stretches of their squares; by element, as native vectors have no root."""
+    return ti.Vector([ti.sqrt(ti.max(squares[i], SMALLEST_SQUARE)) for i in range(3)])
+
+
+@ti.func
+def _clamped(stretch, plastic, constants):
     """Clamped principal stretches, and the plastic volume ratio before it is held within its bounds."""
-    held = ti.min(ti.max(stretch, 1.0 - constants[2]), 1.0 + constants[3])
+    low, high = 1.0 - constants[2], 1.0 + constants[3]
+    held = ti.Vector([ti.min(ti.max(stretch[i], low), high) for i in range(3)])
     ratio = (stretch[0] / held[0]) * (stretch[1] / held[1]) * (stretch[2] / held[2])
     return held, plastic * ratio
 
 
 @ti.func
-def snow_update(b, plastic, constants):
-    """Elastic b, new plastic volume ratio and Kirchhoff stress of snow (Stomakhin et al. 2013)."""
+def _update_far(trial, plastic, constants):
+    """`snow_update` by eigenvectors."""
     mu, lam = constants[0], constants[1]
-    squares, frame = eigen_symmetric(b)
-    held, grown = snow_stretch(ti.sqrt(ti.max(squares, SMALLEST_SQUARE)), plastic, constants)
-    after = ti.min(ti.max(grown, SMALLEST_PLASTIC), LARGEST_PLASTIC)
-    hardening = ti.exp(constants[4] * (1.0 - after))
+    squares, frame = eigen_symmetric(unpack(trial))
+    held, grown = _clamped(_principal_stretch(squares), plastic, constants)
+    after, harder = hardening(grown, constants)
     J = held[0] * held[1] * held[2]
     # fixed corotated: tau = 2 mu (F - R) F^T + lambda J (J - 1) I in principal values
-    stress = hardening * (2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0))
-    return assemble(frame, held * held), after, assemble(frame, stress)
+    stress = harder * (2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0))
+    return pack(assemble(frame, held * held)), after, pack(assemble(frame, stress))
 
 
 @ti.func
-def snow_update_adjoint(b, plastic, b_adjoint, new_plastic_adjoint, tau_adjoint, constants):
-    """Adjoint of `snow_update` by the trial b and the old plastic volume ratio, for adjoints that are symmetric."""
+def _update_far_adjoint(trial, plastic, b_adjoint, new_plastic_adjoint, tau_adjoint, constants):
+    """Adjoint of `_update_far`."""
     mu, lam, low, high = constants[0], constants[1], 1.0 - constants[2], 1.0 + constants[3]
-    squares, frame = eigen_symmetric(b)
-    stretch = ti.sqrt(ti.max(squares, SMALLEST_SQUARE))
-    held, grown = snow_stretch(stretch, plastic, constants)
-    after = ti.min(ti.max(grown, SMALLEST_PLASTIC), LARGEST_PLASTIC)
-    hardening = ti.exp(constants[4] * (1.0 - after))
+    squares, frame = eigen_symmetric(unpack(trial))
+    stretch = _principal_stretch(squares)
+    held, grown = _clamped(stretch, plastic, constants)
+    _, harder = hardening(grown, constants)
     J = held[0] * held[1] * held[2]
     transposed = frame.transpose()
-    b_inner = matmul(transposed, matmul(b_adjoint, frame))
-    tau_inner = matmul(transposed, matmul(tau_adjoint, frame))
+    b_inner = matmul(transposed, matmul(unpack(b_adjoint), frame))
+    tau_inner = matmul(transposed, matmul(unpack(tau_adjoint), frame))
     soft = 2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0)
     work = tau_inner[0, 0] * soft[0] + tau_inner[1, 1] * soft[1] + tau_inner[2, 2] * soft[2]
-    after_adjoint = new_plastic_adjoint - constants[4] * hardening * work
+    after_adjoint = new_plastic_adjoint - constants[4] * harder * work
     grown_adjoint = 0.0 * after_adjoint  # while the ratio is held at a bound its derivative is zero
     if grown > SMALLEST_PLASTIC and grown < LARGEST_PLASTIC:
         grown_adjoint = after_adjoint
-    volume_adjoint = hardening * lam * (2.0 * J - 1.0) * tau_inner.trace()
-    inner = 0.0 * b
+    volume_adjoint = harder * lam * (2.0 * J - 1.0) * tau_inner.trace()
+    inner = 0.0 * frame
     for i in ti.static(range(3)):
-        held_adjoint = 2.0 * held[i] * b_inner[i, i] + hardening * 2.0 * mu * (2.0 * held[i] - 1.0) * tau_inner[i, i]
+        held_adjoint = 2.0 * held[i] * b_inner[i, i] + harder * 2.0 * mu * (2.0 * held[i] - 1.0) * tau_inner[i, i]
         held_adjoint += (volume_adjoint * J - grown_adjoint * grown) / held[i]
         stretch_adjoint = grown_adjoint * grown / stretch[i]
         if stretch[i] > low and stretch[i] < high:
@@ -71,6 +186,6 @@ def snow_update_adjoint(b, plastic, b_adjoint, new_plastic_adjoint, tau_adjoint,
                 elif stretch[i] > low and stretch[i] < high:
                     divided = 1.0
                 both = held[i] + held[j]
-                rise = both * b_inner[i, j] + hardening * 2.0 * mu * (both - 1.0) * tau_inner[i, j]
+                rise = both * b_inner[i, j] + harder * 2.0 * mu * (both - 1.0) * tau_inner[i, j]
                 inner[i, j] = divided * rise / (stretch[i] + stretch[j])
-    return matmul(frame, matmul(inner, transposed)), grown_adjoint * grown / plastic
+    return pack(matmul(frame, matmul(inner, transposed))), grown_adjoint * grown / plastic

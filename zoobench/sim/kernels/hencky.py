@@ -1,18 +1,43 @@
-"""Sand, clay and mud: elasticity in Hencky strain with a radial return onto the yield surface, and its adjoint.
+"""Sand, clay and mud: elasticity in Hencky strain log(b) / 2, radial return onto the yield surface, and its adjoint.
 
-`constants` are (mu, lambda, then the law's own), as `matter` lists them; how the adjoint of an isotropic function is
-written, `media` says.
+Near b = I, where beds in use stay, logarithm and exponential are power series: the return needs the trace and the norm
+of the strain alone, and the adjoint is the same program in reverse. Elsewhere the eigenvectors of b are found, and the
+adjoint is that of an isotropic function as `media` has it. Symmetric tensors are 6-vectors as in `symmetric`;
+`constants` are (mu, lambda, then the law's own), as `matter` lists them.
 """
+
+import math
 
 import taichi as ti
 
-from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul, sinhc
+from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul, pack, sinhc, unpack
+from zoobench.sim.kernels.symmetric import (
+    by_precision,
+    contract,
+    deviator,
+    invariants,
+    series,
+    series_adjoint,
+    square,
+    trace,
+    unit,
+)
 from zoobench.sim.model.matter import Law
 
 SAND, MUD = int(Law.SAND), int(Law.MUD)
 
 SMALLEST_SQUARE = 1e-12
 """Squared principal stretch below which its logarithm is held."""
+
+NEAR = 0.1
+"""|b - I| (Frobenius) below which the series hold. Beds in use stay below 0.07."""
+
+# The first terms left out are below half a rounding of b: of the logarithm x^7 / 14 and x^15 / 30 with x = |b - I|, of
+# the exponential y^6 / 6! and y^10 / 10! with y = -log(1 - x), as no return lengthens the deviator.
+HALF_LOGARITHM = {
+    bits: (0.0, *(0.5 * (-1.0) ** (k + 1) / k for k in range(1, order + 1))) for bits, order in ((32, 6), (64, 14))
+}
+EXPONENTIAL = {bits: tuple(1.0 / math.factorial(k) for k in range(order + 1)) for bits, order in ((32, 5), (64, 9))}
 
 
 @ti.func
@@ -26,57 +51,47 @@ def cone(constants):
 
 
 @ti.func
-def radial_return(strain, history, constants, law: ti.template()):
-    """Yield of sand, clay and mud in principal Hencky strains: the deviator is scaled back onto the yield surface.
+def radial_return(volume, size, constants, law: ti.template()):
+    """Ratio of the deviator kept at volumetric strain `volume` and deviator norm `size`, and the new history.
 
-    Returns the elastic strain, the new history and the ratio of the deviator kept: 1 elastic, 0 loose sand.
+    The ratio scales the deviator back onto the yield surface: 1 elastic, 0 loose sand.
     """
-    volume = strain.sum() + history
-    deviator = strain - strain.sum() / 3.0
-    elastic, left, keep = 0.0 * strain, 0.0 * volume, 0.0 * volume
-    loose = False
+    keep, left = 1.0 + 0.0 * volume, 0.0 * volume
     limit = constants[2] / (2.0 * constants[0])
+    if ti.static(law == SAND):
+        limit = -cone(constants) * volume
+    if size > limit:  # |dev tau| = 2 mu |dev eps| is beyond the cone (sand) or the yield stress (von Mises)
+        keep = limit / size
     if ti.static(law == SAND):
         # tr(eps) >= 0: the tip of the cone, no stress (Klar et al. 2016); the volume gained there is used up before
         # pressure returns (Tampubolon et al. 2017)
-        loose = volume >= 0.0
-        left = volume
-        limit = -cone(constants) * volume
-    if not loose:
-        left, keep = 0.0, 1.0
-        size = deviator.norm()
-        if size > limit:  # |dev tau| = 2 mu |dev eps| is beyond the cone (sand) or the yield stress (von Mises)
-            keep = limit / size
-        elastic = keep * deviator + volume / 3.0
-    return elastic, left, keep
+        if volume >= 0.0:
+            keep, left = 0.0, volume
+    return keep, left
 
 
 @ti.func
-def radial_return_adjoint(strain, history, elastic_adjoint, left_adjoint, constants, law: ti.template()):
-    """Adjoint of `radial_return` by strain and history, from those of the elastic strain and the new history."""
-    volume = strain.sum() + history
-    deviator = strain - strain.sum() / 3.0
-    strain_adjoint, volume_adjoint = left_adjoint + 0.0 * strain, left_adjoint
-    loose = False
+def radial_return_adjoint(volume, size, along, mean, left_adjoint, constants, law: ti.template()):
+    """Adjoints of elastic = keep deviator + volume / 3 I, by that of the elastic strain, A, and of the new history.
+
+    `along` is deviator : A and `mean` tr(A) / 3. Returns keep and r of the deviator's adjoint keep dev(A) - r deviator,
+    and the adjoint of the volume.
+    """
+    keep, radial, volume_adjoint = 1.0 + 0.0 * volume, 0.0 * volume, mean
     limit, slope = constants[2] / (2.0 * constants[0]), 0.0
     if ti.static(law == SAND):
-        loose = volume >= 0.0
         slope = cone(constants)
         limit = -slope * volume
-    if not loose:
-        mean = elastic_adjoint.sum() / 3.0
-        size = deviator.norm()
-        keep, radial = 1.0, 0.0
-        volume_adjoint = mean
-        if size > limit:
-            # elastic = limit n + volume / 3 with n = deviator / size: dn = (I - n n^T) d deviator / size, and for sand
-            # d limit = -slope d volume
-            keep = limit / size
-            along = deviator.dot(elastic_adjoint) / size
-            volume_adjoint = mean - slope * along
-            radial = keep * along / size
-        strain_adjoint = keep * (elastic_adjoint - mean) - radial * deviator + volume_adjoint
-    return strain_adjoint, volume_adjoint
+    if size > limit:
+        # elastic = limit n + volume / 3 with n = deviator / size: dn = (I - n n^T) d deviator / size, and for sand
+        # d limit = -slope d volume
+        keep = limit / size
+        radial = keep * along / (size * size)
+        volume_adjoint -= slope * along / size
+    if ti.static(law == SAND):
+        if volume >= 0.0:
+            keep, radial, volume_adjoint = 0.0, 0.0, left_adjoint
+    return keep, radial, volume_adjoint
 
 
 @ti.func
@@ -97,43 +112,159 @@ def spherical(volume, constants, law: ti.template()):
 
 
 @ti.func
-def hencky_update(b, history, constants, law: ti.template()):
-    """Elastic b, new history and Kirchhoff stress of sand, clay or mud, from eps = log(b) / 2."""
-    squares, frame = eigen_symmetric(b)
-    strain = 0.5 * ti.log(ti.max(squares, SMALLEST_SQUARE))
-    elastic, left, _ = radial_return(strain, history, constants, law)
-    g, _ = spherical(elastic.sum(), constants, law)
-    return assemble(frame, ti.exp(2.0 * elastic)), left, assemble(frame, 2.0 * constants[0] * elastic + g)
+def hencky_update(trial, history, constants, law: ti.template()):
+    """Elastic b, new history and Kirchhoff stress [Pa] of sand, clay or mud from the trial b."""
+    E = trial - unit()
+    b, left, tau = trial, 0.0 * history, 0.0 * trial
+    if contract(E, E) < NEAR * NEAR:
+        b, left, tau = _update_near(trial, history, constants, law)
+    else:
+        b, left, tau = _update_far(trial, history, constants, law)
+    return b, left, tau
 
 
 @ti.func
-def hencky_update_adjoint(b, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
-    """Adjoint of `hencky_update` by the trial b and the old history, for symmetric adjoints of its results."""
+def hencky_update_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+    """Adjoint of `hencky_update` by the trial b and the old history."""
+    E = trial - unit()
+    trial_adjoint, history_adjoint = 0.0 * trial, 0.0 * history
+    if contract(E, E) < NEAR * NEAR:
+        trial_adjoint, history_adjoint = _update_near_adjoint(
+            trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
+        )
+    else:
+        trial_adjoint, history_adjoint = _update_far_adjoint(
+            trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
+        )
+    return trial_adjoint, history_adjoint
+
+
+@ti.func
+def _half_logarithm(E, E2, inv):
+    """Deviator and trace of the Hencky strain log(I + E) / 2."""
+    c = series(inv, ti.static(by_precision(HALF_LOGARITHM)))
+    return deviator(c[1] * E + c[2] * E2), 3.0 * c[0] + c[1] * trace(E) + c[2] * trace(E2)
+
+
+@ti.func
+def _update_near(trial, history, constants, law: ti.template()):
+    """`hencky_update` by series."""
+    E = trial - unit()
+    strain, total = _half_logarithm(E, square(E), invariants(E))
+    volume = total + history
+    size = ti.sqrt(contract(strain, strain))
+    keep, left = radial_return(volume, size, constants, law)
+    b, tau = unit(), 0.0 * trial
+    if ti.static(law != SAND) or volume < 0.0:
+        elastic = keep * strain
+        g, _ = spherical(volume, constants, law)
+        tau = 2.0 * constants[0] * elastic + (2.0 / 3.0 * constants[0] * volume + g) * unit()
+        b = trial
+        if keep < 1.0 or history != 0.0:
+            X = 2.0 * elastic
+            c = series(invariants(X), ti.static(by_precision(EXPONENTIAL)))
+            b = ti.exp(2.0 / 3.0 * volume) * (c[0] * unit() + c[1] * X + c[2] * square(X))
+    return b, left, tau
+
+
+@ti.func
+def _update_near_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+    """Adjoint of `_update_near`."""
+    E = trial - unit()
+    E2, inv = square(E), invariants(E)
+    strain, total = _half_logarithm(E, E2, inv)
+    volume = total + history
+    size = ti.sqrt(contract(strain, strain))
+    keep, _ = radial_return(volume, size, constants, law)
+    direct, elastic_adjoint = 0.0 * trial, 0.0 * trial
+    mean, history_adjoint = 0.0 * volume, 0.0 * volume
+    if ti.static(law != SAND) or volume < 0.0:
+        _, derivative = spherical(volume, constants, law)
+        elastic_adjoint = 2.0 * constants[0] * tau_adjoint
+        mean = (2.0 / 3.0 * constants[0] + derivative) * trace(tau_adjoint)
+        if keep < 1.0 or history != 0.0:
+            # b = exp(2/3 volume) exp(X) with X = 2 keep strain
+            X = 2.0 * keep * strain
+            X2, X_inv, growth = square(X), invariants(X), ti.exp(2.0 / 3.0 * volume)
+            c = series(X_inv, ti.static(by_precision(EXPONENTIAL)))
+            b = growth * (c[0] * unit() + c[1] * X + c[2] * X2)
+            mean += 2.0 / 3.0 * contract(b, b_adjoint)
+            elastic_adjoint += (2.0 * growth) * series_adjoint(
+                X, X2, X_inv, ti.static(by_precision(EXPONENTIAL)), b_adjoint
+            )
+        else:
+            direct = b_adjoint
+            history_adjoint = 2.0 / 3.0 * contract(trial, b_adjoint)
+    along = contract(strain, elastic_adjoint)
+    keep, radial, volume_adjoint = radial_return_adjoint(volume, size, along, mean, left_adjoint, constants, law)
+    strain_adjoint = deviator(keep * elastic_adjoint) - radial * strain + volume_adjoint * unit()
+    E_adjoint = series_adjoint(E, E2, inv, ti.static(by_precision(HALF_LOGARITHM)), strain_adjoint)
+    return direct + E_adjoint, history_adjoint + volume_adjoint
+
+
+@ti.func
+def _principal_strain(squares):
+    """Hencky strains of squared principal stretches; by element, as native vectors have no logarithm."""
+    return ti.Vector([0.5 * ti.log(ti.max(squares[i], SMALLEST_SQUARE)) for i in range(3)])
+
+
+@ti.func
+def _exponential(x):
+    """exp of each of three numbers."""
+    return ti.Vector([ti.exp(x[i]) for i in range(3)])
+
+
+@ti.func
+def _principal_return(strain, history, constants, law: ti.template()):
+    """Elastic principal strains, new history and the ratio of the deviator kept, from principal trial strains."""
+    volume = strain.sum() + history
+    shear = strain - strain.sum() / 3.0
+    keep, left = radial_return(volume, shear.norm(), constants, law)
+    return keep * shear + (volume - left) / 3.0, left, keep
+
+
+@ti.func
+def _update_far(trial, history, constants, law: ti.template()):
+    """`hencky_update` by eigenvectors."""
+    squares, frame = eigen_symmetric(unpack(trial))
+    strain = _principal_strain(squares)
+    elastic, left, _ = _principal_return(strain, history, constants, law)
+    g, _ = spherical(elastic.sum(), constants, law)
+    stress = assemble(frame, 2.0 * constants[0] * elastic + g)
+    return pack(assemble(frame, _exponential(2.0 * elastic))), left, pack(stress)
+
+
+@ti.func
+def _update_far_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
+    """Adjoint of `_update_far`."""
     mu = constants[0]
-    squares, frame = eigen_symmetric(b)
-    strain = 0.5 * ti.log(ti.max(squares, SMALLEST_SQUARE))
-    elastic, _, keep = radial_return(strain, history, constants, law)
+    squares, frame = eigen_symmetric(unpack(trial))
+    strain = _principal_strain(squares)
+    elastic, _, keep = _principal_return(strain, history, constants, law)
     _, derivative = spherical(elastic.sum(), constants, law)
     transposed = frame.transpose()
-    b_inner = matmul(transposed, matmul(b_adjoint, frame))
-    tau_inner = matmul(transposed, matmul(tau_adjoint, frame))
-    stretch, trial = ti.exp(elastic), ti.exp(strain)
+    b_inner = matmul(transposed, matmul(unpack(b_adjoint), frame))
+    tau_inner = matmul(transposed, matmul(unpack(tau_adjoint), frame))
+    stretch, trial_stretch = _exponential(elastic), _exponential(strain)
     elastic_adjoint = 0.0 * strain
     for i in ti.static(range(3)):
         elastic_adjoint[i] = (
             2.0 * stretch[i] * stretch[i] * b_inner[i, i] + 2.0 * mu * tau_inner[i, i] + derivative * tau_inner.trace()
         )
-    strain_adjoint, history_adjoint = radial_return_adjoint(
-        strain, history, elastic_adjoint, left_adjoint, constants, law
+    volume, shear = strain.sum() + history, strain - strain.sum() / 3.0
+    mean = elastic_adjoint.sum() / 3.0
+    _, radial, volume_adjoint = radial_return_adjoint(
+        volume, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, constants, law
     )
-    inner = 0.0 * b
+    strain_adjoint = keep * (elastic_adjoint - mean) - radial * shear + volume_adjoint
+    inner = 0.0 * frame
     for i in ti.static(range(3)):
-        inner[i, i] = strain_adjoint[i] / (2.0 * trial[i] * trial[i])
+        inner[i, i] = strain_adjoint[i] / (2.0 * trial_stretch[i] * trial_stretch[i])
         for j in ti.static(range(3)):
             if ti.static(i != j):
                 # b_i - b_j = 2 s_i s_j sinhc(eps_i - eps_j) (eps_i - eps_j) with s = exp(eps), and the return scales
                 # eps_i - eps_j by keep: the differences cancel in the quotient
                 rise_b = 2.0 * stretch[i] * stretch[j] * sinhc(elastic[i] - elastic[j])
-                run = 2.0 * trial[i] * trial[j] * sinhc(strain[i] - strain[j])
+                run = 2.0 * trial_stretch[i] * trial_stretch[j] * sinhc(strain[i] - strain[j])
                 inner[i, j] = keep * (rise_b * b_inner[i, j] + 2.0 * mu * tau_inner[i, j]) / run
-    return matmul(frame, matmul(inner, transposed)), history_adjoint
+    return pack(matmul(frame, matmul(inner, transposed))), volume_adjoint
