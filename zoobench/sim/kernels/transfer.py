@@ -80,12 +80,13 @@ def gather_adjoint(
     adds to the nodes' adjoint (MOMENTUM), returns that of the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
-    for i in ti.static(range(width)):
+    for i in range(width):
+        w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
         line = plane
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
             first = node + i * nodes.sx + j * nodes.sy
-            share = w[i][0] * w[j][1]
+            share = w_i * w[j][1]
             value = line
             line_0, line_z = zero_lanes(), zero_lanes()
             for k in ti.static(range(width)):
@@ -99,9 +100,9 @@ def gather_adjoint(
             sum_y += dw[j][1] * line_0
             sum_z += w[j][1] * line_z
             line += slope.y
-        by_x += dw[i][0] * sum_0
-        by_y += w[i][0] * sum_y
-        by_z += w[i][0] * sum_z
+        by_x += dw_i * sum_0
+        by_y += w_i * sum_y
+        by_z += w_i * sum_z
         plane += slope.x
     return ti.Vector([by_x.sum(), by_y.sum(), by_z.sum(), 0.0])
 
@@ -115,7 +116,8 @@ def scatter_adjoint(
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     total, first_x, first_y, first_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
-    for i in ti.static(range(width)):
+    for i in range(width):
+        w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
         line = plane
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         plane_0, plane_y, plane_z = zero_lanes(), zero_lanes(), zero_lanes()
@@ -142,15 +144,14 @@ def scatter_adjoint(
             if ti.static(j > 0):
                 plane_y += j * row_0
             line += slope.y
-        by_x += dw[i][0] * sum_0
-        by_y += w[i][0] * sum_y
-        by_z += w[i][0] * sum_z
-        plane_0 *= w[i][0]
+        by_x += dw_i * sum_0
+        by_y += w_i * sum_y
+        by_z += w_i * sum_z
+        plane_0 *= w_i
         total += plane_0
-        first_y += w[i][0] * plane_y
-        first_z += w[i][0] * plane_z
-        if ti.static(i > 0):
-            first_x += i * plane_0
+        first_y += w_i * plane_y
+        first_z += w_i * plane_z
+        first_x += ti.cast(i, float) * plane_0
         plane += slope.x
     return ti.Vector([by_x.sum(), by_y.sum(), by_z.sum(), 0.0]), total, first_x, first_y, first_z
 
@@ -174,7 +175,7 @@ def gather_value(
 ):
     """Sum of w q over the stencil's nodes."""
     total = zero_lanes()
-    for i in ti.static(range(width)):
+    for i in range(width):
         plane = zero_lanes()
         for j in ti.static(range(width)):
             first = node + i * nodes.sx + j * nodes.sy
@@ -182,7 +183,7 @@ def gather_value(
             for k in ti.static(range(1, width)):
                 line += w[k][2] * grid[field, first + k]
             plane += w[j][1] * line
-        total += w[i][0] * plane
+        total += pick(w, i, 0, width) * plane
     return total
 
 
@@ -193,7 +194,8 @@ def value_derivative(
 ):  # fmt: skip
     """Derivative of the product of `gather_value` with `factors` by the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
-    for i in ti.static(range(width)):
+    for i in range(width):
+        w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
         for j in ti.static(range(width)):
             first = node + i * nodes.sx + j * nodes.sy
@@ -205,7 +207,7 @@ def value_derivative(
             sum_0 += w[j][1] * line_0
             sum_y += dw[j][1] * line_0
             sum_z += w[j][1] * line_z
-        by_x += dw[i][0] * sum_0
-        by_y += w[i][0] * sum_y
-        by_z += w[i][0] * sum_z
+        by_x += dw_i * sum_0
+        by_y += w_i * sum_y
+        by_z += w_i * sum_z
     return ti.Vector([(by_x * factors).sum(), (by_y * factors).sum(), (by_z * factors).sum(), 0.0])
