@@ -5,6 +5,7 @@ import atexit
 import contextlib
 import functools
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Literal
@@ -20,6 +21,8 @@ from zoobench.errors import UsageError
 Device = Literal["cpu", "cuda"]
 
 STALE_LOCK_SECONDS = 60.0
+
+_WHOLE_POSITION = ASTTransformerContext.get_pos_info
 
 _started: tuple[int, Device, bool] | None = None
 _generation = 0
@@ -69,8 +72,8 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
     quick = bool(os.environ.get("ZOOBENCH_QUICK_COMPILE"))
-    if quick:
-        _shorten_positions()
+    _read_sources_once()
+    ASTTransformerContext.get_pos_info = _WHOLE_POSITION if debug else _position
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
@@ -88,13 +91,19 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
     )
 
 
-def _shorten_positions() -> None:
-    """Name syntax nodes by file and line alone: to quote and read their sources takes half of Taichi's front end."""
+def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
+    """Where a syntax node is: file and line, quoted with the node underlined only where an error tells of it.
 
-    def position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
-        return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
+    Taichi asks for the position of every node, and to quote them all takes half of its front end.
+    """
+    if sys.exc_info()[0] is not None:
+        return str(_WHOLE_POSITION(context, node))
+    return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
 
-    ASTTransformerContext.get_pos_info = position
+
+@functools.cache
+def _read_sources_once() -> None:
+    """Let Taichi read the source of a function once, and not again for every call in a kernel."""
     for name in ("getsourcefile", "getsourcelines"):
         setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
 
