@@ -112,6 +112,9 @@ def _is_study(spec: RunSpec) -> bool:
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """Do the run that the spec describes: build its problem, run its method on it, and compute its reference scores."""
+    from zoobench.cell.loading import load_simulator
+
+    load_simulator()
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
