@@ -72,7 +72,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
     quick = bool(os.environ.get("ZOOBENCH_QUICK_COMPILE"))
-    _read_sources_once()
+    _remember_answers()
     ASTTransformerContext.get_pos_info = _WHOLE_POSITION if debug else _position
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
@@ -102,9 +102,12 @@ def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
 
 
 @functools.cache
-def _read_sources_once() -> None:
-    """Let Taichi read the source of a function once, and not again for every call in a kernel."""
-    for name in ("getsourcefile", "getsourcelines"):
+def _remember_answers() -> None:
+    """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
+
+    Those are the source of a function, whether torch is there, and which of Taichi's types one of torch's is.
+    """
+    for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
         setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
 
 
