@@ -65,7 +65,7 @@ class Built:
         if not graded:
             return np.zeros(self.row.shape[1])
         weighted = [(value * torch.as_tensor(adjoints[name])).sum() for name, value in graded.items()]
-        # Of scalars, since torch loads its symbolic algebra to compare the shapes of outputs and weights, half a second.
+        # Of scalars, as torch loads its symbolic algebra to compare shapes of outputs and weights, half a second.
         # Solid and relaxed body share the graph of the activity, so it is retained.
         (gradient,) = torch.autograd.grad(weighted, self.row, retain_graph=True)
         return gradient[0].numpy()

@@ -12,6 +12,7 @@ from zoobench.sim import runtime
 from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
+from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene
@@ -64,6 +65,7 @@ class Launcher:
         self._ratios = self._new_grid(law == Law.WATER, 2)
         self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
+        self._advance, self._reverse, self._survey = map(Launch, (serial.advance, serial.reverse, survey.survey))
 
     def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
@@ -73,7 +75,7 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max())):
                 parallel.advance_parallel(*arrays, n, stride, *self.constants, *self.flags)
         else:
-            serial.advance(*arrays, stride, *self.constants, *self.flags)
+            self._advance(*arrays, stride, *self.constants, *self.flags)
 
     def reverse(
         self,
@@ -95,14 +97,14 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
                 parallel.reverse_parallel(*arrays, n, *self.constants, *self.flags)
         else:
-            serial.reverse(*arrays, *self.constants, *self.flags)
+            self._reverse(*arrays, *self.constants, *self.flags)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
         h, *moduli = self.constants[:9]
         high = (h * (n - 1 - WALL_NODES) for n in self.shape)
         self.launches["survey"] += 1
-        survey.survey(
+        self._survey(
             matter.x, matter.v, matter.C, matter.F, matter.history,
             parameters.mass, parameters.volume, parameters.stiffness, parameters.tension, alive, report, culprit,
             WALL_NODES * h, *high, h, *moduli, self.flags[2],
@@ -126,8 +128,9 @@ class Launcher:
 
     def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1
+        substeps = plan.world_substeps
         for work in self._work:
-            self.launches[f"{direction} {work}"] += plan.world_substeps
+            self.launches[f"{direction} {work}"] += substeps
 
     def _list_constants(self) -> tuple[float, ...]:
         """The scalars that the substep and its reverse share, in the kernels' order."""

@@ -127,6 +127,11 @@ def generation() -> int:
     return _generation
 
 
+def repeats_launches() -> bool:
+    """Whether a prepared launch may be repeated: on the CPU, and without checks of bounds."""
+    return _started is not None and _started[1:] == ("cpu", False)
+
+
 def stop() -> None:
     """End the runtime, as the end of the process does too.
 
