@@ -1,6 +1,5 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
-import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -11,12 +10,6 @@ import pytest
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
 from zoobench.inputs import Start, find_with
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """The fast tests, and the processes that they start, spend more time on compiling kernels than on running them."""
-    if config.option.markexpr == "not slow":
-        os.environ["ZOOBENCH_QUICK_COMPILE"] = "1"
 
 
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance")

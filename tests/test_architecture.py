@@ -37,7 +37,7 @@ ALLOWED = {
     "envs": "errors arrays registry sim.model designs",
     "tasks": "errors arrays inputs registry",
     "controllers": "errors arrays spec inputs registry",
-    "cell": "errors arrays files spec inputs registry sim.model sim designs envs tasks controllers",
+    "cell": "errors arrays spec inputs registry rounding sim.model sim designs envs tasks controllers",
     "gym": "errors arrays spec registry controllers cell",
     "methods": "errors arrays spec inputs registry cell gym",
     "db": "errors spec inputs",

@@ -52,6 +52,14 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
     assert not loaded_by(*words) & HEAVY
 
 
+def test_run_itself_loads_no_simulator_and_no_statistics(tmp_path: Path) -> None:
+    """Those are for the processes that do the runs, and for --tolerance."""
+    words = ("run", "--env", "ground", "--task", "turning", "--method", "neat", "--db", str(tmp_path / "zoo.db"))
+    loaded = loaded_by(*words)
+    assert (tmp_path / "zoo.db").exists()
+    assert not loaded & {"matplotlib", "pandas", "pyvista", "scipy", "taichi", "torch"}
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("words", [["--version"], ["list"], ["list", "envs", "--format", "csv"]])
 def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:

@@ -61,9 +61,9 @@ def test_the_newest_study_of_a_name_is_given(location: str) -> None:
 
 
 def _age(location: str) -> None:
-    """Bring a database back to the first schema, which had no studies, solutions, archives and milestones."""
+    """Bring a database back to the first schema, which had no studies, solutions, archives, milestones, references."""
     with Store(location) as store, store._database.write() as session:
-        for table in ("study_rows", "studies", "solutions", "archives", "milestones"):
+        for table in ("study_rows", "studies", "solutions", "archives", "milestones", "reference_scores"):
             session.execute(text(f"DROP TABLE {table}"))
         session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 

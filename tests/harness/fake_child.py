@@ -1,7 +1,8 @@
 """A child process with a small deterministic method instead of the simulator: `fake_child.py MODE ITERATIONS PAUSE`.
 
 MODE says how it ends: `steady` (well), or `fail`, `diverge`, `vanish`, `segfault`, `hang` at half of its iterations, or
-`blind`: it diverges when it ends early, as a method does that has met nothing else so far.
+`blind`: it diverges when it ends early, as a method does that has met nothing else so far. `refers` is steady and
+shares a reference score, the number of the process that computed it, in a second.
 """
 
 import os
@@ -11,8 +12,9 @@ import sys
 import time
 
 from zoobench.errors import Divergence, DivergenceError
-from zoobench.harness.child import ChildContext, RunOutcome, serve
+from zoobench.harness.child import ChildContext, Final, RunOutcome, serve
 from zoobench.spec import RunSpec
+from zoobench.tasks.base import Metric
 
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
@@ -33,7 +35,19 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
         context.checkpoint(pickle.dumps((step, position, context.rng.bit_generator.state)))
     if mode == "blind" and step < iterations:
         _end(mode)
+    if mode == "refers":
+        return RunOutcome([("score", position, "m"), *_reference(context)], [position])
     return RunOutcome([("score", position, "m"), ("iterations", float(step), "")], [position])
+
+
+def _reference(context: ChildContext) -> list[Final]:
+    score = context.reference("a reference")
+    computed = score is None
+    if score is None:
+        time.sleep(1.0)
+        score = Metric(float(os.getpid()), "kg")
+        context.keep_reference("a reference", score)
+    return [("computed", float(computed), ""), ("reference", score.value, score.unit)]
 
 
 def _end(mode: str) -> None:

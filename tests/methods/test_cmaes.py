@@ -1,5 +1,9 @@
 """CMA-ES on problems with known answers."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -20,3 +24,18 @@ def test_a_stagnated_strategy_is_replaced() -> None:
     solution = CmaEs().run(Quadratic(Budget("episodes", 12000)), Context(1))  # type: ignore[arg-type]
     assert solution.facts["strategies"] > 1
     np.testing.assert_allclose(solution.params, OPTIMUM, atol=1e-5)
+
+
+def test_a_run_loads_no_plots_and_no_statistics() -> None:
+    """cma takes them where they are there, in more than a second; whoever asks for them later has them."""
+    program = """
+import sys
+from tests.methods.toy import Context, Quadratic
+from zoobench.methods.cmaes import CmaEs
+from zoobench.spec import Budget
+CmaEs().run(Quadratic(Budget("episodes", 20)), Context())
+assert "cma" in sys.modules
+assert not {"matplotlib", "scipy.stats"} & set(sys.modules)
+from scipy.stats import chi2
+"""
+    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parents[2], check=True, timeout=120)

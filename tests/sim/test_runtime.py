@@ -79,6 +79,30 @@ def test_only_a_stale_lock_of_the_cache_is_dropped(monkeypatch: pytest.MonkeyPat
     assert not lock.exists()
 
 
+@ti.kernel
+def _uses_a_name_that_is_not_there() -> ti.f32:
+    return 2.0 * nowhere  # type: ignore[name-defined]  # noqa: F821
+
+
+def test_an_error_in_a_kernel_quotes_its_line() -> None:
+    """With the culprit underlined, though Taichi is not let quote each line of the kernels that are in order."""
+    runtime.stop()
+    runtime.start(32)
+    with pytest.raises(ti.TaichiNameError) as raised:
+        _uses_a_name_that_is_not_there()
+    runtime.stop()
+    told = str(raised.value).strip().splitlines()
+    assert told[0] == f'File "{__file__}", line {_line_of("2.0 * nowhere")}, in _uses_a_name_that_is_not_there:'
+    assert "return 2.0 * nowhere" in told[1]
+    assert told[2].strip() == "^" * len("nowhere")
+    assert 'Name "nowhere" is not defined' in told[3]
+
+
+def _line_of(text: str) -> int:
+    lines = Path(__file__).read_text().splitlines()
+    return next(number for number, line in enumerate(lines, 1) if text in line)
+
+
 def test_process_that_just_ends_keeps_what_it_compiled(tmp_path: Path) -> None:
     """Nobody has to stop the runtime: the end of the process does, and the cache is written."""
     program = "from tests.sim import scenes; from zoobench.sim.solver import Solver; s = scenes.flight_scene(); "

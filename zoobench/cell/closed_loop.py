@@ -70,10 +70,9 @@ class FeedbackLoops:
                 state = self._state(world, rollout.positions[frame], rollout.velocities[frame], self._start)
                 leaves = (self._built[world].row, *(part.requires_grad_() for part in state))
                 activity = self._respond(frame, world, *state)
-                # all frames share the graph of the body's form, so it is retained
-                gradient, *adjoints = torch.autograd.grad(
-                    activity, leaves, torch.as_tensor(activity_adjoint[world]), retain_graph=True
-                )
+                # of a scalar, see `Built.gradient`; all frames share the graph of the body's form, so it is retained
+                weighted = (activity * torch.as_tensor(activity_adjoint[world])).sum()
+                gradient, *adjoints = torch.autograd.grad(weighted, leaves, retain_graph=True)
                 self.gradients[world] += gradient[0].numpy()
                 state_adjoints.append([adjoint.numpy() for adjoint in adjoints])
             positions, velocities, starts = (np.stack(parts) for parts in zip(*state_adjoints, strict=True))

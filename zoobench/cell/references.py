@@ -1,19 +1,19 @@
 """Reference scores of a cell: muscles at rest, and random controllers.
 
-They are computed once on each machine and cached in a file. Its name is a hash of everything that decides them,
-including the sources, so that it cannot be outdated.
+The runs of a cell share them. Each is known by a hash of everything that decides it, the sources and the processor
+included, so that a run has the number that it would compute itself, bit for bit, whoever was first.
 """
 
-import contextlib
 import hashlib
 import inspect
-import json
 import math
-import platform
+import os
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -22,9 +22,9 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.seeding import generator
-from zoobench.files import replace_files
 from zoobench.inputs import named_runs, run_name, solution_in
 from zoobench.registry import Kind
+from zoobench.rounding import CHOICES
 from zoobench.spec import Budget, Ref, RunSpec, canonical_json
 from zoobench.tasks.base import Metric
 
@@ -34,41 +34,51 @@ DRAWS = 8
 # without method and seed: all runs of a cell are compared with the same references
 _SEED_AXES = ("env", "task", "design", "controller")
 _AXES = (*_SEED_AXES, "fidelity", "frames")
+_AROUND = ("cli", "db", "gym", "harness", "methods", "render", "report", "verify")
+"""Packages that no reference depends on."""
 _KINDS = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
 
 
-def reference_scores(spec: RunSpec, design: Array) -> dict[str, Metric]:
+class SharedScores(Protocol):
+    """Reference scores of all runs, by their keys."""
+
+    def reference(self, key: str) -> Metric | None:
+        """The score under this key; None if it is the caller's turn to compute and keep it."""
+        ...
+
+    def keep_reference(self, key: str, score: Metric) -> None:
+        """Keep a score, NaN too, for the runs that share it."""
+        ...
+
+
+def reference_scores(spec: RunSpec, design: Array, shared: SharedScores) -> dict[str, Metric]:
     """The references of a run, at its fidelity and episode length; they are not charged to the budget.
 
     * `idle_score`: the solution's body with every muscle at rest.
     * `random_score`: mean over `DRAWS` draws from the priors of controller and design, without those that diverged.
 
-    A reference without a finite score is left out. A damaged cache file is replaced; if the cache cannot be written,
-    the scores are computed every time.
+    A reference without a finite score is left out. What is of the solution's own body is not shared.
 
     Args:
         spec: of the run.
         design: the solution's parameters of the design space; empty for a fixed body.
+        shared: the scores of other runs.
     """
-    return {
-        **_kept(spec, "idle_score", lambda: _idle(spec, design), design),
-        **_kept(spec, "random_score", lambda: _random(spec)),
+    found = {
+        "idle_score": _idle(spec, design) if len(design) else _shared(spec, "idle_score", _idle_of_cell, shared),
+        "random_score": _shared(spec, "random_score", _random, shared),
     }
+    return {name: score for name, score in found.items() if math.isfinite(score.value)}
 
 
-def _kept(spec: RunSpec, name: str, compute: Callable[[], Metric], *parameters: Array) -> dict[str, Metric]:
-    """A reference from its file, else computed; empty if it is not finite."""
-    from zoobench.sim.runtime import cache_folder
-
-    path = cache_folder().with_name("references") / f"{_key(spec, name, *parameters)}.json"
-    with contextlib.suppress(OSError, ValueError):
-        return {name: Metric(*entry) for name, entry in json.loads(path.read_text()).items()}
-    metric = compute()
-    found = {name: metric} if math.isfinite(metric.value) else {}
-    with contextlib.suppress(OSError):
-        rows = {name: [metric.value, metric.unit] for name, metric in found.items()}
-        replace_files({path: json.dumps(rows).encode()}, make_folders=True)
-    return found
+def _shared(spec: RunSpec, name: str, compute: Callable[[RunSpec], Metric], shared: SharedScores) -> Metric:
+    """A reference that another run has computed, else computed and kept."""
+    key = _key(spec, name)
+    if (known := shared.reference(key)) is not None:
+        return known
+    score = compute(spec)
+    shared.keep_reference(key, score)
+    return score
 
 
 def _random(spec: RunSpec) -> Metric:
@@ -80,6 +90,10 @@ def _random(spec: RunSpec) -> Metric:
     return Metric(math.fsum(finite) / len(finite) if finite else math.nan, problem.task.unit)
 
 
+def _idle_of_cell(spec: RunSpec) -> Metric:
+    return _idle(spec, np.zeros(0))
+
+
 def _idle(spec: RunSpec, design: Array) -> Metric:
     """The score with every muscle at rest, by the sine basis with zeros; other controllers may have no such state."""
     controller = registry.resolve(Kind.CONTROLLER, Ref("sine-basis"))
@@ -88,18 +102,30 @@ def _idle(spec: RunSpec, design: Array) -> Metric:
     return Metric(problem.evaluate(parameters).score, problem.task.unit)
 
 
-def _key(spec: RunSpec, name: str, *parameters: Array) -> str:
-    """A hash of the reference's name, the cell, parameters, the sources that it runs, plug-ins included, and of
-    platform and library versions."""
+def _key(spec: RunSpec, name: str) -> str:
+    """A hash of all that decides a reference of the cell: its name, the cell, the stored runs and the sources that it
+    runs, plug-ins included, the versions of libraries, and what they and the compiler know of the processor."""
+    from zoobench.sim.equilibrium import processor
+
     fields = spec.to_dict()
-    origin = [platform.machine(), *(version(name) for name in ("taichi", "torch", "numpy"))]
-    digest = hashlib.sha256(canonical_json([name, {axis: fields[axis] for axis in _AXES}, origin]).encode())
-    named = [np.array(solution_in(run_name(key)).params) for key in named_runs(spec.design, spec.controller)]
-    for array in (*parameters, *named):
-        digest.update(array.tobytes())
+    libraries = [version(library) for library in ("taichi", "torch", "numpy", "scipy")]
+    machine = [processor(), *(os.environ.get(variable, "") for variable in CHOICES)]
+    cell = {axis: fields[axis] for axis in _AXES}
+    digest = hashlib.sha256(canonical_json([name, cell, libraries, machine]).encode() + _sources())
+    for key in named_runs(spec.design, spec.controller):
+        digest.update(np.array(solution_in(run_name(key)).params).tobytes())
     refs = zip(_KINDS, (spec.env, spec.task, spec.design, spec.controller, spec.fidelity), strict=True)
-    components = (registry.get(kind, ref.name, ref.version).factory for kind, ref in refs)
-    own = sorted(Path(zoobench.__file__).parent.rglob("*.py"))
-    for path in (*own, *(Path(inspect.getfile(component)) for component in components)):
-        digest.update(path.read_bytes())
+    for kind, ref in refs:
+        digest.update(Path(inspect.getfile(registry.get(kind, ref.name, ref.version).factory)).read_bytes())
     return digest.hexdigest()
+
+
+@cache
+def _sources() -> bytes:
+    """A hash of the sources of zoobench, but those of what is done around an episode."""
+    root = Path(zoobench.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        if path.relative_to(root).parts[0] not in _AROUND:
+            digest.update(path.read_bytes())
+    return digest.digest()

@@ -64,9 +64,10 @@ class Built:
         graded = {name: value for name, value in outputs.items() if name in adjoints and value.requires_grad}
         if not graded:
             return np.zeros(self.row.shape[1])
-        weights = [torch.as_tensor(adjoints[name]) for name in graded]
-        # solid and relaxed body share the graph of the activity
-        (gradient,) = torch.autograd.grad(list(graded.values()), self.row, weights, retain_graph=True)
+        weighted = [(value * torch.as_tensor(adjoints[name])).sum() for name, value in graded.items()]
+        # Of scalars, as torch loads its symbolic algebra to compare shapes of outputs and weights, half a second.
+        # Solid and relaxed body share the graph of the activity, so it is retained.
+        (gradient,) = torch.autograd.grad(weighted, self.row, retain_graph=True)
         return gradient[0].numpy()
 
 

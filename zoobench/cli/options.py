@@ -14,6 +14,8 @@ from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
     from zoobench.harness.request import RunRequest
+    from zoobench.spec import Ref
+    from zoobench.verify.accuracy.tolerance import FidelityChoice
 
 DEFAULT_DATABASE = "zoobench.db"
 
@@ -94,6 +96,13 @@ def request(
 
     chosen = RunSelection(env, task, design, controller, method, fidelity)
     return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance)
+
+
+def cheapest_fidelity(env: "Ref", task: str, tolerance: float) -> "FidelityChoice":
+    """See `zoobench.verify.accuracy.tolerance.choose`, whose statistics are loaded only if a tolerance is given."""
+    from zoobench.verify.accuracy.tolerance import choose
+
+    return choose(env, task, tolerance)
 
 
 def takes(build: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:

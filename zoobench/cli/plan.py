@@ -4,7 +4,15 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, WorkersOption, request, takes
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    FormatOption,
+    WorkersOption,
+    cheapest_fidelity,
+    request,
+    takes,
+)
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import RunSelection, RunSpec
 
@@ -33,9 +41,8 @@ def plan(
     from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing
     from zoobench.verify.accuracy.rates import origin, rate
-    from zoobench.verify.accuracy.tolerance import choose
 
-    cells = asked.cells(db, choose, say)
+    cells = asked.cells(db, cheapest_fidelity, say)
     past = _past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]

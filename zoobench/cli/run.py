@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, WorkersOption, command_text, request, takes
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    WorkersOption,
+    cheapest_fidelity,
+    command_text,
+    request,
+    takes,
+)
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
 from zoobench.spec import AXES
@@ -51,10 +59,9 @@ def run(
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
-    from zoobench.verify.accuracy.tolerance import choose
 
     limit = parse_duration(timeout) if timeout else None
-    cells = asked.cells(db, choose, say)
+    cells = asked.cells(db, cheapest_fidelity, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(

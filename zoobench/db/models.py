@@ -156,6 +156,19 @@ class CheckpointRecord(Base):
     data: Mapped[bytes] = mapped_column(LargeBinary)
 
 
+class ReferenceRecord(Base):
+    """A reference score under the key of all that decides it; without `kind` while run and attempt compute it."""
+
+    __tablename__ = "reference_scores"
+
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
+    attempt: Mapped[int]
+    value: Mapped[float | None]
+    kind: Mapped[str | None] = mapped_column(String(8))
+    unit: Mapped[str | None] = mapped_column(String(30))
+
+
 class LogRecord(Base):
     """One line that a child process printed."""
 

@@ -88,6 +88,20 @@ class MetricRow:
 
 
 @dataclass(frozen=True)
+class SharedScore:
+    """A reference score as one of the runs that share it finds it.
+
+    Attributes:
+        value: None where it is still to be computed.
+        is_ours: whether that is the turn of the run that has asked; if not, another is at it.
+    """
+
+    value: float | None = None
+    unit: str = ""
+    is_ours: bool = False
+
+
+@dataclass(frozen=True)
 class MilestoneRow:
     """The best parameters of a run after `step` iterations, and their score."""
 

@@ -36,11 +36,13 @@ from zoobench.db.rows import (
     Ending,
     EnqueueReport,
     RunState,
+    SharedScore,
     StudyRow,
     encode_params,
     encode_value,
     storable,
 )
+from zoobench.db.shared_scores import ask_for, keep
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.errors import StorageError
 from zoobench.spec import AXES, RunSpec, canonical_json
@@ -208,6 +210,14 @@ class Store(Reader):
                 ending = Ending(RunState.LOST, reason)
                 close_attempt(session, run.id, run.attempt, ending, ended_at=last_heard_of(run))
             return [run.id for run, _ in lost]
+
+    def reference(self, claim: Claim, key: str) -> SharedScore:
+        """A reference score that runs share; where it is still to be computed, whether it is this run's turn."""
+        return ask_for(self._database, claim, key)
+
+    def keep_reference(self, claim: Claim, key: str, value: float, unit: str) -> None:
+        """Store a reference score for all runs that share it."""
+        keep(self._database, claim, key, value, unit)
 
     def save_study(self, name: str, rows: Iterable[StudyRow], *, provenance: Mapping[str, Any]) -> Iterator[StudyRow]:
         """Carry out a study: every row is stored as soon as it comes, and then handed on.

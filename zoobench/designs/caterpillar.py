@@ -1,5 +1,6 @@
 """The caterpillar: a row of round segments on short feet, each with its own muscles."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -61,12 +62,19 @@ def _centres() -> Array:
 
 def _inside(unit: Array) -> Mask:
     """Union of the segments and the feet, in unit coordinates."""
+    columns = unit.T.copy()  # one coordinate at a time is five times faster than points of three
     solid = np.zeros(len(unit), dtype=bool)
     for x in _centres():
-        solid |= (((unit - (x, _AXIS_HEIGHT, 0.0)) / _SEGMENT_RADII) ** 2).sum(axis=1) <= 1.0
+        solid |= _in_ellipsoid(columns, (x, _AXIS_HEIGHT, 0.0), _SEGMENT_RADII)
         for side in (-_FOOT_SIDE, _FOOT_SIDE):
-            solid |= (((unit - (x, _FOOT_HEIGHT, side)) / _FOOT_RADII) ** 2).sum(axis=1) <= 1.0
+            solid |= _in_ellipsoid(columns, (x, _FOOT_HEIGHT, side), _FOOT_RADII)
     return solid & (unit[:, 1] >= 0.0)
+
+
+def _in_ellipsoid(columns: Array, centre: Sequence[float], radii: Sequence[float]) -> Mask:
+    x, y, z = (((column - c) / r) ** 2 for column, c, r in zip(columns, centre, radii, strict=True))
+    inside: Mask = x + y + z <= 1.0
+    return inside
 
 
 def _muscles(unit: Array) -> tuple[Array, tuple[str, ...]]:

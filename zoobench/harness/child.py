@@ -1,13 +1,15 @@
 """One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
 
 The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec` and
-`params` of every run that the spec names as start, gait or body) and `parent` (process id). A later line `stop` asks
-the method to return. Its messages go to standard output, one JSON object a line with a `type`:
+`params` of every run that the spec names as start, gait or body) and `parent` (process id). A later line `"stop"` asks
+the method to return. A line `{"reference": [value, unit]}` answers `reference_wanted`; with null as value it is to
+be computed here. Its messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `milestone`: `step`, `score`, `params` (base64)
 * `checkpoint`: `data` (base64)
 * `progress`: `fraction`, `score`
+* `reference_wanted`: `key` of a reference score; then `reference`: `key`, `value`, `unit`, if it was computed here
 * one of `done` (`finals`, `params`, `archive` in base64 or null), `diverged` (`reason`), `failed` (`reason`,
   `traceback`) or `stopped`, as the last one, with `peak_memory` [bytes].
 
@@ -17,6 +19,7 @@ Anything that other code prints goes to standard error, which is the run's log.
 import base64
 import json
 import os
+import queue
 import threading
 import traceback
 from collections.abc import Callable, Mapping
@@ -53,6 +56,10 @@ class RunOutcome(NamedTuple):
     archive: str | None = None
 
 
+class StoppedError(Exception):
+    """The worker has asked to stop while an answer of its was waited for."""
+
+
 class Wire:
     """The messages to the worker, on standard output; the output of all other code goes to standard error, the log."""
 
@@ -67,14 +74,42 @@ class Wire:
             line = line[self._stream.write(line) :]
 
 
-class ChildContext:
-    """The `RunContext` of a method that runs in a child process."""
+class Orders:
+    """What the worker says while the run goes on."""
 
-    def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, stop: threading.Event) -> None:
+    def __init__(self) -> None:
+        self.stop = threading.Event()
+        self._answers: queue.SimpleQueue[tuple[float | None, str]] = queue.SimpleQueue()
+
+    def hear(self, line: bytes) -> None:
+        """Take in a line."""
+        said = json.loads(line)
+        if said == "stop":
+            self.stop.set()
+            self._answers.put((None, ""))  # nobody is to wait any longer
+        else:
+            self._answers.put(tuple(said["reference"]))
+
+    def answer(self) -> tuple[float | None, str]:
+        """Value and unit of the reference score that was asked for, as soon as it is told.
+
+        Raises:
+            StoppedError: the run is to stop.
+        """
+        answer = self._answers.get()
+        if self.stop.is_set():
+            raise StoppedError
+        return answer
+
+
+class ChildContext:
+    """The `RunContext` of a method that runs in a child process, and the `SharedScores` of its run."""
+
+    def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, orders: Orders) -> None:
         self.rng = generator(spec, "method", STUDY_AXES if _is_study(spec) else METHOD_AXES)
         self._wire = wire
         self._checkpoint = checkpoint
-        self._stop = stop
+        self._orders = orders
         self._kept = b""
 
     def report(self, step: int, **metrics: float) -> None:
@@ -98,7 +133,23 @@ class ChildContext:
 
     def should_stop(self) -> bool:
         """Whether the worker has asked to stop."""
-        return self._stop.is_set()
+        return self._orders.stop.is_set()
+
+    def reference(self, key: str) -> "Metric | None":
+        """A reference score that another run has computed, waited for if one is at it; None if this one is to do it.
+
+        Raises:
+            StoppedError: the run is to stop.
+        """
+        from zoobench.tasks.base import Metric
+
+        self._wire.send("reference_wanted", key=key)
+        value, unit = self._orders.answer()
+        return None if value is None else Metric(value, unit)
+
+    def keep_reference(self, key: str, score: "Metric") -> None:
+        """Let other runs have a reference score."""
+        self._wire.send("reference", key=key, value=score.value, unit=score.unit)
 
     def progress(self, fraction: float, score: float | None) -> None:
         """Report the fraction of the run that is done, in [0, 1], and the score of the incumbent."""
@@ -112,6 +163,9 @@ def _is_study(spec: RunSpec) -> bool:
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     """Do the run that the spec describes: build its problem, run its method on it, and compute its reference scores."""
+    from zoobench.cell.loading import load_simulator
+
+    load_simulator()
     from zoobench.cell.problem import Problem
     from zoobench.cell.references import reference_scores
 
@@ -126,7 +180,7 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     # a run that was asked to stop has no results
     needs_references = not (context.should_stop() or _is_study(spec))
     design = solution.params[problem.robot.control_count :]
-    references = reference_scores(spec, design) if needs_references else {}
+    references = reference_scores(spec, design, context) if needs_references else {}
     archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
     return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
@@ -164,8 +218,8 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
         return
     job = json.loads(line)
     die_with(job["parent"])
-    stop = threading.Event()
-    lifeline.watch(on_line=lambda _: stop.set(), on_end=lambda: os._exit(1))
+    orders = Orders()
+    lifeline.watch(on_line=orders.hear, on_end=lambda: os._exit(1))
     wire = Wire()
     checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
     last_word: dict[str, Any]
@@ -173,14 +227,16 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
         spec = RunSpec.from_dict(job["spec"])
         stored = [Start(RunSpec.from_dict(each["spec"]), tuple(each["params"])) for each in job["stored"]]
         find_with({run_name(start.spec.key()): start for start in stored}.get)
-        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, stop))._asdict()}
+        last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, orders))._asdict()}
+    except StoppedError:
+        last_word = {"kind": "stopped"}
     except DivergenceError as error:
         last_word = {"kind": "diverged", "reason": str(error)}
     except Exception as error:
         reason = str(error) if isinstance(error, ZoobenchError) else f"{type(error).__name__}: {error}"
         last_word = {"kind": "failed", "reason": reason, "traceback": traceback.format_exc()}
     # A method that was asked to stop returns early: neither its solution nor a divergence so far is the result.
-    if stop.is_set() and last_word["kind"] != "failed":
+    if orders.stop.is_set() and last_word["kind"] != "failed":
         last_word = {"kind": "stopped"}
     wire.send(**last_word, peak_memory=peak_memory())
 

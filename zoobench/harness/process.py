@@ -75,6 +75,10 @@ class ChildProcess:
         """Ask the method to return after its iteration."""
         self._tell("stop")
 
+    def answer(self, value: float | None, unit: str) -> None:
+        """Tell it the reference score that it has asked for; None leaves it to compute it."""
+        self._tell({"reference": [value, unit]})
+
     def kill(self) -> None:
         """End it now, if it still runs."""
         self._process.kill()

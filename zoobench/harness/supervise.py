@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from zoobench.db.rows import Batch, Claim, Ending, FinalRow, MilestoneRow, RunState, decode_params
@@ -16,7 +17,9 @@ COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
 GRACE_SECONDS = 3.0  # for a child that was asked to stop
 EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
+REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1
+_LOOK_SECONDS = 0.5  # between looks whether another run has computed it
 _LAST_WORDS = frozenset({"done", "diverged", "failed", "stopped"})
 _MOST_LOG_LINES = 10_000  # of one attempt
 
@@ -51,6 +54,15 @@ def _hand_back(store: Store, claim: Claim, reason: str) -> None:
         return
 
 
+@dataclass
+class _Wanted:
+    """A reference score that the child waits for; times of the monotonic clock [s]."""
+
+    key: str
+    since: float
+    look_at: float
+
+
 class _Supervisor:
     def __init__(
         self,
@@ -72,6 +84,7 @@ class _Supervisor:
         self._last_word: Message | None = None
         self._halted: tuple[RunState, str] | None = None
         self._kill_at = float("inf")
+        self._wanted: _Wanted | None = None
 
     def run(self) -> RunState:
         while not isinstance(event := self._process.next(_POLL_SECONDS), End):
@@ -83,6 +96,7 @@ class _Supervisor:
                 self._store.commit(self._claim, self._batch)
                 self._batch = Batch()
                 self._committed = now
+            self._answer(now)
             self._enforce(now)
         ending = self._judge(self._process.wait())
         self._store.finish(self._claim, ending, self._batch)
@@ -103,9 +117,26 @@ class _Supervisor:
                 self._batch.checkpoint = base64.b64decode(contents["data"])
             case Message("progress", contents):
                 self._batch.fraction, self._batch.score = contents["fraction"], contents["score"]
+            case Message("reference_wanted", contents):
+                now = time.monotonic()
+                self._wanted = _Wanted(contents["key"], since=now, look_at=now)
+            case Message("reference", {"key": key, "value": value, "unit": unit}):
+                self._store.keep_reference(self._claim, key, value, unit)
             case Message(kind) if kind in _LAST_WORDS:
                 self._last_word = event
                 self._kill_at = min(self._kill_at, time.monotonic() + EXIT_SECONDS)
+
+    def _answer(self, now: float) -> None:
+        """Tell the child the reference score that it wants, or that it is to compute it; not while another does."""
+        wanted = self._wanted
+        if wanted is None or now < wanted.look_at:
+            return
+        found = self._store.reference(self._claim, wanted.key)
+        if found.value is None and not found.is_ours and now - wanted.since < REFERENCE_SECONDS:
+            wanted.look_at = now + _LOOK_SECONDS
+            return
+        self._process.answer(found.value, found.unit)
+        self._wanted = None
 
     def _log(self, text: str) -> None:
         self._log_lines += 1

@@ -1,7 +1,9 @@
 """CMA-ES (specification F.3): an evolution strategy that adapts the covariance of all parameters."""
 
+import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -66,6 +68,21 @@ def check_strategy(sigma: float, population: int) -> None:
         )
 
 
+@contextmanager
+def _absent(*modules: str) -> Iterator[None]:
+    """Let imports within do without these modules, unless they are loaded already.
+
+    cma takes them where they are there, for plots and surrogates that are not used here, and more than a second.
+    """
+    unwanted = [name for name in modules if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(unwanted))  # type: ignore[arg-type]  # None is what makes an import fail
+    try:
+        yield
+    finally:
+        for name in unwanted:
+            del sys.modules[name]
+
+
 class Strategies:
     """One strategy after the other, as an `AskAndTell`.
 
@@ -109,7 +126,8 @@ class Strategies:
 
     def _begin(self) -> None:
         """Start a new strategy."""
-        import cma
+        with warnings.catch_warnings(action="ignore"), _absent("matplotlib", "scipy.stats"):
+            import cma
 
         start = self._draw()
         options = {

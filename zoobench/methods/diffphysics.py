@@ -12,6 +12,7 @@ from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
+from zoobench.methods.adam import Adam
 from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.methods.generations import goes_on
 from zoobench.registry import Kind, register
@@ -104,9 +105,9 @@ class _Ascent:
         import torch
 
         self._clip = method.clip
-        self._points: list[Tensor] = [torch.tensor(point, requires_grad=True) for point in points]
-        # one group for each restart: Adam skips a restart without a gradient and keeps its moments
-        self._adam = torch.optim.Adam([{"params": [point]} for point in self._points], lr=method.lr)
+        self._rate = method.lr
+        self._points: list[Tensor] = [torch.tensor(point) for point in points]
+        self._adams = [Adam(self._rate) for _ in points]
         self.incumbent = Incumbent()
         self._own_best = [Incumbent() for _ in points]
         self._clipped = 0
@@ -115,7 +116,7 @@ class _Ascent:
     @property
     def points(self) -> list[Array]:
         """The present points of the restarts, `[parameter_count]` each."""
-        return [point.detach().numpy().copy() for point in self._points]
+        return [point.numpy().copy() for point in self._points]
 
     def counts(self) -> dict[str, float]:
         """Counts of clipped gradients, and of gradients that were not finite although their episode did not fail."""
@@ -130,19 +131,16 @@ class _Ascent:
         """Update incumbents and points by the results at `points`."""
         import torch
 
-        retreating = []
         for index, (evaluation, gradient) in enumerate(results):
             point = self._points[index]
             self.incumbent.offer(self.points[index], evaluation)
             self._own_best[index].offer(self.points[index], evaluation)
             healthy = evaluation.failure is None and bool(np.isfinite(_length(gradient)))
-            point.grad = torch.as_tensor(self._clipped_gradient(gradient)) if healthy else None
             self._unusable += int(not healthy and evaluation.failure is None)
-            if not healthy:
-                retreating.append(index)
-        self._adam.step()
-        for index in retreating:
-            self._retreat(index, draw)
+            if healthy:
+                self._adams[index].step(point, torch.as_tensor(self._clipped_gradient(gradient)))
+            else:
+                self._retreat(index, draw)
 
     def _clipped_gradient(self, gradient: Array) -> Array:
         norm = _length(gradient)
@@ -156,18 +154,17 @@ class _Ascent:
 
         here, best = self.points[index], self._own_best[index].params
         if best is None or np.array_equal(here, best):
-            self._adam.state.pop(self._points[index], None)  # the moments belong to another point
+            self._adams[index] = Adam(self._rate)  # the moments belong to another point
             target = draw()
         else:
             target = (here + best) / 2
-        with torch.no_grad():
-            self._points[index].copy_(torch.as_tensor(target))
+        self._points[index].copy_(torch.as_tensor(target))
 
     def state(self) -> dict[str, Any]:
         """Plain data to continue from bit for bit, without the incumbent."""
         return {
-            "points": [point.detach() for point in self._points],
-            "adam": self._adam.state_dict(),
+            "points": self._points,
+            "adam": {"state": {index: adam.state() for index, adam in enumerate(self._adams)}},
             "own_best": [best.state() for best in self._own_best],
             "clipped": self._clipped,
             "unusable": self._unusable,
@@ -177,7 +174,8 @@ class _Ascent:
     def from_state(cls, method: DiffPhysics, state: Mapping[str, Any], incumbent: Incumbent) -> "_Ascent":
         """The inverse of `state`."""
         ascent = cls(method, [point.numpy() for point in state["points"]])
-        ascent._adam.load_state_dict(state["adam"])
+        moments = state["adam"]["state"]
+        ascent._adams = [Adam.from_state(method.lr, moments.get(index, {})) for index in range(len(ascent._points))]
         ascent.incumbent = incumbent
         ascent._own_best = [Incumbent.from_state(best) for best in state["own_best"]]
         ascent._clipped, ascent._unusable = state["clipped"], state["unusable"]

@@ -62,7 +62,7 @@ def state_folder() -> Path:
 def _key(scene: Scene, fidelity: Fidelity, frames: int, frame_seconds: float) -> str:
     """A hash of everything that determines the state, processor and compilers too: they differ in rounding."""
     digest = hashlib.sha256(_sources())
-    for value in (scene, fidelity, frames, frame_seconds, _processor(), ti.__version__, torch.__version__):
+    for value in (scene, fidelity, frames, frame_seconds, processor(), ti.__version__, torch.__version__):
         _feed(digest, value)
     return digest.hexdigest()
 
@@ -83,7 +83,7 @@ def _feed(digest: "hashlib._Hash", value: Any) -> None:
 
 
 @cache
-def _processor() -> str:
+def processor() -> str:
     """The processor's model and instruction sets, by which kernels are compiled and mathematical functions chosen.
 
     Machines that share a folder may differ in both, and results differ where only some have fused multiplication.

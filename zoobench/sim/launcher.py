@@ -13,6 +13,7 @@ from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
+from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene
@@ -64,6 +65,11 @@ class Launcher:
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
+        # Taichi's own optimisation gains a twentieth on a robot alone; beside a medium it only triples the time to compile
+        is_worth_it = law == 0
+        self._advance, self._reverse, self._survey = (
+            Launch(kernel, optimised=is_worth_it) for kernel in (serial.advance, serial.reverse, survey.survey)
+        )
 
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`."""
@@ -79,8 +85,7 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max())):
                 parallel.advance_parallel(*arrays, n, stride, self.variant)
         else:
-            with runtime.vector_lanes():
-                serial.advance(*arrays, stride, self._kept if keep else 0, self.variant)
+            self._advance(*arrays, stride, self._kept if keep else 0, self.variant)
 
     def reverse(
         self,
@@ -102,22 +107,19 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
                 parallel.reverse_parallel(*arrays, n, self.variant)
         else:
-            with runtime.vector_lanes():
-                serial.reverse(*arrays, self.variant)
+            self._reverse(*arrays, self.variant)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
-        with runtime.vector_lanes():
-            survey.survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant)
+        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant)
 
     def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
         """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
         from slot 0, before gravity and contact: `[nx, ny, nz, 4]`, a copy of the window."""
-        with runtime.vector_lanes():
-            half_step.scatter_first(
-                *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
-            )
+        Launch(half_step.scatter_first, optimised=False)(
+            *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
+        )
         return self._field(MOMENTUM, matter.window[0, 0])
 
     def nodes(self, window: Tensor) -> Tensor:
@@ -131,8 +133,9 @@ class Launcher:
 
     def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1
+        substeps = plan.world_substeps
         for work in self._work:
-            self.launches[f"{direction} {work}"] += plan.world_substeps
+            self.launches[f"{direction} {work}"] += substeps
 
     def _list_constants(self) -> Tensor:
         """The scalars that the kernels share, in the order of `layout.CONSTANTS`."""

@@ -5,6 +5,7 @@ import atexit
 import contextlib
 import functools
 import os
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,8 @@ from zoobench.errors import UsageError
 Device = Literal["cpu", "cuda"]
 
 STALE_LOCK_SECONDS = 60.0
+
+_WHOLE_POSITION = ASTTransformerContext.get_pos_info
 
 _started: tuple[int, Device, bool] | None = None
 _generation = 0
@@ -39,7 +42,6 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
     On the CPU with one thread only: the sums of two threads on one grid node would depend on their order.
     With `debug`, or ZOOBENCH_DEBUG in the environment, every access to an array is checked against its bounds.
-    With ZOOBENCH_QUICK_COMPILE in the environment kernels give the same numbers, compile twice as fast and run slower.
 
     Returns:
         the generation of the runtime: a solver made under an older one must not be used again.
@@ -69,9 +71,8 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
-    quick = bool(os.environ.get("ZOOBENCH_QUICK_COMPILE"))
-    if quick:
-        _shorten_positions()
+    _remember_answers()
+    ASTTransformerContext.get_pos_info = _WHOLE_POSITION if debug else _position
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
@@ -81,7 +82,8 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         fast_math=False,
         # the optimisation over the control-flow graph triples the compile time and gains nothing measurable
         cfg_optimization=False,
-        advanced_optimization=not quick,
+        # the compiler of a processor finds nearly all that Taichi's own optimisation does, in a third of the time
+        advanced_optimization=device == "cuda",
         debug=debug,
         offline_cache=cache,
         offline_cache_file_path=str(cache_folder()),
@@ -90,28 +92,41 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
 
 
 @contextlib.contextmanager
-def vector_lanes() -> Iterator[None]:
+def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
     """Kernels first called within are compiled to vector instructions, one for each vector of four lanes.
 
-    Taichi would take vectors apart into scalars, of which the compiler finds only some again. It asks for the setting
-    when it compiles, and keeps both kinds apart in its cache.
+    Taichi would take vectors apart into scalars, of which the compiler finds only some again. It asks for the settings
+    when it compiles, and keeps kernels of both kinds apart in its cache.
+
+    Args:
+        optimised: let Taichi itself optimise, too, before the compiler does.
     """
     settings = impl.current_cfg()
-    settings.real_matrix_scalarize = False
+    usual = settings.real_matrix_scalarize, settings.advanced_optimization
+    settings.real_matrix_scalarize, settings.advanced_optimization = False, optimised
     try:
         yield
     finally:
-        settings.real_matrix_scalarize = True
+        settings.real_matrix_scalarize, settings.advanced_optimization = usual
 
 
-def _shorten_positions() -> None:
-    """Name syntax nodes by file and line alone: to quote and read their sources takes half of Taichi's front end."""
+def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
+    """Where a syntax node is: file and line, quoted with the node underlined only where an error tells of it.
 
-    def position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
-        return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
+    Taichi asks for the position of every node, and to quote them all takes half of its front end.
+    """
+    if sys.exc_info()[0] is not None:
+        return str(_WHOLE_POSITION(context, node))
+    return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
 
-    ASTTransformerContext.get_pos_info = position
-    for name in ("getsourcefile", "getsourcelines"):
+
+@functools.cache
+def _remember_answers() -> None:
+    """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
+
+    Those are the source of a function, whether torch is there, and which of Taichi's types one of torch's is.
+    """
+    for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
         setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
 
 
@@ -129,6 +144,11 @@ def _drop_stale_lock() -> None:
 def generation() -> int:
     """Number of starts and stops of the runtime so far; equal numbers mean the same runtime."""
     return _generation
+
+
+def repeats_launches() -> bool:
+    """Whether a prepared launch may be repeated: on the CPU, and without checks of bounds."""
+    return _started is not None and _started[1:] == ("cpu", False)
 
 
 def stop() -> None:
