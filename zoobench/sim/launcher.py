@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import runtime
+from zoobench.sim import launch_clock, runtime
 from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
@@ -64,6 +64,7 @@ class Launcher:
         self._ratios = self._new_grid(law == Law.WATER, 2)
         self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
+        launch_clock.watch(self)
 
     def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""
