@@ -142,6 +142,17 @@ def test_without_a_compiler_it_goes_on(
     assert measured[0].reference == ""
 
 
+def test_several_files_are_shown_together(zoobench: Command) -> None:
+    """As if they had been measured at once: their growth follows from all of them."""
+    for name, asked in (("a.json", 10_000), ("b.json", 1000)):
+        Path(name).write_text(json.dumps(results(rates=(rate_row(asked=asked),), costs=()).to_dict()))
+    document = json.loads(zoobench("bench", "--from", "a.json", "--from", "b.json", "--format", "json").out)
+    assert [row["asked"] for row in document["rates"]] == [10_000, 1000]
+    assert [row["most"] for row in document["growth"]] == [9996, 9996]
+    assert len(document["runs"]) == 2
+    assert document["machine"] == results().machine
+
+
 def test_rates_and_shares_are_drawn(zoobench: Command) -> None:
     """One picture of both; nothing to draw is said."""
     pytest.importorskip("matplotlib")

@@ -34,7 +34,9 @@ def bench(
             "'--env ground --task turning'; can be given several times.",
         ),
     ] = None,
-    source: Annotated[Path | None, Option("--from", help="Measure nothing: show the results in this file.")] = None,
+    sources: Annotated[
+        list[Path] | None, Option("--from", help="Measure nothing: show the results in this file, or in several.")
+    ] = None,
     against: Annotated[Path | None, Option("--against", help="Compare with the results in this file.")] = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="Write the results into this file (.json) as they come.")
@@ -58,15 +60,15 @@ def bench(
     if output is not None and output.is_dir():
         raise UsageError(f"No results can be written to {str(output)!r}, which is a folder. Give a file.")
     old = None if against is None else bench_rows.read(against)
-    if source is not None:
-        results = bench_rows.read(source)
+    if sources:
+        results = bench_rows.joined([bench_rows.read(source) for source in sources])
     else:
         wanted = [] if run and not scenes else cases(
             parse_names(scenes) if scenes else [], parse_counts(particles, "particle counts"),
             gradients=gradients, repeats=repeats, precision=precision, worlds=worlds, device=device,
         )  # fmt: skip
         results = _measure(wanted, run or [], lambda done: _write(done, output))
-    if output is not None and source is not None:
+    if output is not None and sources:
         _write(results, output)
     if plot is not None:
         from zoobench.verify.bench.bench_plot import draw

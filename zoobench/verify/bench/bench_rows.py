@@ -163,6 +163,13 @@ def read(path: Path) -> BenchResults:
         ) from error
 
 
+def joined(parts: Sequence[BenchResults]) -> BenchResults:
+    """The rows of all parts, which were measured on one machine: that of the first."""
+    return BenchResults(
+        parts[0].machine, **{name: [row for part in parts for row in getattr(part, name)] for name in _KINDS}
+    )
+
+
 def _rows(kind: type[Row], records: Any) -> tuple[Row, ...]:
     if not isinstance(records, list):
         raise ValueError(f"{records!r} is no list of {kind.__name__}")
