@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -131,3 +132,16 @@ def test_every_launcher_is_watched(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     Solver(ground_scene(), fidelity()).substeps(1)
     (clock,) = launch_clock._clocks
     assert clock.times()["advance"].calls == 1
+
+
+def test_work_is_timed_by_the_processor_and_on_a_gpu_by_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There launches return at once: the clock waits until all are done."""
+    waited = []
+    monkeypatch.setattr(launch_clock.ti, "sync", lambda: waited.append("taichi"))
+    monkeypatch.setattr(launch_clock.torch.cuda, "synchronize", lambda: waited.append("torch"))
+    assert launch_clock.work_clock("cpu") is time.process_time
+    clock = launch_clock.work_clock("cuda")
+    assert waited == []
+    first, second = clock(), clock()
+    assert waited == ["taichi", "torch"] * 2
+    assert first <= second <= time.perf_counter()

@@ -14,6 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import taichi as ti
+import torch
+
+from zoobench.sim import runtime
 from zoobench.sim.model.state import LaunchPlan
 
 VARIABLE = "ZOOBENCH_LAUNCH_CLOCK"
@@ -98,6 +102,17 @@ class LaunchClock:
             also = {key: empty if isinstance(each, LaunchPlan) else each for key, each in named.items()}
             for _ in range(_EMPTY_LAUNCHES):
                 self.empty[name].append(self._measure(method, *emptied, **also))
+
+
+def work_clock(device: runtime.Device) -> Callable[[], float]:
+    """Seconds of work so far: of the processor's time, and on CUDA of wall time once all launches are done."""
+
+    def after_all() -> float:
+        ti.sync()
+        torch.cuda.synchronize()
+        return time.perf_counter()
+
+    return after_all if device == "cuda" else time.process_time
 
 
 def watch(launcher: Any) -> None:

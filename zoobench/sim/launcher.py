@@ -44,6 +44,7 @@ class Launcher:
         self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
+        launch_clock.watch(self)
         self.constants = self._list_constants()
         law = int(scene.medium.material.law) if scene.medium else 0
         self._work = [str(effect) for effect in sorted(scene.effects)]
@@ -64,7 +65,6 @@ class Launcher:
         self._ratios = self._new_grid(law == Law.WATER, 2)
         self._grids = (self._grid, self._before, self._ratios)
         self._reverse_grids: tuple[Tensor, ...] = ()
-        launch_clock.watch(self)
 
     def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place)."""

@@ -6,7 +6,6 @@ import contextlib
 import functools
 import os
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -114,17 +113,6 @@ def _drop_stale_lock() -> None:
 def generation() -> int:
     """Number of starts and stops of the runtime so far; equal numbers mean the same runtime."""
     return _generation
-
-
-def work_clock(device: Device) -> Callable[[], float]:
-    """Seconds of work so far: of the processor's time, and on CUDA of wall time once all launches are done."""
-
-    def after_all() -> float:
-        ti.sync()
-        torch.cuda.synchronize()
-        return time.perf_counter()
-
-    return after_all if device == "cuda" else time.process_time
 
 
 def stop() -> None:

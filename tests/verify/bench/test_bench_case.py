@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from zoobench.sim import runtime
 from zoobench.verify.bench import bench_case
 from zoobench.verify.bench.bench import BenchCase
 
@@ -47,7 +46,7 @@ def test_a_case_without_gradients_has_no_reverse(measure: Measure) -> None:
 def test_rates_are_work_by_the_clock(measure: Measure, monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that goes on by a second whenever it is read: an episode and each launch in it take the same."""
     ticks = iter(range(10**9))
-    monkeypatch.setattr(runtime, "work_clock", lambda _: lambda: float(next(ticks)))
+    monkeypatch.setattr(bench_case, "work_clock", lambda _: lambda: float(next(ticks)))
     found = measure(worlds=2)
     rate, launches = found["rate"], 4  # the clock is read before and after each launch, too
     assert rate["frames"] == 2

@@ -17,8 +17,7 @@ from zoobench.cell.driving import travelling_wave
 from zoobench.cell.memory import peak_memory
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
-from zoobench.sim import runtime
-from zoobench.sim.launch_clock import LaunchClock
+from zoobench.sim.launch_clock import LaunchClock, work_clock
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
@@ -88,7 +87,7 @@ class TimedSolver:
             scene, fidelity, worlds=worlds, gradients=gradients, device=job["device"],
             frame_seconds=FRAME_SECONDS * min(1.0, _FRAME_WORK / work),
         )  # fmt: skip
-        self._seconds = runtime.work_clock(job["device"])
+        self._seconds = work_clock(job["device"])
         self._clock = LaunchClock(self._solver.launcher, self._seconds)
         for _ in range(3):
             self.episode(1)
