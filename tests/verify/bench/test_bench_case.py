@@ -4,8 +4,11 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
+from zoobench.cell.driving import travelling_wave
+from zoobench.sim.solver import Solver
 from zoobench.verify.bench import bench_case
 from zoobench.verify.bench.bench import BenchCase
 
@@ -75,3 +78,26 @@ def test_a_long_frame_is_shortened(measure: Measure, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(bench_case, "_FRAME_WORK", 2 * usual["particle_count"])
     shortened = measure(gradients=False)["rate"]
     assert shortened["substeps"] < usual["substeps"]
+
+
+def test_a_wide_arena_is_cut_around_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A million particles on open ground would need a grid too large to hold; the robot does not notice."""
+    whole, fidelity = bench_case.build_scene("ground", 60, 64)
+    monkeypatch.setattr(bench_case, "_LARGEST_ARENA", 1000)
+    cut, _ = bench_case.build_scene("ground", 60, 64)
+    widths = [np.subtract(scene.upper, scene.lower) for scene in (whole, cut)]
+    assert (widths[1] < widths[0]).all()
+    assert (widths[1] < np.ptp(whole.robot.positions, axis=0) + 0.2 + 2 * fidelity.grid_spacing).all()
+    assert cut.lower[1] == whole.lower[1]
+    wave = travelling_wave(2, whole.robot.muscle_count)
+    ends = [Solver(scene, fidelity).run(wave).positions[-1] for scene in (whole, cut)]
+    assert np.abs(ends[0] - ends[1]).max() < 1e-9
+    assert np.abs(ends[0][0] - whole.robot.positions).max() > 1e-5
+
+
+def test_an_arena_of_a_medium_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its bed reaches from wall to wall."""
+    monkeypatch.setattr(bench_case, "_LARGEST_ARENA", 10)
+    scene, _ = bench_case.build_scene("desert", 100, 32)
+    assert scene.medium is not None
+    assert scene.medium.positions[:, 0].max() > 0.9 * scene.upper[0]

@@ -6,7 +6,7 @@ import statistics
 import sys
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +28,16 @@ from zoobench.verify.bench import cpp_reference
 _CLOSE_ENOUGH = 0.02  # relative to the wanted particle count
 _EPISODE_WORK = 2_000_000  # particle-substeps of a measured episode, at least, where it is short enough
 _FRAME_WORK = 20_000_000  # particle-substeps of a control frame, at most: it is shortened where there were more
+_LARGEST_ARENA = 2**24  # grid nodes, about: a wider one is cut
+_MARGIN = 0.1  # of a cut arena around the robot [m]
 _LONGEST_EPISODE = 100  # frames, as many as an episode of a run has
 
 
 def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, Fidelity]:
-    """The caterpillar in an environment, on the grid whose particle count comes closest to the one asked for."""
+    """The caterpillar in an environment, on the grid whose particle count comes closest to the one asked for.
+
+    An arena that has far more nodes than a robot reaches in a measured episode is cut.
+    """
     env: Environment = registry.create(Kind.ENV, Ref(name))
     design = registry.create(Kind.DESIGN, Ref("caterpillar"))
 
@@ -50,7 +55,19 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
         trial = at(spacing)
         if abs(trial[0].particle_count - particle_count) < abs(best[0].particle_count - particle_count):
             best = trial
-    return best
+    return _cut(*best), best[1]
+
+
+def _cut(scene: Scene, fidelity: Fidelity) -> Scene:
+    """The scene with less of an arena that is too wide; the grid's nodes stay where they are."""
+    lower, upper, h = np.array(scene.lower), np.array(scene.upper), fidelity.grid_spacing
+    if scene.medium is not None or np.prod((upper - lower) / h) <= _LARGEST_ARENA:
+        return scene
+    near, far = (scene.robot.positions.min(0) - _MARGIN, scene.robot.positions.max(0) + _MARGIN)
+    first = np.maximum(0.0, np.floor((near - lower) / h)) * [1, 0, 1]  # of the cells; the ground stays
+    last = np.minimum((upper - lower) / h, np.ceil((far - lower) / h))
+    ends = (tuple((lower + cells * h).tolist()) for cells in (first, last))
+    return replace(scene, lower=next(ends), upper=next(ends))
 
 
 @dataclass(frozen=True)
