@@ -42,13 +42,15 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> list[BenchCase | str]:
 def test_options_reach_the_cases(zoobench: Command, measured: list[BenchCase]) -> None:
     """Every scene at every number of particles, with the C++ reference, which is compiled once."""
     scenes = ("--scenes", "ice,ground", "--particles", "1000,2000")
-    settings = ("--no-gradients", "--precision", "64", "--worlds", "3", "--repeats", "2")
+    settings = ("--no-gradients", "--precision", "64", "--worlds", "3", "--repeats", "2", "--frames", "7")
     reply = zoobench("bench", *scenes, *settings)
     assert reply.code == 0
     assert [(case.scene, case.asked) for case in measured] == [
         ("ice", 1000), ("ice", 2000), ("ground", 1000), ("ground", 2000)
     ]  # fmt: skip
-    assert measured[0] == BenchCase("ice", 1000, 64, gradients=False, repeats=2, worlds=3, reference="reference")
+    assert measured[0] == BenchCase(
+        "ice", 1000, 64, gradients=False, repeats=2, frames=7, worlds=3, reference="reference"
+    )
     assert "measuring ice, 1000 particles" in reply.err
 
 

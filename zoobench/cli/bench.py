@@ -23,6 +23,9 @@ def bench(
     particles: Annotated[str, Option("--particles", help="Particle counts to come close to.")] = "10000",
     gradients: Annotated[bool, Option(help="Measure the backward pass too.")] = True,
     repeats: Annotated[int, Option("--repeats", min=1, help="Measured episodes, of which the median.")] = 5,
+    frames: Annotated[
+        int, Option("--frames", min=0, help="Length of an episode in control frames; 0: long enough to measure well.")
+    ] = 0,
     precision: Annotated[int, Option("--precision", help="32 or 64 bits.")] = 32,
     worlds: Annotated[int, Option("--worlds", min=1, help="Worlds side by side.")] = 1,
     device: Annotated[str, Option("--device", help="cpu or cuda.")] = "cpu",
@@ -65,7 +68,7 @@ def bench(
     else:
         wanted = [] if run and not scenes else cases(
             parse_names(scenes) if scenes else [], parse_counts(particles, "particle counts"),
-            gradients=gradients, repeats=repeats, precision=precision, worlds=worlds, device=device,
+            gradients=gradients, repeats=repeats, frames=frames, precision=precision, worlds=worlds, device=device,
         )  # fmt: skip
         results = _measure(wanted, run or [], lambda done: _write(done, output))
     if output is not None and sources:

@@ -64,6 +64,12 @@ def test_rates_are_work_by_the_clock(measure: Measure, monkeypatch: pytest.Monke
     assert found["compile"]["compile"] == pytest.approx(0.0)
 
 
+def test_the_length_of_an_episode_can_be_chosen(measure: Measure) -> None:
+    """Else it is as long as it must be to have enough work, within the length of a run's episodes."""
+    assert measure(gradients=False, frames=3)["rate"]["frames"] == 3
+    assert measure(gradients=False)["rate"]["frames"] == 2
+
+
 def test_the_reference_is_measured_in_turn(measure: Measure, monkeypatch: pytest.MonkeyPatch) -> None:
     """Once for every repeat, of which the median stands beside the rates; not without a program."""
     rates = iter([9.0, 12.0, 10.0])

@@ -31,6 +31,7 @@ class BenchCase:
         precision: 32 or 64 bits.
         gradients: measure the backward pass too.
         repeats: measured episodes, of which the median is given.
+        frames: of an episode; 0 to choose as many as are needed to measure well.
         worlds: side by side.
         device: `cpu` or `cuda`.
         reference: the program of the C++ reference; empty to leave it out.
@@ -41,6 +42,7 @@ class BenchCase:
     precision: int = 32
     gradients: bool = True
     repeats: int = 5
+    frames: int = 0
     worlds: int = 1
     device: str = "cpu"
     reference: str = ""

@@ -178,7 +178,7 @@ def _rates(timed: dict[bool, TimedSolver], job: dict[str, Any]) -> dict[str, Any
     """The fields of `RateRow` that the measured episodes give."""
     solver = timed[False].solver
     work = solver.substeps_per_frame * solver.particle_count * solver.worlds
-    frames = min(_LONGEST_EPISODE, math.ceil(_EPISODE_WORK / work))
+    frames = job["frames"] or min(_LONGEST_EPISODE, math.ceil(_EPISODE_WORK / work))
     taken: dict[bool, list[EpisodeTime]] = {gradients: [] for gradients in timed}
     references = []
     for _ in range(job["repeats"]):  # in turn, so that what else the machine does meets all alike
