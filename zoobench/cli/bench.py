@@ -95,9 +95,7 @@ def _measure(
     from zoobench.verify.bench.run_shares import measure_run
 
     told = gather()
-    machine = {
-        name: told[name] for name in ("zoobench", "code", "packages", "python", "platform", "cpu", "memory", "gpus")
-    }
+    machine = {name: told[name] for name in ("zoobench", "code", "packages", "python", "cpu", "memory", "gpus")}
     results = BenchResults({"measured": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC", **machine})
     program = ""
     try:

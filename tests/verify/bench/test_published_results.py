@@ -12,7 +12,7 @@ FILES = sorted((ROOT / "benchmarks").glob("*.json"))
 
 def test_there_are_results() -> None:
     """From before the simulator was made faster, at least."""
-    assert "before.json" in {path.name for path in FILES}
+    assert any(path.name.startswith("before") for path in FILES)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
