@@ -66,8 +66,8 @@ def _cut(scene: Scene, fidelity: Fidelity) -> Scene:
     near, far = (scene.robot.positions.min(0) - _MARGIN, scene.robot.positions.max(0) + _MARGIN)
     first = np.maximum(0.0, np.floor((near - lower) / h)) * [1, 0, 1]  # of the cells; the ground stays
     last = np.minimum((upper - lower) / h, np.ceil((far - lower) / h))
-    ends = (tuple((lower + cells * h).tolist()) for cells in (first, last))
-    return replace(scene, lower=next(ends), upper=next(ends))
+    lowest, highest = (tuple((lower + cells * h).tolist()) for cells in (first, last))
+    return replace(scene, lower=lowest, upper=highest)
 
 
 @dataclass(frozen=True)
