@@ -1,4 +1,4 @@
-"""`doctor` and `bench`."""
+"""`doctor`."""
 
 import json
 from pathlib import Path
@@ -8,8 +8,6 @@ import pytest
 
 from tests.cli.conftest import Command
 from zoobench.verify import doctor as examining
-from zoobench.verify.bench import bench as measuring
-from zoobench.verify.bench.bench import BenchCase, BenchRow
 
 
 def verdicts(zoobench: Command, *words: object) -> tuple[int, dict[str, dict[str, Any]]]:
@@ -71,24 +69,3 @@ def test_doctor_warns_of_a_cache_that_cannot_be_written(tmp_path: Path) -> None:
     check = examining._check_cache(tmp_path / "file" / "kernels")
     assert check.verdict is examining.Verdict.WARNING
     assert "ZOOBENCH_CACHE" in check.detail
-
-
-def test_bench_passes_the_options_on_and_prints_every_field(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scenes, particle counts and switches arrive; a row without gradients has null for their rate."""
-    asked: dict[str, Any] = {}
-    row = BenchRow("ice", 1000, 1000, 32, 50, 9.0, 8.0, 10.0, None, None, 12.0, 0.5, 300.0)
-
-    def pretend(scenes: list[str], particles: list[int], **options: Any) -> list[BenchRow]:
-        asked.update(scenes=scenes, particles=particles, **options)
-        options["on_case"](BenchCase("ice", 1000))
-        return [row]
-
-    monkeypatch.setattr(measuring, "bench", pretend)
-    reply = zoobench(
-        "bench", "--scenes", "ice,ground", "--particles", "1000,2000", "--no-gradients", "--format", "json"
-    )
-    assert (asked["scenes"], asked["particles"]) == (["ice", "ground"], [1000, 2000])
-    assert asked["gradients"] is False
-    assert json.loads(reply.out)[0] == vars(row)
-    assert "measuring ice" in reply.err
-    assert "forward_mps" in zoobench("bench", "--scenes", "ice").out

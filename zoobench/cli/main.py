@@ -10,6 +10,7 @@ from typer import Exit, Option, Typer
 
 from zoobench import __version__
 from zoobench.cli.accuracy import accuracy
+from zoobench.cli.bench import bench
 from zoobench.cli.components import list_components, show
 from zoobench.cli.curves import curves
 from zoobench.cli.design import design
@@ -18,7 +19,7 @@ from zoobench.cli.evaluate import evaluate
 from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
-from zoobench.cli.machine import bench, doctor
+from zoobench.cli.machine import doctor
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.render import render

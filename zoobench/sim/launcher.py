@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import runtime
+from zoobench.sim import launch_clock, runtime
 from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, VELOCITY, Variant
@@ -47,6 +47,7 @@ class Launcher:
         self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
+        launch_clock.watch(self)
         self.constants = self._list_constants()
         law = int(scene.medium.material.law) if scene.medium else 0
         self._work = [str(effect) for effect in sorted(scene.effects)]

@@ -9,13 +9,15 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 from typing import Any
 
 from zoobench import registry
 from zoobench.errors import UsageError, ZoobenchError
 from zoobench.registry import Kind
+from zoobench.verify.bench.bench_rows import CostRow, RateRow
 
 LARGEST_PARTICLE_COUNT = 2_000_000
 
@@ -25,52 +27,25 @@ class BenchCase:
     """The caterpillar in an environment, at the grid spacing that gives about this many particles.
 
     Attributes:
+        asked: particles of one world to come close to.
         precision: 32 or 64 bits.
         gradients: measure the backward pass too.
         repeats: measured episodes, of which the median is given.
-        frames, episode_substeps: least lengths of an episode.
+        frames: of an episode; 0 to choose as many as are needed to measure well.
+        worlds: side by side.
         device: `cpu` or `cuda`.
+        reference: the program of the C++ reference; empty to leave it out.
     """
 
     scene: str
-    particle_count: int
+    asked: int
     precision: int = 32
     gradients: bool = True
     repeats: int = 5
-    frames: int = 10
-    episode_substeps: int = 0
+    frames: int = 0
+    worlds: int = 1
     device: str = "cpu"
-
-
-@dataclass(frozen=True)
-class BenchRow:
-    """One measured case. Rates are medians over the repeats, in million particle-substeps per second.
-
-    Attributes:
-        particle_count: particles of one world, robot and medium.
-        robot_particle_count: particles of the robot.
-        substeps: of one measured episode.
-        forward_mps, forward_mps_min, forward_mps_max: rate of the forward simulation.
-        both_mps: rate of forward and backward together, or None without gradients.
-        backward_over_forward: time of the backward pass, with its recomputation, by that of the forward pass.
-        compile_cold_s: time to compile forward (and gradient) kernels with an empty cache [s].
-        compile_warm_s: time to load them from the cache [s].
-        peak_memory_mib: largest resident memory of the process [MiB]; None where the system does not report it.
-    """
-
-    scene: str
-    particle_count: int
-    robot_particle_count: int
-    precision: int
-    substeps: int
-    forward_mps: float
-    forward_mps_min: float
-    forward_mps_max: float
-    both_mps: float | None
-    backward_over_forward: float | None
-    compile_cold_s: float
-    compile_warm_s: float
-    peak_memory_mib: float | None
+    reference: str = ""
 
 
 def check_particle_count(count: int) -> None:
@@ -83,44 +58,64 @@ def check_particle_count(count: int) -> None:
         raise UsageError(f"{count} particles cannot be measured. Give 50 to {LARGEST_PARTICLE_COUNT:,}.")
 
 
-def bench(
-    scenes: Sequence[str],
-    particles: Sequence[int],
-    *,
-    repeats: int = 5,
-    on_case: Callable[[BenchCase], None] = lambda _: None,
-    **settings: Any,
-) -> list[BenchRow]:
-    """Measure every scene at every particle count, one after the other.
+def cases(
+    scenes: Sequence[str], particles: Sequence[int], *, reference: Path | None = None, **settings: Any
+) -> list[BenchCase]:
+    """Every scene at every particle count.
 
     Args:
         scenes: names of environments; all if empty.
         particles: particle counts to come close to.
-        on_case: called before each case, for progress.
         settings: further fields of `BenchCase`.
 
     Raises:
         UnknownNameError: a scene that is not registered.
-        UsageError: a particle count or a number of repeats out of range.
-        ZoobenchError: the measuring process failed.
+        UsageError: a number out of range.
     """
     scenes = scenes or registry.names(Kind.ENV)
     for scene in scenes:
         registry.get(Kind.ENV, scene)
-    if repeats < 1:
-        raise UsageError(f"{repeats} repeats measure nothing. Give at least 1.")
     for count in particles:
         check_particle_count(count)
-    rows = []
-    for scene in scenes:
-        for count in particles:
-            case = BenchCase(scene, count, repeats=repeats, **settings)
-            on_case(case)
-            with tempfile.TemporaryDirectory(prefix="zoobench-bench-") as cache:
-                cold = _run_case(case, cache, only_compile=True)
-                warm = _run_case(case, cache, only_compile=False)
-            rows.append(BenchRow(**warm | {"compile_cold_s": cold["compile_warm_s"]}))
-    return rows
+    program = str(reference or "")
+    found = [BenchCase(scene, count, reference=program, **settings) for scene in scenes for count in particles]
+    if found and (found[0].repeats < 1 or found[0].worlds < 1):
+        raise UsageError(f"{found[0].repeats} repeats in {found[0].worlds} worlds measure nothing. Give at least 1.")
+    return found
+
+
+def bench(
+    wanted: Iterable[BenchCase], on_case: Callable[[BenchCase], None] = lambda _: None
+) -> Iterator[tuple[RateRow, CostRow]]:
+    """Measure cases one after the other.
+
+    Args:
+        on_case: called before each case, for progress.
+
+    Raises:
+        ZoobenchError: the measuring process failed.
+    """
+    for case in wanted:
+        on_case(case)
+        with tempfile.TemporaryDirectory(prefix="zoobench-bench-") as cache:
+            cold = _run_case(case, cache, only_compile=True)
+            measured = _run_case(case, cache, only_compile=False)
+        yield RateRow(**_of_case(RateRow, case), **measured["rate"]), _costs(case, cold, measured)
+
+
+def _of_case(kind: type[Any], case: BenchCase) -> dict[str, Any]:
+    """The fields of a row that say which case it is."""
+    names = {item.name for item in fields(kind)}
+    return {name: value for name, value in asdict(case).items() if name in names}
+
+
+def _costs(case: BenchCase, cold: dict[str, Any], measured: dict[str, Any]) -> CostRow:
+    launch = {name: None if seconds is None else seconds * 1e6 for name, seconds in measured["launch"].items()}
+    values: dict[str, Any] = {f"{name}_launch_us": micro for name, micro in launch.items()}
+    values |= {f"{name}_cold_s": seconds for name, seconds in cold["compile"].items()}
+    values |= {f"{name}_cached_s": seconds for name, seconds in measured["compile"].items()}
+    values |= {name: measured[name] for name in ("particle_count", "peak_memory_mib")}
+    return CostRow(**_of_case(CostRow, case), **values)
 
 
 def _run_case(case: BenchCase, cache: str, *, only_compile: bool) -> dict[str, Any]:
@@ -135,6 +130,6 @@ def _run_case(case: BenchCase, cache: str, *, only_compile: bool) -> dict[str, A
     )
     if done.returncode:
         last = done.stderr.strip().splitlines()[-1:] or ["no message"]
-        raise ZoobenchError(f"Measuring {case.scene} with {case.particle_count} particles failed: {last[0]}")
+        raise ZoobenchError(f"Measuring {case.scene} with {case.asked} particles failed: {last[0]}")
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return result

@@ -1,0 +1,147 @@
+"""The clock of launches: what it adds up, and that it changes nothing."""
+
+import json
+import os
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from tests.sim.scenes import fidelity, ground_scene
+from zoobench.sim import launch_clock
+from zoobench.sim.launch_clock import VARIABLE, LaunchClock, watch
+from zoobench.sim.model.state import LaunchPlan
+from zoobench.sim.solver import Solver
+
+
+class FakeLauncher:
+    """Takes 1 s to launch, 2 s for each substep, 10 s more at first to compile and 5 s for a survey."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.advanced: list[int] = []
+
+    def advance(self, plan: LaunchPlan, stride: int) -> None:
+        """Count the substeps."""
+        self.now += 1.0 + 2.0 * plan.world_substeps + (0.0 if self.advanced else 10.0)
+        self.advanced.append(plan.world_substeps)
+
+    def reverse(self, *, plan: LaunchPlan) -> None:
+        """As long as an advance, without anything to compile."""
+        self.now += 1.0 + 2.0 * plan.world_substeps
+
+    def survey(self) -> None:
+        """Has no plan."""
+        self.now += 5.0
+
+
+def plan_of(substeps: int) -> LaunchPlan:
+    """For one world."""
+    return LaunchPlan(torch.tensor([[0, substeps]], dtype=torch.int32), torch.ones(1))
+
+
+def test_calls_are_split_into_loading_launching_and_kernels() -> None:
+    """Loading is what the first call took longer; a launch costs what one of no substeps does."""
+    launcher = FakeLauncher()
+    clock = LaunchClock(launcher, lambda: launcher.now)
+    for _ in range(4):
+        launcher.advance(plan_of(3), 0)
+    launcher.reverse(plan=plan_of(3))
+    launcher.survey()
+    times = clock.times()
+    assert (times["advance"].calls, times["advance"].loading_s) == (4, 10.0)
+    assert (times["advance"].launching_s, times["advance"].kernel_s) == (4 * 1.0, 4 * 6.0)
+    assert clock.launch_seconds("advance") == 1.0
+    assert (times["survey"].kernel_s, times["survey"].launching_s) == (5.0, 0.0)
+    assert times["reverse"].kernel_s == 7.0  # a single call tells nothing of launch or loading
+    launcher.reverse(plan=plan_of(3))
+    assert clock.times()["reverse"].kernel_s == 2 * 6.0
+
+
+def test_launches_of_no_substeps_are_not_among_the_calls() -> None:
+    """The launcher is called as it was, and after the second time with nothing to do."""
+    launcher = FakeLauncher()
+    clock = LaunchClock(launcher, lambda: launcher.now)
+    for _ in range(3):
+        launcher.advance(plan_of(3), 0)
+    assert [count for count in launcher.advanced if count] == [3, 3, 3]
+    assert launcher.advanced.count(0) == len(clock.empty["advance"]) > 0
+
+
+def test_a_clock_changes_no_number() -> None:
+    """The launches of no substeps leave trajectory and gradient as they are, bit for bit."""
+
+    def gradient(timed: bool) -> tuple[np.ndarray, np.ndarray, dict[str, object]]:
+        solver = Solver(ground_scene(), fidelity(), gradients=True)
+        clock = LaunchClock(solver.launcher) if timed else None
+        rollout = solver.run(np.full((3, 1, solver.muscle_count), 0.5))
+        ones = np.ones_like(rollout.positions)
+        found = solver.backward(rollout, ones, ones)
+        return rollout.positions, found.actuation, dict(clock.times()) if clock else {}
+
+    plain, clocked = gradient(timed=False), gradient(timed=True)
+    assert set(clocked[2]) >= {"advance", "reverse"}
+    assert (plain[0] == clocked[0]).all()
+    assert (plain[1] == clocked[1]).all()
+
+
+@pytest.fixture
+def at_exit(monkeypatch: pytest.MonkeyPatch) -> list[Callable[[], None]]:
+    """What would be called at the end of this process; no launcher is watched yet."""
+    called: list[Callable[[], None]] = []
+    monkeypatch.setattr(launch_clock, "_clocks", [])
+    monkeypatch.setattr(launch_clock.atexit, "register", lambda what, *given: called.append(partial(what, *given)))
+    return called
+
+
+def test_a_process_writes_what_its_launchers_took(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_exit: list[Callable[[], None]]
+) -> None:
+    """One file at its end, if it is asked to: each launcher's calls, and the processor time of all it did."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    for _ in range(2):
+        launcher = FakeLauncher()
+        watch(launcher)
+        launcher.advance(plan_of(1), 0)
+    (write,) = at_exit
+    write()
+    (document,) = [json.loads(path.read_text()) for path in tmp_path.glob(f"{os.getpid()}.json")]
+    assert [launches["advance"]["calls"] for launches in document["launches"]] == [1, 1]
+    assert document["process_s"] > 0
+
+
+def test_nothing_is_watched_unless_it_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, at_exit: list[Callable[[], None]]
+) -> None:
+    """The launcher keeps its own methods, and nothing is written."""
+    monkeypatch.delenv(VARIABLE, raising=False)
+    launcher = FakeLauncher()
+    watch(launcher)
+    assert vars(launcher).keys() == {"now", "advanced"}
+    assert at_exit == []
+
+
+@pytest.mark.usefixtures("at_exit")
+def test_every_launcher_is_watched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of every solver, however it is made."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    Solver(ground_scene(), fidelity()).substeps(1)
+    (clock,) = launch_clock._clocks
+    assert clock.times()["advance"].calls == 1
+
+
+def test_work_is_timed_by_the_processor_and_on_a_gpu_by_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There launches return at once: the clock waits until all are done."""
+    waited = []
+    monkeypatch.setattr(launch_clock.ti, "sync", lambda: waited.append("taichi"))
+    monkeypatch.setattr(launch_clock.torch.cuda, "synchronize", lambda: waited.append("torch"))
+    assert launch_clock.work_clock("cpu") is time.process_time
+    clock = launch_clock.work_clock("cuda")
+    assert waited == []
+    first, second = clock(), clock()
+    assert waited == ["taichi", "torch"] * 2
+    assert first <= second <= time.perf_counter()

@@ -1,0 +1,176 @@
+"""`zoobench bench`: the speed of the simulator on this machine."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Option
+
+from zoobench.cli.options import FormatOption, parse_counts, parse_names
+from zoobench.cli.output import Format, choose, emit, emit_several, listing_of, say
+from zoobench.errors import UsageError
+from zoobench.report.listing import Listing, cell_text, to_json
+
+if TYPE_CHECKING:
+    from zoobench.verify.bench.bench import BenchCase
+    from zoobench.verify.bench.bench_rows import BenchResults, RateRow
+
+TABLES = ("rates", "costs", "growth", "runs", "ratios", "run-ratios")
+
+
+def bench(
+    scenes: Annotated[str, Option("--scenes", help="Environments to measure; all if not given.")] = "",
+    particles: Annotated[str, Option("--particles", help="Particle counts to come close to.")] = "10000",
+    gradients: Annotated[bool, Option(help="Measure the backward pass too.")] = True,
+    repeats: Annotated[int, Option("--repeats", min=1, help="Measured episodes, of which the median.")] = 5,
+    frames: Annotated[
+        int, Option("--frames", min=0, help="Length of an episode in control frames; 0: long enough to measure well.")
+    ] = 0,
+    precision: Annotated[int, Option("--precision", help="32 or 64 bits.")] = 32,
+    worlds: Annotated[int, Option("--worlds", min=1, help="Worlds side by side.")] = 1,
+    device: Annotated[str, Option("--device", help="cpu or cuda.")] = "cpu",
+    run: Annotated[
+        list[str] | None,
+        Option(
+            "--run",
+            help="Also, or without --scenes instead, where the time of a `zoobench run` with these options goes, as in "
+            "'--env ground --task turning'; can be given several times.",
+        ),
+    ] = None,
+    sources: Annotated[
+        list[Path] | None, Option("--from", help="Measure nothing: show the results in this file, or in several.")
+    ] = None,
+    against: Annotated[Path | None, Option("--against", help="Compare with the results in this file.")] = None,
+    output: Annotated[
+        Path | None, Option("--output", "-o", help="Write the results into this file (.json) as they come.")
+    ] = None,
+    plot: Annotated[Path | None, Option("--plot", help="Draw rates and shares into this file.")] = None,
+    table: Annotated[str, Option("--table", help=f"{', '.join(TABLES)} or all.")] = "all",
+    form: FormatOption = Format.TABLE,
+) -> None:
+    """Measure how fast the simulator is here.
+
+    Million particle-substeps per second of processor time: forward, the reverse alone, and forward and backward
+    together; cost of launches, compile times and memory; how the cost grows with the number of particles. Beside them
+    stands the rate of a small C++ program, if there is a compiler, by which --against compares two machines.
+    """
+    from zoobench.verify.bench import bench_rows
+    from zoobench.verify.bench.bench import cases
+
+    if precision not in (32, 64) or device not in ("cpu", "cuda"):
+        raise UsageError(f"No {precision} bits on {device!r}. The precision is 32 or 64, the device cpu or cuda.")
+    chosen = choose(table, TABLES, form)
+    if output is not None and output.is_dir():
+        raise UsageError(f"No results can be written to {str(output)!r}, which is a folder. Give a file.")
+    old = None if against is None else bench_rows.read(against)
+    if sources:
+        results = bench_rows.joined([bench_rows.read(source) for source in sources])
+    else:
+        wanted = [] if run and not scenes else cases(
+            parse_names(scenes) if scenes else [], parse_counts(particles, "particle counts"),
+            gradients=gradients, repeats=repeats, frames=frames, precision=precision, worlds=worlds, device=device,
+        )  # fmt: skip
+        results = _measure(wanted, run or [], lambda done: _write(done, output))
+    if output is not None and sources:
+        _write(results, output)
+    if plot is not None:
+        from zoobench.verify.bench.bench_plot import draw
+
+        draw(results, plot)
+        say(f"drawn: {plot}")
+    _print(results, old, chosen, form)
+
+
+def _measure(
+    wanted: "Sequence[BenchCase]", runs: Sequence[str], on_results: "Callable[[BenchResults], None]"
+) -> "BenchResults":
+    """Measure the cases and the runs; `on_results` is given the results so far after each."""
+    from dataclasses import replace
+    from datetime import UTC, datetime
+
+    from zoobench.harness.provenance import gather
+    from zoobench.verify.bench import cpp_reference
+    from zoobench.verify.bench.bench import bench as measure
+    from zoobench.verify.bench.bench_rows import BenchResults
+    from zoobench.verify.bench.run_shares import measure_run
+
+    told = gather()
+    machine = {name: told[name] for name in ("zoobench", "code", "packages", "python", "cpu", "memory", "gpus")}
+    results = BenchResults({"measured": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC", **machine})
+    program = ""
+    try:
+        program = str(cpp_reference.build()) if wanted else ""
+    except cpp_reference.NoReferenceError as error:
+        say(f"{error} Rates are not compared with C++.")
+    named = [replace(case, reference=program) for case in wanted]
+    for rate, cost in measure(named, on_case=lambda case: say(f"measuring {case.scene}, {case.asked} particles")):
+        results = replace(results, rates=(*results.rates, rate), costs=(*results.costs, cost))
+        on_results(results)
+    for options in runs:
+        say(f"running zoobench run {options}")
+        results = replace(results, runs=(*results.runs, measure_run(options)))
+        on_results(results)
+    return results
+
+
+def _write(results: "BenchResults", path: Path | None) -> None:
+    """Replace a file by the results so far.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    from zoobench.files import replace_files
+
+    if path is not None:
+        try:
+            replace_files({path: f"{to_json(results.to_dict())}\n".encode()}, make_folders=True)
+        except OSError as error:
+            raise UsageError(f"No results can be written to {str(path)!r}: {error}. Give another file.") from error
+
+
+def _print(results: "BenchResults", old: "BenchResults | None", chosen: Sequence[str], form: Format) -> None:
+    """Print tables with every field for programs, with the rates in fewer columns for people."""
+    from zoobench.verify.bench import bench_rows, comparison
+
+    found: dict[str, tuple[type[Any], Sequence[Any]]] = {
+        "rates": (bench_rows.RateRow, results.rates),
+        "costs": (bench_rows.CostRow, results.costs),
+        "growth": (comparison.GrowthRow, comparison.growth(results.rates)),
+        "runs": (bench_rows.RunShare, results.runs),
+        "ratios": (comparison.RatioRow, comparison.ratios(results, old) if old else []),
+        "run-ratios": (comparison.RunRatioRow, list(comparison.run_ratios(results, old)) if old else []),
+    }
+    if old is not None and not found["ratios"][1] and not found["run-ratios"][1]:
+        say("Nothing to compare: no case of the other file, with its particles, worlds and precision, was measured.")
+    listings = {name: listing_of(*found[name]) for name in chosen}
+    if form is Format.JSON and len(chosen) > 1:
+        records = {name: listing.records() for name, listing in listings.items()}
+        emit(listings["rates"], form, records={"machine": dict(results.machine), **records})
+        return
+    if form in (Format.TABLE, Format.MD) and "rates" in chosen:
+        listings["rates"] = _rates_for_people(results.rates)
+    shown = {name: listing for name, listing in listings.items() if listing.rows or len(chosen) == 1}
+    emit_several(shown, form)
+
+
+def _rates_for_people(rows: "Sequence[RateRow]") -> Listing:
+    columns = (
+        "scene", "particles", "worlds", "bits", "forward M/s", "reverse M/s", "both M/s", "backward/forward",
+        "recomputed", "forward CPU s", "wall s", "both CPU s", "wall s", "C++ M/s",
+    )  # fmt: skip
+
+    def spread(row: "RateRow", name: str) -> str:
+        middle, low, high = (getattr(row, f"{name}_mps{end}") for end in ("", "_min", "_max"))
+        return "" if middle is None else f"{cell_text(middle)} ({low:.3g} to {high:.3g})"
+
+    return Listing(
+        columns,
+        tuple(
+            (
+                row.scene, row.particle_count, row.worlds, row.precision, spread(row, "forward"),
+                spread(row, "reverse"), spread(row, "both"), row.backward_over_forward, row.recomputed,
+                row.forward_cpu_s, row.forward_wall_s, row.both_cpu_s, row.both_wall_s, row.reference_mps,
+            )
+            for row in rows
+        ),
+    )  # fmt: skip

@@ -1,0 +1,128 @@
+"""Processor time inside a launcher's calls, measured from outside, for `zoobench bench`.
+
+With ZOOBENCH_LAUNCH_CLOCK=FOLDER in the environment every process that simulates writes into that folder what it has
+spent in its launches, as `PID.json`, when it ends.
+"""
+
+import atexit
+import json
+import os
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import taichi as ti
+import torch
+
+from zoobench.sim import runtime
+from zoobench.sim.model.state import LaunchPlan
+
+VARIABLE = "ZOOBENCH_LAUNCH_CLOCK"
+
+TIMED = ("advance", "reverse", "survey")
+_EMPTY_LAUNCHES = 15
+
+_clocks: list["LaunchClock"] = []
+
+
+@dataclass(frozen=True)
+class LaunchTimes:
+    """Processor seconds of all calls of one method of a launcher.
+
+    Attributes:
+        loading_s: by which the first call took longer than the others do: compiling, or loading from the cache.
+        launching_s: cost of the launches themselves, as measured with launches of no substeps; 0 where a method has no
+            such launch.
+        kernel_s: the rest.
+    """
+
+    calls: int
+    loading_s: float
+    launching_s: float
+    kernel_s: float
+
+
+class LaunchClock:
+    """Times the calls of one launcher from now on.
+
+    Args:
+        launcher: its methods are replaced by timed ones.
+        seconds: the clock [s].
+
+    Attributes:
+        spent: seconds of every call by method, in their order.
+        empty: seconds of some launches of no substeps by method, made after the second call.
+    """
+
+    def __init__(self, launcher: Any, seconds: Callable[[], float] = time.process_time) -> None:
+        self._seconds = seconds
+        self.spent: dict[str, list[float]] = {name: [] for name in TIMED}
+        self.empty: dict[str, list[float]] = {name: [] for name in TIMED}
+        for name in TIMED:
+            setattr(launcher, name, self._timed(name, getattr(launcher, name)))
+
+    def times(self) -> dict[str, LaunchTimes]:
+        """What was spent so far, by method that was called."""
+        return {name: self._times(name) for name in TIMED if self.spent[name]}
+
+    def launch_seconds(self, name: str) -> float | None:
+        """Seconds of a launch of no substeps; None if none was made."""
+        return statistics.median(self.empty[name]) if self.empty[name] else None
+
+    def _times(self, name: str) -> LaunchTimes:
+        first, *others = self.spent[name]
+        loading = max(0.0, first - statistics.median(others)) if others else 0.0
+        launching = (self.launch_seconds(name) or 0.0) * (1 + len(others))
+        return LaunchTimes(1 + len(others), loading, launching, first + sum(others) - loading - launching)
+
+    def _timed(self, name: str, method: Callable[..., None]) -> Callable[..., None]:
+        def timed(*arguments: Any, **named: Any) -> None:
+            self.spent[name].append(self._measure(method, *arguments, **named))
+            if len(self.spent[name]) == 2:  # the first call may have compiled
+                self._launch_empty(name, method, arguments, named)
+
+        return timed
+
+    def _measure(self, method: Callable[..., None], *arguments: Any, **named: Any) -> float:
+        begin = self._seconds()
+        method(*arguments, **named)
+        return self._seconds() - begin
+
+    def _launch_empty(
+        self, name: str, method: Callable[..., None], arguments: tuple[Any, ...], named: dict[str, Any]
+    ) -> None:
+        """Launch with the same arrays and no substeps in any world, which changes nothing."""
+        plans = [each for each in (*arguments, *named.values()) if isinstance(each, LaunchPlan)]
+        if plans:
+            empty = LaunchPlan.none(len(plans[0].dt), plans[0].dt.dtype, str(plans[0].dt.device))
+            emptied = [empty if isinstance(each, LaunchPlan) else each for each in arguments]
+            also = {key: empty if isinstance(each, LaunchPlan) else each for key, each in named.items()}
+            for _ in range(_EMPTY_LAUNCHES):
+                self.empty[name].append(self._measure(method, *emptied, **also))
+
+
+def work_clock(device: runtime.Device) -> Callable[[], float]:
+    """Seconds of work so far: of the processor's time, and on CUDA of wall time once all launches are done."""
+
+    def after_all() -> float:
+        ti.sync()
+        torch.cuda.synchronize()
+        return time.perf_counter()
+
+    return after_all if device == "cuda" else time.process_time
+
+
+def watch(launcher: Any) -> None:
+    """Time this launcher's calls and write them at the end of the process, if the environment asks for it."""
+    if folder := os.environ.get(VARIABLE):
+        if not _clocks:
+            atexit.register(_write, Path(folder))
+        _clocks.append(LaunchClock(launcher))
+
+
+def _write(folder: Path) -> None:
+    launches = [{name: asdict(times) for name, times in clock.times().items()} for clock in _clocks]
+    (folder / f"{os.getpid()}.json").write_text(json.dumps({"process_s": time.process_time(), "launches": launches}))
