@@ -44,7 +44,7 @@ def _pair() -> tuple[Tensor, Tensor]:
 def test_a_repeated_launch_reads_what_its_arrays_hold_now(taichis: list[str]) -> None:
     """Taichi prepares the first alone."""
     total, part = _pair()
-    launch = Launch(add_to, optimised=False)
+    launch = Launch(add_to)
     for number in range(5):
         part[0] = number
         launch(total, part, 2.0, 1)
@@ -55,7 +55,7 @@ def test_a_repeated_launch_reads_what_its_arrays_hold_now(taichis: list[str]) ->
 def test_other_arguments_are_another_launch(taichis: list[str]) -> None:
     """Another number, template or array; of two sets of arguments in turn each is prepared once."""
     total, part = _pair()
-    launch = Launch(add_to, optimised=False)
+    launch = Launch(add_to)
     for _ in range(3):
         launch(total, part, 1.0, 1)
         launch(total, part, 0.5, 1)
@@ -68,7 +68,7 @@ def test_other_arguments_are_another_launch(taichis: list[str]) -> None:
 def test_an_array_in_the_place_of_one_that_is_gone_is_another(taichis: list[str]) -> None:
     """Though Python gives it the same id."""
     total, ids = torch.zeros(3), set()
-    launch = Launch(add_to, optimised=False)
+    launch = Launch(add_to)
     for number in range(1, 21):
         part = torch.full((3,), float(number))
         ids.add(id(part))
@@ -80,7 +80,7 @@ def test_an_array_in_the_place_of_one_that_is_gone_is_another(taichis: list[str]
 
 def test_what_it_remembers_keeps_no_array_alive_and_is_bounded(taichis: list[str]) -> None:
     """A solver that is gone leaves no memory behind, and there is no end of numbers."""
-    launch = Launch(add_to, optimised=False)
+    launch = Launch(add_to)
     total, part = _pair()
     for number in range(100):
         launch(total, part, float(number), 1)
@@ -95,7 +95,7 @@ def test_what_it_remembers_keeps_no_array_alive_and_is_bounded(taichis: list[str
 def test_a_restart_of_the_runtime_forgets_what_was_prepared(taichis: list[str]) -> None:
     """Compiled kernels end with it."""
     total, part = _pair()
-    launch = Launch(add_to, optimised=False)
+    launch = Launch(add_to)
     launch(total, part, 1.0, 1)
     runtime.stop()
     runtime.start(32)

@@ -36,7 +36,7 @@ class Launch:
         optimised: see `runtime.vector_lanes`.
     """
 
-    def __init__(self, kernel: Callable[..., None], *, optimised: bool) -> None:
+    def __init__(self, kernel: Callable[..., None], *, optimised: bool = False) -> None:
         self._kernel, self._optimised = kernel, optimised
         self._prepared: dict[tuple[Any, ...], _Prepared] = {}
         self._generation = -1

@@ -118,7 +118,7 @@ class Launcher:
     def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
         """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
         from slot 0, before gravity and contact: `[nx, ny, nz, 4]`, a copy of the window."""
-        Launch(half_step.scatter_first, optimised=False)(
+        Launch(half_step.scatter_first)(
             *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
         )
         return self._field(MOMENTUM, matter.window[0, 0])
