@@ -11,11 +11,12 @@ import torch
 
 from zoobench.sim.kernels.array_types import Matrices, Nodes, Scalars, Symmetric, Vectors
 from zoobench.sim.kernels.flip import FLIP_SHARE, divide_node, gather_velocity
-from zoobench.sim.kernels.linalg import eigen_symmetric, identity, matmul, unpack
+from zoobench.sim.kernels.linalg import identity, matmul, pack, unpack
 from zoobench.sim.kernels.media import deform_medium
 from zoobench.sim.kernels.serial import clear_window
 from zoobench.sim.kernels.splines import base_node
 from zoobench.sim.kernels.substep import particle_stress, update_node
+from zoobench.sim.kernels.symmetric import eigen_symmetric
 from zoobench.sim.kernels.transfer import AFLIP, gather, scatter
 from zoobench.sim.model.matter import DECOMPOSED
 from zoobench.sim.model.state import empty_matter
@@ -77,7 +78,8 @@ def particle_part(
     if ti.static(part == DECOMPOSITION):
         if p >= F.shape[2]:
             step = identity() + dt * C[0, w, p]
-            squares, frame = eigen_symmetric(matmul(step, matmul(unpack(b[0, w, p - F.shape[2]]), step.transpose())))
+            trial = matmul(step, matmul(unpack(b[0, w, p - F.shape[2]]), step.transpose()))
+            squares, frame = eigen_symmetric(pack(trial))
             v[1, w, p] = squares
             C[1, w, p] = frame
     if ti.static(part == WINDOW):

@@ -1,12 +1,16 @@
 """Kernels that apply the constitutive laws and the linear algebra to arrays, so that tests can call them."""
-# ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
+# ruff: noqa: ANN001, ANN201, ANN202  (the arguments of kernels are typed by the kernel compiler)
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import taichi as ti
 import torch
+from taichi.lang import impl
 
 from zoobench.sim import runtime
-from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Vectors
+from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
 from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
 from zoobench.sim.kernels.drift import (
     mean_ratio,
@@ -18,9 +22,27 @@ from zoobench.sim.kernels.drift import (
 )
 from zoobench.sim.kernels.elastic import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
 from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
-from zoobench.sim.kernels.linalg import cofactor, eigen_symmetric, pack, sinhc, unpack
+from zoobench.sim.kernels.linalg import cofactor, pack, sinhc, unpack
 from zoobench.sim.kernels.media import SNOW, shear_rate
+from zoobench.sim.kernels.power_series import (
+    EXPONENTIAL,
+    HALF_LOGARITHM,
+    ROOT,
+    by_precision,
+    series,
+    series_adjoint,
+)
 from zoobench.sim.kernels.shifting import particle_shift, particle_shift_adjoint
+from zoobench.sim.kernels.symmetric import (
+    both_products,
+    cofactors,
+    contract,
+    deviator,
+    eigen_symmetric,
+    invariants,
+    square,
+    unit,
+)
 from zoobench.sim.kernels.water import (
     relative_density,
     relative_density_adjoint,
@@ -87,6 +109,52 @@ def medium_back_all(
                 trial, history[p], first, new_history_adjoint[p], second, constants, law
             )
         trial_adjoint[p], history_adjoint[p] = unpack(packed), past
+
+
+@ti.func
+def _join(lanes: ti.template(), p):
+    first, second = lanes[p, 0], lanes[p, 1]
+    return ti.Vector([first[0], first[1], first[2], first[3], second[0], second[1]]), second[2]
+
+
+@ti.kernel
+def medium_native(
+    state: Nodes, adjoint: Nodes, stress_adjoint: Nodes, new: Nodes, stress: Nodes, back: Nodes,
+    c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
+):  # fmt: skip
+    """The update and its adjoint from arrays of four lanes, `[particles, 2]`: six numbers of a tensor and one more."""
+    for p in range(state.shape[0]):
+        constants = ti.Vector([c0, c1, c2, c3, c4])
+        trial, history = _join(state, p)
+        b_adjoint, left_adjoint = _join(adjoint, p)
+        tau_adjoint, _ = _join(stress_adjoint, p)
+        b, left, tau = trial, history, trial
+        trial_adjoint, history_adjoint = trial, history
+        if ti.static(law == SNOW):
+            b, left, tau = snow_update(trial, history, constants)
+            trial_adjoint, history_adjoint = snow_update_adjoint(
+                trial, history, b_adjoint, left_adjoint, tau_adjoint, constants
+            )
+        else:
+            b, left, tau = hencky_update(trial, history, constants, law)
+            trial_adjoint, history_adjoint = hencky_update_adjoint(
+                trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law
+            )
+        new[p, 0], new[p, 1] = ti.Vector([b[0], b[1], b[2], b[3]]), ti.Vector([b[4], b[5], left, 0.0])
+        stress[p, 0], stress[p, 1] = ti.Vector([tau[0], tau[1], tau[2], tau[3]]), ti.Vector([tau[4], tau[5], 0.0, 0.0])
+        a = trial_adjoint
+        back[p, 0], back[p, 1] = ti.Vector([a[0], a[1], a[2], a[3]]), ti.Vector([a[4], a[5], history_adjoint, 0.0])
+
+
+@contextmanager
+def native_vectors() -> Iterator[None]:
+    """Kernels that are compiled in here keep vectors whole; arrays must be of four lanes then."""
+    settings = impl.current_cfg()
+    settings.real_matrix_scalarize = False
+    try:
+        yield
+    finally:
+        settings.real_matrix_scalarize = True
 
 
 @ti.kernel
@@ -171,9 +239,37 @@ def shear_rate_all(C: Matrices, rate: Matrices):
 def eigen_all(a: Matrices, values: Vectors, frames: Matrices):
     """Eigenvalues and eigenvectors."""
     for p in range(a.shape[0]):
-        squares, frame = eigen_symmetric(a[p])
+        squares, frame = eigen_symmetric(pack(a[p]))
         values[p] = squares
         frames[p] = frame
+
+
+@ti.kernel
+def symmetric_all(
+    a: Symmetric, b: Symmetric, squares: Symmetric, products: Symmetric, cofs: Symmetric, deviators: Symmetric,
+    numbers: Vectors, contractions: Scalars,
+):  # fmt: skip
+    """Algebra of symmetric matrices."""
+    for p in range(a.shape[0]):
+        squares[p] = square(a[p])
+        products[p] = both_products(a[p], b[p])
+        cofs[p] = cofactors(a[p])
+        deviators[p] = deviator(a[p])
+        numbers[p] = invariants(a[p])
+        contractions[p] = contract(a[p], b[p])
+
+
+SERIES = {"logarithm": HALF_LOGARITHM, "root": ROOT, "exponential": EXPONENTIAL}
+
+
+@ti.kernel
+def series_all(E: Symmetric, adjoint: Symmetric, values: Symmetric, back: Symmetric, name: ti.template()):
+    """A power series and its adjoint."""
+    for p in range(E.shape[0]):
+        E2, inv = square(E[p]), invariants(E[p])
+        c = series(inv, ti.static(by_precision(SERIES[name])))
+        values[p] = c[0] * unit() + c[1] * E[p] + c[2] * E2
+        back[p] = series_adjoint(E[p], E2, inv, ti.static(by_precision(SERIES[name])), adjoint[p])
 
 
 @ti.kernel
@@ -200,6 +296,18 @@ def tensors(precision: int, *arrays: np.ndarray) -> list[torch.Tensor]:
 def rounded(precision: int, *arrays: np.ndarray) -> list[np.ndarray]:
     """The arrays in double precision, with values that the precision holds exactly."""
     return [a.astype(np.float64 if precision == 64 else np.float32).astype(float) for a in arrays]
+
+
+def packed(a: np.ndarray) -> np.ndarray:
+    """Symmetric matrices as six numbers each."""
+    six: np.ndarray = a[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return six
+
+
+def unpacked(six: np.ndarray) -> np.ndarray:
+    """The matrices of `packed`."""
+    matrices: np.ndarray = six[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    return matrices
 
 
 def symmetric(a: np.ndarray) -> np.ndarray:

@@ -5,7 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import medium_all, medium_back_all, symmetric, tensors
+from tests.sim.kernels.law_kernels import (
+    medium_all,
+    medium_back_all,
+    medium_native,
+    native_vectors,
+    packed,
+    symmetric,
+    tensors,
+    unpacked,
+)
 from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
 
 Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
@@ -36,6 +45,19 @@ def update_adjoint(
     return given[5].numpy(), given[6].numpy()
 
 
+def native(material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple) -> list[np.ndarray]:
+    """`update` and `update_adjoint` by a kernel that is compiled to the processor's own vectors of four."""
+    lanes = [np.zeros((len(b), 2, 4)) for _ in range(5)]
+    for array, matrices, numbers in zip(lanes[:2], (b, adjoints[0]), (history, adjoints[1]), strict=False):
+        array.reshape(-1, 8)[:, :7] = np.concatenate([packed(matrices), numbers[:, None]], 1)
+    lanes[2].reshape(-1, 8)[:, :6] = packed(adjoints[2])
+    given = tensors(64, *lanes[:3], lanes[3], lanes[3], lanes[4])
+    with native_vectors():
+        medium_native(*given, *material.constants, int(material.law))
+    elastic, stress, back = (t.numpy().reshape(-1, 8) for t in given[3:])
+    return [unpacked(elastic), elastic[:, 6], unpacked(stress), unpacked(back), back[:, 6]]
+
+
 def assemble(turns: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Symmetric matrices with these eigenvectors (columns) and eigenvalues."""
     return symmetric(np.einsum("...ij,...j,...kj->...ik", turns, values, turns))
@@ -60,6 +82,22 @@ def states(material: Solid, count: int, seed: int = 4) -> tuple[np.ndarray, np.n
     if isinstance(material, SnowMaterial):
         history = rng.uniform(0.8, 1.3, count)
     return assemble(turns, np.exp(2 * strain)), history
+
+
+def states_of_size(material: Solid, count: int, size: float, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """Random trial b with |b - I| = size, mostly compressed, and history of every kind."""
+    rng = np.random.default_rng(seed)
+    E = symmetric(rng.normal(size=(count, 3, 3)))
+    E /= np.linalg.norm(E, axis=(1, 2))[:, None, None]
+    E -= rng.uniform(0, 1.5, (count, 1, 1)) * np.eye(3)
+    E *= size / np.linalg.norm(E, axis=(1, 2))[:, None, None]
+    history = rest_history(material, count)
+    if isinstance(material, SandMaterial):
+        # a surplus of volume, none, or pressure before any strain
+        history = size * rng.uniform(-1, 1, count) * rng.choice([0, 1], count)
+    elif isinstance(material, SnowMaterial):
+        history = rng.uniform(0.8, 1.3, count)
+    return np.eye(3) + E, history
 
 
 def strains(b: np.ndarray) -> np.ndarray:

@@ -1,35 +1,8 @@
 """Small dense algebra against NumPy."""
 
 import numpy as np
-import pytest
 
-from tests.sim.kernels.law_kernels import algebra_all, eigen_all, sinhc_all, symmetric, tensors
-
-
-def _cases() -> np.ndarray:
-    """Random, degenerate and nearly degenerate positive matrices, and the identity."""
-    rng = np.random.default_rng(1)
-    turns = np.linalg.qr(rng.normal(size=(60, 3, 3)))[0]
-    spectra = np.exp(rng.normal(size=(60, 3)))
-    spectra[10:20, 1] = spectra[10:20, 0]
-    spectra[20:30] = spectra[20:30, :1]
-    spectra[30:40, 1] = spectra[30:40, 0] * (1 + 1e-9)
-    spectra[40:50] = 1 + 1e-12 * rng.normal(size=(10, 3))
-    full = np.einsum("pij,pj,pkj->pik", turns, spectra, turns)
-    return symmetric(np.concatenate([full, [np.eye(3), np.diag([2.0, 1.0, 2.0]), np.diag([3.0, 1.0, 2.0])]]))
-
-
-@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-14), (32, 2e-6)])
-def test_eigen_decomposition_agrees_with_lapack(precision: int, tolerance: float) -> None:
-    """Eigenvalues, orthogonality and the matrix put together again, where eigenvalues meet too."""
-    a, values, frames = tensors(precision, _cases(), np.zeros((63, 3)), np.zeros((63, 3, 3)))
-    eigen_all(a, values, frames)
-    matrix, w, u = (t.double().numpy() for t in (a, values, frames))
-    scale = np.abs(matrix).max((1, 2))
-    assert (np.abs(np.sort(w) - np.linalg.eigvalsh(matrix)).max(1) <= tolerance * scale).all()
-    assert np.abs(np.swapaxes(u, 1, 2) @ u - np.eye(3)).max() <= tolerance
-    together = np.einsum("pij,pj,pkj->pik", u, w, u)
-    assert (np.abs(together - matrix).max((1, 2)) <= tolerance * scale).all()
+from tests.sim.kernels.law_kernels import algebra_all, sinhc_all, symmetric, tensors
 
 
 def test_cofactor_and_packing() -> None:

@@ -5,7 +5,19 @@ import pytest
 
 from tests.sim import scenes
 from tests.sim.kernels.law_kernels import relative, rounded, shear_rate_all, symmetric, tensors, water_all
-from tests.sim.kernels.media_laws import MU, SOLIDS, deviators, rest_history, states, strains, update
+from tests.sim.kernels.media_laws import (
+    MU,
+    SOLIDS,
+    deviators,
+    native,
+    rest_history,
+    states,
+    states_of_size,
+    strains,
+    update,
+    update_adjoint,
+)
+from zoobench.sim.kernels.power_series import NEAR
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC, SandMaterial, SnowMaterial, WaterMaterial
 
@@ -26,6 +38,51 @@ def test_update_agrees_with_its_twin(name: str, precision: int, tolerance: float
     # the stress of hardened snow is that of larger moduli
     moduli = MU * np.exp(10.0 * (1 - expected[1])) if isinstance(material, SnowMaterial) else MU
     assert relative(found[2], expected[2], moduli) <= tolerance
+
+
+SIZES = (1e-6, 1e-4, 1e-3, 1e-2, 0.03, 0.06, 0.99 * NEAR, 1.01 * NEAR, 0.3)
+
+
+@pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-14), (32, 1e-6)])
+@EVERY_SOLID
+def test_update_agrees_with_its_twin_at_every_size(name: str, precision: int, tolerance: float) -> None:
+    """Elastic, yielding and loose, from next to no strain through the border of the series to beyond it."""
+    material = SOLIDS[name]
+    for size in SIZES:
+        b, history = rounded(precision, *states_of_size(material, 300, size))
+        found, expected = update(material, b, history, precision), twins.medium_update(material, b, history)
+        assert np.abs(found[0] - expected[0]).max() <= tolerance
+        assert np.abs(found[1] - expected[1]).max() <= tolerance
+        moduli = MU * np.exp(10.0 * (1 - expected[1])) if isinstance(material, SnowMaterial) else MU + 0 * expected[1]
+        assert np.abs((found[2] - expected[2]) / moduli[:, None, None]).max() <= tolerance
+
+
+@pytest.mark.parametrize("name", ["sand", "clay", "snow"])
+def test_stress_of_small_strains_keeps_its_digits(name: str) -> None:
+    """To 1e-6 of the strain itself in 32 bits, not of 1: a bed at rest is strained by some thousandths."""
+    material = SOLIDS[name]
+    for size in (1e-6, 1e-4, 1e-2):
+        b, history = rounded(32, *states_of_size(material, 300, size))
+        found, expected = update(material, b, history, 32)[2], twins.medium_update(material, b, history)[2]
+        moduli = MU * np.exp(10.0 * (1 - history)) if isinstance(material, SnowMaterial) else MU + 0 * history
+        error = np.abs((found - expected) / moduli[:, None, None]).max()
+        assert error <= 1e-6 * size
+        assert np.abs(expected / moduli[:, None, None]).max() > 0.1 * size
+
+
+@pytest.mark.parametrize("name", ["sand", "snow"])
+def test_native_vectors_give_the_same(name: str) -> None:
+    """A kernel whose small vectors are those of the processor finds what one of single numbers does."""
+    material = SOLIDS[name]
+    b, history = (
+        np.concatenate(pair) for pair in zip(*(states_of_size(material, 50, s) for s in (0.02, 0.3)), strict=True)
+    )
+    rng = np.random.default_rng(12)
+    adjoints = symmetric(rng.normal(size=b.shape)), rng.normal(size=len(b)), symmetric(rng.normal(size=b.shape)) / MU
+    found = native(material, b, history, adjoints)
+    expected = (*update(material, b, history), *update_adjoint(material, b, history, adjoints))
+    for one, other in zip(found, expected, strict=True):
+        assert np.abs(one - other).max() <= 1e-14 * np.abs(other).max()
 
 
 @PRECISIONS

@@ -1,5 +1,7 @@
 """The adjoints of the media's laws against differences, where principal values meet included."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,12 @@ from tests.sim.kernels.media_laws import (
     assemble,
     rest_history,
     states,
+    states_of_size,
     update,
     update_adjoint,
 )
-from zoobench.sim.model.matter import SandMaterial, WaterMaterial
+from zoobench.sim.kernels.power_series import NEAR
+from zoobench.sim.model.matter import SandMaterial, SnowMaterial, WaterMaterial
 
 EVERY_SOLID = pytest.mark.parametrize("name", SOLIDS)
 DISTANCES = (1e-4, 1e-5, 1e-6, 1e-7)
@@ -57,6 +61,33 @@ def test_adjoint_matches_differences(name: str) -> None:
     """In elastic, yielding and loose states, with and without a past."""
     material = SOLIDS[name]
     assert _errors(material, *states(material, 300)).max() <= 1e-6
+
+
+@pytest.mark.parametrize("size", [2e-3, 0.02, 0.09, 0.11])
+@EVERY_SOLID
+def test_adjoint_matches_differences_at_every_size(name: str, size: float) -> None:
+    """Of strain, by the series and beyond them, with every kind of past."""
+    material = SOLIDS[name]
+    assert _errors(material, *states_of_size(material, 200, size)).max() <= 1e-6
+
+
+@EVERY_SOLID
+def test_series_and_eigenvectors_meet(name: str) -> None:
+    """On both sides of the border between them, law and adjoint are the same to rounding: two derivations agree."""
+    material = SOLIDS[name]
+    if isinstance(material, SnowMaterial):
+        material = replace(material, critical_compression=0.2, critical_stretch=0.2)
+    rng = np.random.default_rng(13)
+    b, history = states_of_size(material, 300, 1.0)
+    adjoints = _adjoints(b, rng)
+    sides = []
+    for size in (NEAR * (1 - 1e-14), NEAR * (1 + 1e-14)):
+        trial, past = np.eye(3) + size * (b - np.eye(3)), history
+        if isinstance(material, SandMaterial):
+            past = size * history
+        sides.append((*update(material, trial, past), *update_adjoint(material, trial, past, adjoints)))
+    for inner, outer in zip(*sides, strict=True):
+        assert np.abs(inner - outer).max() <= 2e-13 * max(1.0, np.abs(outer).max())
 
 
 SPECTRA = {

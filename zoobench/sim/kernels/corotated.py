@@ -7,32 +7,10 @@ stretch, hardening), as `matter` lists them.
 
 import taichi as ti
 
-from zoobench.sim.kernels.hencky import NEAR, SMALLEST_SQUARE
-from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul, pack, unpack
-from zoobench.sim.kernels.symmetric import (
-    by_precision,
-    contract,
-    deviator,
-    invariants,
-    series,
-    series_adjoint,
-    square,
-    trace,
-    unit,
-)
+from zoobench.sim.kernels.hencky import SMALLEST_SQUARE
+from zoobench.sim.kernels.power_series import NEAR, ROOT, by_precision, series, series_adjoint
+from zoobench.sim.kernels.symmetric import contract, deviator, dyad, eigen_symmetric, invariants, square, trace, unit
 from zoobench.sim.model.matter import LARGEST_PLASTIC, SMALLEST_PLASTIC
-
-
-def _root(order: int) -> tuple[float, ...]:
-    """The numbers of sqrt(1 + x) - 1 up to x^order."""
-    numbers = [0.0, 0.5]
-    for k in range(2, order + 1):
-        numbers.append(-numbers[-1] * (2 * k - 3) / (2 * k))
-    return tuple(numbers)
-
-
-# the first terms left out, 0.02 x^6 and 0.006 x^14 with x = |b - I|, are below half a rounding of b
-ROOT = {32: _root(5), 64: _root(13)}
 
 
 @ti.func
@@ -139,53 +117,58 @@ def _clamped(stretch, plastic, constants):
 def _update_far(trial, plastic, constants):
     """`snow_update` by eigenvectors."""
     mu, lam = constants[0], constants[1]
-    squares, frame = eigen_symmetric(unpack(trial))
+    squares, frame = eigen_symmetric(trial)
     held, grown = _clamped(_principal_stretch(squares), plastic, constants)
     after, harder = hardening(grown, constants)
     J = held[0] * held[1] * held[2]
     # fixed corotated: tau = 2 mu (F - R) F^T + lambda J (J - 1) I in principal values
     stress = harder * (2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0))
-    return pack(assemble(frame, held * held)), after, pack(assemble(frame, stress))
+    b, tau = 0.0 * trial, 0.0 * trial
+    for i in ti.static(range(3)):
+        across = dyad(frame, i, i)
+        b += held[i] * held[i] * across
+        tau += stress[i] * across
+    return b, after, tau
 
 
 @ti.func
 def _update_far_adjoint(trial, plastic, b_adjoint, new_plastic_adjoint, tau_adjoint, constants):
     """Adjoint of `_update_far`."""
     mu, lam, low, high = constants[0], constants[1], 1.0 - constants[2], 1.0 + constants[3]
-    squares, frame = eigen_symmetric(unpack(trial))
+    squares, frame = eigen_symmetric(trial)
     stretch = _principal_stretch(squares)
     held, grown = _clamped(stretch, plastic, constants)
     _, harder = hardening(grown, constants)
     J = held[0] * held[1] * held[2]
-    transposed = frame.transpose()
-    b_inner = matmul(transposed, matmul(unpack(b_adjoint), frame))
-    tau_inner = matmul(transposed, matmul(unpack(tau_adjoint), frame))
     soft = 2.0 * mu * held * (held - 1.0) + lam * J * (J - 1.0)
-    work = tau_inner[0, 0] * soft[0] + tau_inner[1, 1] * soft[1] + tau_inner[2, 2] * soft[2]
-    after_adjoint = new_plastic_adjoint - constants[4] * harder * work
+    soft_adjoint = harder * tau_adjoint
+    work = 0.0 * J
+    for i in ti.static(range(3)):
+        work += contract(soft_adjoint, dyad(frame, i, i)) * soft[i]
+    after_adjoint = new_plastic_adjoint - constants[4] * work
     grown_adjoint = 0.0 * after_adjoint  # while the ratio is held at a bound its derivative is zero
     if grown > SMALLEST_PLASTIC and grown < LARGEST_PLASTIC:
         grown_adjoint = after_adjoint
-    volume_adjoint = harder * lam * (2.0 * J - 1.0) * tau_inner.trace()
-    inner = 0.0 * frame
+    volume_adjoint = lam * (2.0 * J - 1.0) * trace(soft_adjoint)
+    trial_adjoint = 0.0 * trial
     for i in ti.static(range(3)):
-        held_adjoint = 2.0 * held[i] * b_inner[i, i] + harder * 2.0 * mu * (2.0 * held[i] - 1.0) * tau_inner[i, i]
+        across = dyad(frame, i, i)
+        held_adjoint = contract(2.0 * held[i] * b_adjoint + 2.0 * mu * (2.0 * held[i] - 1.0) * soft_adjoint, across)
         held_adjoint += (volume_adjoint * J - grown_adjoint * grown) / held[i]
         stretch_adjoint = grown_adjoint * grown / stretch[i]
         if stretch[i] > low and stretch[i] < high:
             stretch_adjoint += held_adjoint
-        inner[i, i] = stretch_adjoint / (2.0 * stretch[i])  # stretch = sqrt(b)
-        for j in ti.static(range(3)):
-            if ti.static(i != j):
-                # h for held, s for stretch: that of b is (h_i^2 - h_j^2) / (s_i^2 - s_j^2), that of the stress
-                # 2 mu (h_i - h_j) (h_i + h_j - 1) / (s_i^2 - s_j^2)
-                gap = stretch[i] - stretch[j]
-                divided = 0.0  # of the clamp; at equal stretches its derivative
-                if ti.abs(gap) > 1e-6 * stretch[i]:
-                    divided = (held[i] - held[j]) / gap
-                elif stretch[i] > low and stretch[i] < high:
-                    divided = 1.0
-                both = held[i] + held[j]
-                rise = both * b_inner[i, j] + harder * 2.0 * mu * (both - 1.0) * tau_inner[i, j]
-                inner[i, j] = divided * rise / (stretch[i] + stretch[j])
-    return pack(matmul(frame, matmul(inner, transposed))), grown_adjoint * grown / plastic
+        trial_adjoint += stretch_adjoint / (2.0 * stretch[i]) * across  # stretch = sqrt(b)
+    for i, j in ti.static(((0, 1), (0, 2), (1, 2))):
+        # h for held, s for stretch: that of b is (h_i^2 - h_j^2) / (s_i^2 - s_j^2), that of the stress
+        # 2 mu (h_i - h_j) (h_i + h_j - 1) / (s_i^2 - s_j^2)
+        gap, both = stretch[i] - stretch[j], held[i] + held[j]
+        divided = 0.0  # of the clamp; at equal stretches its derivative
+        if ti.abs(gap) > 1e-6 * stretch[i]:
+            divided = (held[i] - held[j]) / gap
+        elif stretch[i] > low and stretch[i] < high:
+            divided = 1.0
+        across = dyad(frame, i, j)
+        rise = contract(both * b_adjoint + 2.0 * mu * (both - 1.0) * soft_adjoint, across)
+        trial_adjoint += 2.0 * divided * rise / (stretch[i] + stretch[j]) * across
+    return trial_adjoint, grown_adjoint * grown / plastic

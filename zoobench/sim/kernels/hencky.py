@@ -6,38 +6,17 @@ adjoint is that of an isotropic function as `media` has it. Symmetric tensors ar
 `constants` are (mu, lambda, then the law's own), as `matter` lists them.
 """
 
-import math
-
 import taichi as ti
 
-from zoobench.sim.kernels.linalg import assemble, eigen_symmetric, matmul, pack, sinhc, unpack
-from zoobench.sim.kernels.symmetric import (
-    by_precision,
-    contract,
-    deviator,
-    invariants,
-    series,
-    series_adjoint,
-    square,
-    trace,
-    unit,
-)
+from zoobench.sim.kernels.linalg import sinhc
+from zoobench.sim.kernels.power_series import EXPONENTIAL, HALF_LOGARITHM, NEAR, by_precision, series, series_adjoint
+from zoobench.sim.kernels.symmetric import contract, deviator, dyad, eigen_symmetric, invariants, square, trace, unit
 from zoobench.sim.model.matter import Law
 
 SAND, MUD = int(Law.SAND), int(Law.MUD)
 
 SMALLEST_SQUARE = 1e-12
 """Squared principal stretch below which its logarithm is held."""
-
-NEAR = 0.1
-"""|b - I| (Frobenius) below which the series hold. Beds in use stay below 0.07."""
-
-# The first terms left out are below half a rounding of b: of the logarithm x^7 / 14 and x^15 / 30 with x = |b - I|, of
-# the exponential y^6 / 6! and y^10 / 10! with y = -log(1 - x), as no return lengthens the deviator.
-HALF_LOGARITHM = {
-    bits: (0.0, *(0.5 * (-1.0) ** (k + 1) / k for k in range(1, order + 1))) for bits, order in ((32, 6), (64, 14))
-}
-EXPONENTIAL = {bits: tuple(1.0 / math.factorial(k) for k in range(order + 1)) for bits, order in ((32, 5), (64, 9))}
 
 
 @ti.func
@@ -226,45 +205,44 @@ def _principal_return(strain, history, constants, law: ti.template()):
 @ti.func
 def _update_far(trial, history, constants, law: ti.template()):
     """`hencky_update` by eigenvectors."""
-    squares, frame = eigen_symmetric(unpack(trial))
+    squares, frame = eigen_symmetric(trial)
     strain = _principal_strain(squares)
     elastic, left, _ = _principal_return(strain, history, constants, law)
     g, _ = spherical(elastic.sum(), constants, law)
-    stress = assemble(frame, 2.0 * constants[0] * elastic + g)
-    return pack(assemble(frame, _exponential(2.0 * elastic))), left, pack(stress)
+    squared, stress = _exponential(2.0 * elastic), 2.0 * constants[0] * elastic + g
+    b, tau = 0.0 * trial, 0.0 * trial
+    for i in ti.static(range(3)):
+        across = dyad(frame, i, i)
+        b += squared[i] * across
+        tau += stress[i] * across
+    return b, left, tau
 
 
 @ti.func
 def _update_far_adjoint(trial, history, b_adjoint, left_adjoint, tau_adjoint, constants, law: ti.template()):
     """Adjoint of `_update_far`."""
-    mu = constants[0]
-    squares, frame = eigen_symmetric(unpack(trial))
+    squares, frame = eigen_symmetric(trial)
     strain = _principal_strain(squares)
     elastic, _, keep = _principal_return(strain, history, constants, law)
     _, derivative = spherical(elastic.sum(), constants, law)
-    transposed = frame.transpose()
-    b_inner = matmul(transposed, matmul(unpack(b_adjoint), frame))
-    tau_inner = matmul(transposed, matmul(unpack(tau_adjoint), frame))
-    stretch, trial_stretch = _exponential(elastic), _exponential(strain)
-    elastic_adjoint = 0.0 * strain
+    old, new = _exponential(strain), _exponential(elastic)
+    stress_adjoint = 2.0 * constants[0] * tau_adjoint
+    elastic_adjoint = derivative * trace(tau_adjoint) + 0.0 * strain
     for i in ti.static(range(3)):
-        elastic_adjoint[i] = (
-            2.0 * stretch[i] * stretch[i] * b_inner[i, i] + 2.0 * mu * tau_inner[i, i] + derivative * tau_inner.trace()
-        )
-    volume, shear = strain.sum() + history, strain - strain.sum() / 3.0
-    mean = elastic_adjoint.sum() / 3.0
+        elastic_adjoint[i] += contract(2.0 * new[i] * new[i] * b_adjoint + stress_adjoint, dyad(frame, i, i))
+    shear, mean = strain - strain.sum() / 3.0, elastic_adjoint.sum() / 3.0
     _, radial, volume_adjoint = radial_return_adjoint(
-        volume, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, constants, law
+        strain.sum() + history, shear.norm(), shear.dot(elastic_adjoint), mean, left_adjoint, constants, law
     )
     strain_adjoint = keep * (elastic_adjoint - mean) - radial * shear + volume_adjoint
-    inner = 0.0 * frame
+    trial_adjoint = 0.0 * trial
     for i in ti.static(range(3)):
-        inner[i, i] = strain_adjoint[i] / (2.0 * trial_stretch[i] * trial_stretch[i])
-        for j in ti.static(range(3)):
-            if ti.static(i != j):
-                # b_i - b_j = 2 s_i s_j sinhc(eps_i - eps_j) (eps_i - eps_j) with s = exp(eps), and the return scales
-                # eps_i - eps_j by keep: the differences cancel in the quotient
-                rise_b = 2.0 * stretch[i] * stretch[j] * sinhc(elastic[i] - elastic[j])
-                run = 2.0 * trial_stretch[i] * trial_stretch[j] * sinhc(strain[i] - strain[j])
-                inner[i, j] = keep * (rise_b * b_inner[i, j] + 2.0 * mu * tau_inner[i, j]) / run
-    return pack(matmul(frame, matmul(inner, transposed))), volume_adjoint
+        trial_adjoint += strain_adjoint[i] / (2.0 * old[i] * old[i]) * dyad(frame, i, i)
+    for i, j in ti.static(((0, 1), (0, 2), (1, 2))):
+        # b_i - b_j = 2 s_i s_j sinhc(eps_i - eps_j) (eps_i - eps_j) with s = exp(eps), and the return scales
+        # eps_i - eps_j by keep: the differences cancel in the quotient
+        rise = 2.0 * new[i] * new[j] * sinhc(elastic[i] - elastic[j])
+        run = old[i] * old[j] * sinhc(strain[i] - strain[j])
+        across = dyad(frame, i, j)
+        trial_adjoint += keep / run * contract(rise * b_adjoint + stress_adjoint, across) * across
+    return trial_adjoint, volume_adjoint

@@ -1,20 +1,12 @@
-"""Symmetric 3x3 matrices in kernels as 6-vectors (xx yy zz xy xz yz), and power series of them.
+"""Symmetric 3x3 matrices in kernels as 6-vectors (xx yy zz xy xz yz).
 
 An adjoint A of a symmetric matrix b is symmetric too, with dL = A : db: entries off the diagonal count twice.
-
-A power series of a matrix E is c0 I + c1 E + c2 E^2 with scalars c0, c1, c2: by the theorem of Cayley and Hamilton,
-E^3 = I1 E^2 - I2 E + I3 I, every higher power is a sum of lower ones. Horner's scheme then runs on three numbers.
 """
 
-from collections.abc import Mapping
-
 import taichi as ti
-from taichi.lang import impl
 
-
-def by_precision(tables: Mapping[int, tuple[float, ...]]) -> tuple[float, ...]:
-    """The table for the default precision, while a kernel is compiled."""
-    return tables[64 if impl.get_runtime().default_fp == ti.f64 else 32]
+SMALLEST_DEVIATOR = 1e-18
+"""Size below which a deviator is not scaled up to find its eigenvectors: its square is still a 32-bit number."""
 
 
 @ti.func
@@ -96,38 +88,70 @@ def invariants(a):
 
 
 @ti.func
-def series(inv, numbers: ti.template()):
-    """(c0, c1, c2) of sum_k numbers[k] E^k for the invariants of E; at least three numbers, known at compile time."""
-    last = ti.static(len(numbers) - 1)
-    c0, c1, c2 = 0.0 * inv[0] + numbers[last - 2], 0.0 * inv[0] + numbers[last - 1], 0.0 * inv[0] + numbers[last]
-    for k in ti.static(range(last - 3, -1, -1)):
-        c0, c1, c2 = _horner(c0, c1, c2, inv, numbers[k])
-    return ti.Vector([c0, c1, c2])
+def dyad(frame, i: ti.template(), j: ti.template()):
+    """(u_i u_j^T + u_j u_i^T) / 2 of two columns of a matrix, known at compile time."""
+    x, y, z = 0.5 * frame[0, j], 0.5 * frame[1, j], 0.5 * frame[2, j]
+    a, b, c = frame[0, i], frame[1, i], frame[2, i]
+    return ti.Vector([2.0 * a * x, 2.0 * b * y, 2.0 * c * z, a * y + b * x, a * z + c * x, b * z + c * y])
 
 
 @ti.func
-def _horner(c0, c1, c2, inv, number):
-    """number I + E (c0 I + c1 E + c2 E^2) as such a sum again."""
-    return inv[2] * c2 + number, c0 - inv[1] * c2, c1 + inv[0] * c2
+def _isolated_root(a):
+    """The eigenvalue farthest from the two others of a matrix a with tr a = 0 and a : a = 6."""
+    cof = cofactors(a)
+    det = a[0] * cof[0] + a[3] * cof[3] + a[4] * cof[4]
+    half = ti.min(0.5 * ti.abs(det), 1.0)
+    # |x| = 2 c with 4 c^3 - 3 c = |det a| / 2 and c from sqrt(3)/2 to 1: Newton's method from within 1e-3, three times
+    c = 0.8660254 + half * (0.1666667 - 0.0326921 * half)
+    for _ in ti.static(range(3)):
+        c = (8.0 * c * c * c + half) / (12.0 * c * c - 3.0)
+    return ti.select(det < 0.0, -2.0 * c, 2.0 * c)
 
 
 @ti.func
-def series_adjoint(E, E2, inv, numbers: ti.template(), adjoint):
-    """Adjoint by E of its power series `numbers`; E2 is the square of E and `inv` its invariants."""
-    last = ti.static(len(numbers) - 1)
-    c0, c1, c2 = 0.0 * inv[0] + numbers[last - 2], 0.0 * inv[0] + numbers[last - 1], 0.0 * inv[0] + numbers[last]
-    before = ti.Vector([0.0 for _ in range(last - 2)])  # c2 before each step of Horner's scheme
-    for k in ti.static(range(last - 3, -1, -1)):
-        before[k] = c2
-        c0, c1, c2 = _horner(c0, c1, c2, inv, numbers[k])
-    q0, q1, q2 = trace(adjoint), contract(adjoint, E), contract(adjoint, E2)
-    first, second, third = 0.0 * q0, 0.0 * q0, 0.0 * q0
-    for k in ti.static(range(last - 2)):
-        first += q2 * before[k]
-        second -= q1 * before[k]
-        third += q0 * before[k]
-        q0, q1, q2 = q1, q2, inv[2] * q0 - inv[1] * q1 + inv[0] * q2
-    # dI1 = I : dE, dI2 = (I1 I - E) : dE, dI3 = cof(E) : dE with cof(E) = E^2 - I1 E + I2 I
-    direct = c1 * adjoint + c2 * both_products(E, adjoint)
-    slope = second + inv[0] * third
-    return direct + third * E2 - slope * E + (first + inv[0] * second + inv[1] * third) * unit()
+def _isolated_vector(a):
+    """Unit eigenvector of the eigenvalue that lies farthest from the two others; any for a multiple of I."""
+    shear = deviator(a)
+    scaled = shear / ti.max(ti.sqrt(contract(shear, shear) / 6.0), SMALLEST_DEVIATOR)
+    # the cofactors of a matrix of rank 2 are a multiple of v v^T; its longest column
+    cof = cofactors(scaled - _isolated_root(scaled) * unit())
+    v = ti.Vector([cof[0], cof[3], cof[4]])
+    if cof[1] > cof[0] and cof[1] >= cof[2]:
+        v = ti.Vector([cof[3], cof[1], cof[5]])
+    elif cof[2] > cof[0]:
+        v = ti.Vector([cof[4], cof[5], cof[2]])
+    return v / ti.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+@ti.func
+def eigen_symmetric(a):
+    """Eigenvalues, and eigenvectors as the columns of a matrix, without iteration (after Eberly 2014).
+
+    The eigenvalue that is farthest from the others is well conditioned, and so is its eigenvector; in the plane across
+    it one Jacobi rotation gives the others, however close they are.
+    """
+    v = _isolated_vector(a)
+    # two vectors across v (Duff et al. 2017)
+    side = ti.select(v[2] < 0.0, -1.0, 1.0)
+    scale = -1.0 / (side + v[2])
+    across = v[0] * v[1] * scale
+    frame = ti.Matrix(
+        [
+            [v[0], 1.0 + side * v[0] * v[0] * scale, across],
+            [v[1], side * across, side + v[1] * v[1] * scale],
+            [v[2], -side * v[0], -v[1]],
+        ]
+    )
+    values = ti.Vector([contract(a, dyad(frame, 0, 0)), contract(a, dyad(frame, 1, 1)), contract(a, dyad(frame, 2, 2))])
+    coupling = contract(a, dyad(frame, 1, 2))
+    if coupling != 0.0:
+        # t = tan of the smaller angle that annihilates it, without cancellation (Golub and Van Loan, 8.5)
+        theta = (values[2] - values[1]) / (2.0 * coupling)
+        t = ti.select(theta < 0.0, -1.0, 1.0) / (ti.abs(theta) + ti.sqrt(theta * theta + 1.0))
+        cosine = 1.0 / ti.sqrt(t * t + 1.0)
+        values += t * coupling * ti.Vector([0.0, -1.0, 1.0])
+        for i in ti.static(range(3)):
+            first, second = frame[i, 1], frame[i, 2]
+            frame[i, 1] = cosine * (first - t * second)
+            frame[i, 2] = cosine * (t * first + second)
+    return values, frame
