@@ -1,5 +1,6 @@
 """The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -91,6 +92,21 @@ class Matter:
     def bytes_per_slot(self) -> int:
         """Memory of one slot [bytes]."""
         return sum(tensor[0].numel() * tensor.element_size() for tensor in self.tensors())
+
+    def extended(self, slots: int, make: Callable[[tuple[int, ...], Tensor], Tensor]) -> "Matter":
+        """So many slots of this size, in tensors that `make` gives for a shape and a tensor of the type."""
+        return Matter(*(make((slots, *tensor.shape[1:]), tensor) for tensor in self.tensors()))
+
+    def at(self, slots: IntArray) -> "Matter":
+        """A one-slot copy of every world at its own slot `[worlds]`."""
+        places, worlds = torch.as_tensor(slots), torch.arange(len(slots))
+        return Matter(*(tensor[places, worlds][None] for tensor in self.tensors()))
+
+    def load_worlds(self, worlds: IntArray, source: "Matter", slots: IntArray) -> None:
+        """Give some worlds at slot 0 the states that they have at these slots of another, `[chosen]` each."""
+        places, chosen = torch.as_tensor(slots), torch.as_tensor(worlds)
+        for target, given in zip(self.tensors(), source.tensors(), strict=True):
+            target[0, chosen] = given[places, chosen]
 
 
 @dataclass
