@@ -1,5 +1,6 @@
 """Gradients from the tape and from checkpoints: the same bits however little is stored, in all that can happen."""
 
+import gc
 import weakref
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -11,11 +12,11 @@ import pytest
 from tests.sim import scenes
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.sim import step_control
+from zoobench.sim import runtime, step_control
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.diagnostics import Finding
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, Gradient, Rollout, SubstepMeter
-from zoobench.sim.model.segmentation import OTHER_STATES
+from zoobench.sim.model.segmentation import OTHER_STATES, whole_frames
 from zoobench.sim.model.state import Matter
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.sim.step_control import StepControl
@@ -146,6 +147,32 @@ def test_a_rollout_can_be_differentiated_after_another(monkeypatch: pytest.Monke
     assert first.meter.recomputed == rollouts[0].counts.sum() + rollouts[1].counts.sum(), "it was on the tape"
     first.release()
     assert scenes.same(first.backward(rollouts[0], *weights), gradient)
+
+
+def test_a_released_tape_takes_no_memory(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+    """Though what Taichi compiled a kernel with refers to its first tensors until the garbage is collected."""
+    rooms: list[weakref.ref[Array]] = []
+    zeros = np.zeros
+
+    def noted(*given: Any) -> Array:
+        room = zeros(*given)
+        rooms.append(weakref.ref(room))
+        return room
+
+    runtime.stop()
+    request.addfinalizer(gc.enable)
+    gc.disable()
+    solver = Solver(scenes.flight_scene(), scenes.fidelity(32), gradients=True, checkpoint_interval=2)
+    storage = whole_frames(2, solver.substeps_per_frame)
+    with monkeypatch.context() as patch:
+        patch.setattr(np, "zeros", noted)
+        solver._tape_of(storage)
+    rollout = solver.run(scenes.actuation(solver, 2))
+    solver.backward(rollout, *scenes.path_weights(solver, 2))
+    assert rooms
+    assert all(room() is not None for room in rooms), "it was used"
+    solver.release()
+    assert all(room() is None for room in rooms)
 
 
 @pytest.mark.parametrize("states", [30, 40, 60, 400])

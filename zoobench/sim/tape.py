@@ -34,6 +34,11 @@ class Tape:
         self._owner: weakref.ref[Rollout] | None = None
         self._segment = 0
 
+    def __del__(self) -> None:
+        """Free the memory at once: what Taichi compiled refers to its first tensors until garbage is collected."""
+        for tensor in self.states.tensors():
+            tensor.data = tensor.new_empty(0)
+
     @staticmethod
     def bytes_per_slot(like: Matter) -> int:
         """Memory of one slot for such a state [bytes]."""
