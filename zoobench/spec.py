@@ -155,7 +155,7 @@ def matching(pattern: str, names: Iterable[str], noun: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Budget:
-    """The budget of a method; `substeps` are forward, recomputed and backward substeps together."""
+    """The budget of a method; `substeps` are forward and backward substeps together."""
 
     kind: BudgetKind
     amount: float

@@ -1,12 +1,32 @@
-"""The memory of a process, in bytes on every system."""
+"""The memory of a process, in bytes on every system, and results that do not depend on it."""
 
+import os
 import resource
 import sys
+from collections.abc import Iterator
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from zoobench.cell.memory import peak_memory
+from tests.conformance.cells import cell
+from tests.methods.toy import Context
+from zoobench.cell.memory import allow, peak_memory, shared_among
+from zoobench.cell.problem import Problem
+from zoobench.errors import UsageError
+from zoobench.harness.child import finals_of
+from zoobench.methods.diffphysics import DiffPhysics
+from zoobench.sim.memory_budget import MEMORY_VARIABLE, WORKERS_VARIABLE, memory_share
+from zoobench.spec import Budget
+
+
+@pytest.fixture
+def _own_environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What is allowed here is forgotten afterwards."""
+    monkeypatch.setenv(MEMORY_VARIABLE, "1GB")
+    memory_share.cache_clear()
+    yield
+    memory_share.cache_clear()
 
 
 @pytest.mark.parametrize(("system", "told"), [("linux", 3 * 2**10), ("darwin", 3 * 2**20)])
@@ -30,3 +50,53 @@ def test_memory_that_was_used_is_in_the_peak() -> None:
     found = peak_memory()
     assert found is not None
     assert 50 * 2**20 < found < 2**34
+
+
+def _outcome(size: str, design: str) -> tuple[object, int, int]:
+    """All numbers of a run, its recomputed substeps, and the worlds side by side."""
+    allow(size)
+    memory_share.cache_clear()
+    problem, context = Problem(cell(design=design, frames=12, budget=Budget("substeps", 1800))), Context(3)
+    solution = DiffPhysics(restarts=2).run(problem, context)
+    milestones = [(step, score, params.tolist()) for step, score, params in context.milestones]
+    rows = context.curve, milestones, solution.params.tolist(), finals_of(problem, solution, {})
+    width = problem.solvers.most_worlds(12, problem.substeps_per_episode)
+    return rows, problem.meter.recomputed, width
+
+
+@pytest.mark.usefixtures("_own_environment")
+@pytest.mark.parametrize(
+    ("design", "little"), [("caterpillar", "150KB"), pytest.param("voxel", "400KB", marks=pytest.mark.slow)]
+)
+def test_no_result_depends_on_the_memory(design: str, little: str) -> None:
+    """Bit for bit: neither scores, gradients and what is charged, nor how far a budget in substeps goes."""
+    (rows, again, width), (others, more, narrow) = (_outcome(size, design) for size in ("1GB", little))
+    assert rows == others
+    assert (again, narrow) == (0, 1)
+    assert more > 0
+    assert width > 2
+
+
+@pytest.mark.usefixtures("_own_environment")
+def test_a_size_that_was_allowed_is_that_of_processes_started_later() -> None:
+    """By their environment, with their number; what cannot be read is refused and changes nothing."""
+    allow("2GB")
+    with pytest.raises(UsageError, match="'two'"):
+        allow("two")
+    assert os.environ[MEMORY_VARIABLE] == "2GB"
+    found = shared_among(3)
+    assert (found[MEMORY_VARIABLE], found[WORKERS_VARIABLE]) == ("2GB", "3")
+    assert WORKERS_VARIABLE not in os.environ
+
+
+@pytest.mark.usefixtures("_own_environment")
+def test_one_tape_at_a_time() -> None:
+    """A batch of another width frees the tape of the last; without gradient it does not."""
+    problem = Problem(cell())
+    draws = [problem.initial(np.random.default_rng(seed)) for seed in range(2)]
+    problem.loss_and_grad_batch(draws)
+    problem.evaluate_batch(draws[:1])
+    pair = problem.solvers.get(2, gradient=True)
+    assert pair._tape is not None
+    problem.loss_and_grad_batch(draws[:1])
+    assert pair._tape is None

@@ -55,6 +55,7 @@ def digest(path: Path) -> str:
         ([*RUN, "--preset", "quik"], "Did you mean 'quick'?"),
         ([*RUN, "--smoke", "--preset", "paper"], "Leave one out"),
         ([*RUN, "--timeout", "soon"], "Cannot read 'soon' as a time limit"),
+        ([*RUN, "--memory", "two"], "Cannot read 'two' as a size of memory"),
         ([*RUN, "-j", "0"], "--jobs"),
         ([*RUN, "--retry", "everything"], "--retry"),
         (["plan", "--env", "dessert", "--task", "turning"], "Did you mean 'desert'?"),

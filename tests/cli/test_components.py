@@ -42,7 +42,7 @@ def test_presets_are_listed_with_their_settings(zoobench: Command) -> None:
 def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) -> None:
     """As text and as JSON."""
     assert "lr" in zoobench("show", "diffphysics").out
-    (card,) = json.loads(zoobench("show", "diffphysics-v1", "--format", "json").out)
+    (card,) = json.loads(zoobench("show", "diffphysics-v2", "--format", "json").out)
     assert card["kind"] == "method"
     defaults = {item["name"]: item["default"] for item in card["parameters"]}
     assert defaults == dict(registry.get(registry.Kind.METHOD, "diffphysics").defaults)
@@ -69,7 +69,7 @@ def test_show_something_unknown_is_a_usage_error(zoobench: Command, name: str) -
 def test_show_a_run_gives_finals_attempts_origin_and_the_command(zoobench: Command, database: Path) -> None:
     """By number, as text."""
     text = zoobench("show", 1).out
-    for fact in ("diffphysics-v1[lr=0.1]", "state", "1 m/s", "1  done", "Example 9000", "zoobench run --env desert-v1"):
+    for fact in ("diffphysics-v2[lr=0.1]", "state", "1 m/s", "1  done", "Example 9000", "zoobench run --env desert-v1"):
         assert fact in text
 
 

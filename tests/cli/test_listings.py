@@ -71,7 +71,7 @@ def test_table_as_json_and_csv_is_long(zoobench: Command, database: Path) -> Non
     """One record per cell with the ends of the interval, and the provenance beside them."""
     document = json.loads(zoobench("table", "--format", "json").out)
     cell = next(cell for cell in document["cells"] if cell["winner"])
-    assert cell["method"] == "diffphysics-v1[lr=0.1]"
+    assert cell["method"] == "diffphysics-v2[lr=0.1]"
     assert cell["mean"] == pytest.approx(1.001)
     assert cell["low"] < cell["mean"] < cell["high"]
     assert document["provenance"]["machines"] == ["Example 9000 (4 cores, 8 threads), 8 GiB"]
@@ -122,12 +122,12 @@ def test_logs_of_an_attempt_that_was_not_made(zoobench: Command, database: Path)
 def test_results_are_chosen_by_parameters_and_versions(zoobench: Command, database: Path) -> None:
     """Those that no run has are refused with those that there are, instead of finding nothing."""
     every = json.loads(zoobench("results", "--format", "json", "--method", "diffphysics").out)
-    chosen = zoobench("results", "--format", "json", "--method", "diff*[lr=0.1],diffphysics-v1[lr=0.1]")
+    chosen = zoobench("results", "--format", "json", "--method", "diff*[lr=0.1],diffphysics-v2[lr=0.1]")
     assert json.loads(chosen.out) == every
-    for method in ("diffphysics[lr=0.2]", "diffphysics-v2"):
+    for method in ("diffphysics[lr=0.2]", "diffphysics-v1"):
         reply = zoobench("results", "--method", method)
         assert (reply.code, reply.out) == (2, "")
-        assert f"No method in the database is {method!r}. There are diffphysics-v1[lr=0.1]." in reply.err
+        assert f"No method in the database is {method!r}. There are diffphysics-v2[lr=0.1]." in reply.err
 
 
 def test_options_that_leave_nothing_are_refused(zoobench: Command, database: Path) -> None:

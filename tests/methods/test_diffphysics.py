@@ -113,7 +113,7 @@ def test_restarts_from_one_point_are_one() -> None:
             super().initial(rng)
             return np.zeros(self.parameter_count)
 
-    problem = Warm(Budget("substeps", 300))
+    problem = Warm(Budget("substeps", 200))
     solution = DiffPhysics(restarts=8).run(problem, Context())
     assert len(problem.seen) == 10
     assert solution.facts["iterations"] == 10

@@ -67,7 +67,7 @@ class Quadratic:
     def affords(self, count: int = 1, *, gradient: bool = False) -> bool:
         budget = self.spec.budget
         if budget.kind == "substeps":
-            return self.meter.substeps + count * EPISODE * (3 if gradient else 1) <= budget.amount
+            return self.meter.substeps + count * EPISODE * (2 if gradient else 1) <= budget.amount
         if budget.kind == "episodes":
             return self.meter.episodes + count <= budget.amount
         return self.meter.is_left(budget)
@@ -89,7 +89,6 @@ class Quadratic:
         self.meter.episodes += len(batch)
         self.meter.forward += EPISODE * len(batch)
         if gradient:
-            self.meter.recomputed += EPISODE * len(batch)
             self.meter.backward += EPISODE * len(batch)
         return [self._one(np.array(params)) for params in batch]
 

@@ -8,7 +8,7 @@ from zoobench.report.leaderboard import Leaderboard, gather
 from zoobench.spec import RunSpec
 
 CMAES = "cmaes-v1[sigma=0.1]"
-METHODS = ("diffphysics-v1[lr=0.1]", "random-v1", CMAES)
+METHODS = ("diffphysics-v2[lr=0.1]", "random-v1", CMAES)
 
 
 def asked() -> list[tuple[RunSpec, str | None]]:

@@ -20,7 +20,7 @@ PROVENANCE: dict[str, Any] = {
 
 def make_spec(
     *,
-    method: str = "diffphysics-v1[lr=0.1]",
+    method: str = "diffphysics-v2[lr=0.1]",
     seed: int = 0,
     env: str = "desert-v1",
     fidelity: str = "draft-v1",

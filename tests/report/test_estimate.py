@@ -87,9 +87,9 @@ def test_the_total_shares_the_runs_among_the_workers() -> None:
 @pytest.mark.parametrize(
     ("method", "budget", "seconds"),
     [
-        ("diffphysics-v1[restarts=8]", "5 iterations", 5 * 8 * 0.64),
-        ("diffphysics-v1[restarts=8,iterations=3]", "5 iterations", 3 * 8 * 0.64),
-        ("diffphysics-v1[restarts=8]", "2400 substeps", 10 * 0.64),
+        ("diffphysics-v2[restarts=8]", "5 iterations", 5 * 8 * 0.64),
+        ("diffphysics-v2[restarts=8,iterations=3]", "5 iterations", 3 * 8 * 0.64),
+        ("diffphysics-v2[restarts=8]", "1600 substeps", 10 * 0.64),
         ("random-v1[batch=4]", "5 iterations", 20 * 0.16),
         ("random-v1[batch=4]", "800 substeps", 10 * 0.16),
         ("cmaes-v1[population=10]", "2 iterations", 20 * 0.16),
@@ -122,6 +122,6 @@ def test_finished_runs_elsewhere_correct_the_measured_rate() -> None:
 
 def test_what_was_not_measured_is_not_made_up() -> None:
     """No rate of the place, or none with a gradient."""
-    spec = make_spec(method="diffphysics-v1", budget="5 iterations")
+    spec = make_spec(method="diffphysics-v2", budget="5 iterations")
     assert Estimator([])(spec) is None
     assert Estimator([], lambda _env, _fidelity: Measured(gradient_seconds=None))(spec) is None

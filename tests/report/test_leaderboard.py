@@ -45,7 +45,7 @@ def test_an_earlier_export_completes_a_later_one(tmp_path: Path) -> None:
     (tmp_path / "one").mkdir()
     earlier = board(tmp_path / "one")
     spec, *_ = (spec for spec, _ in asked())
-    later_spec = make_spec(env="snow-v1", method="diffphysics-v1[lr=0.1]")
+    later_spec = make_spec(env="snow-v1", method="diffphysics-v2[lr=0.1]")
     with Store(tmp_path / "runs.db") as store:
         add_done(store, spec, 9.0)
         add_done(store, later_spec, 8.0)

@@ -49,7 +49,7 @@ def test_the_csv_has_a_line_for_every_cell_of_the_rows_that_have_a_run(tmp_path:
     assert len(rows) == 6
     by_name = {(row["env"].partition("-")[0], row["method"]): row for row in rows}
     assert {by_name[env, CMAES]["missing"] for env, _ in by_name} == {"3"}
-    diverged = by_name["ice", "diffphysics-v1[lr=0.1]"]
+    diverged = by_name["ice", "diffphysics-v2[lr=0.1]"]
     assert (diverged["n"], diverged["asked"], diverged["reasons"]) == ("2", "3", "seed 2 diverged: det F is -1.")
     assert by_name["desert", CMAES]["mean"] == ""
 
@@ -75,7 +75,7 @@ def test_every_row_has_the_command_that_repeats_it(tmp_path: Path) -> None:
     assert {f"--{axis}" for axis in ("env", "task", "design", "controller", "fidelity", "frames")} < set(options)
     commands = [line for line in markdown_page(board(tmp_path)).splitlines() if line.startswith("zoobench run --env")]
     assert len(commands) == 2
-    assert all("'diffphysics-v1[lr=0.1],random-v1'" in command for command in commands)
+    assert all("'diffphysics-v2[lr=0.1],random-v1'" in command for command in commands)
 
 
 @pytest.mark.parametrize(

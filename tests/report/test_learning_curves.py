@@ -81,7 +81,7 @@ def test_a_run_that_its_method_ended_reaches_no_further_than_it_went(tmp_path: P
     """Two iterations were all that was asked for: of what more would have found, nothing is known."""
     path = tmp_path / "runs.db"
     with Store(path) as store:
-        for name, is_spent in (("random-v1", 1.0), ("diffphysics-v1[iterations=2]", 0.0)):
+        for name, is_spent in (("random-v1", 1.0), ("diffphysics-v2[iterations=2]", 0.0)):
             claim = claim_new(store, make_spec(method=name))
             points = {("substeps", step): 300.0 * step for step in (1, 2)}
             finals = (FinalRow("score", 0.5, "m/s"), FinalRow("budget_spent", is_spent))
@@ -177,7 +177,7 @@ def test_every_point_is_listed_for_programs(path: Path) -> None:
     last = records[3]
     assert (last["iteration"], last["substeps"], last["episodes"], last["seconds"]) == (4, 800.0, 32.0, 2.0)
     assert last["forward_substeps"] == pytest.approx(800 / 3)
-    assert last["method"] == "diffphysics-v1[lr=0.1]"
+    assert last["method"] == "diffphysics-v2[lr=0.1]"
 
 
 def test_the_overview_gives_means_at_shares_of_what_all_have_spent(path: Path) -> None:

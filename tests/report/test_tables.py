@@ -134,7 +134,7 @@ def test_the_footer_names_everything_that_the_numbers_depend_on(filled: Path) ->
         text = "\n".join(footer(score_tables(results), origins(store, results), ["zoobench", "table"]).lines())
     for fact in (
         "0123456789ab with uncommitted changes",
-        "diffphysics-v1[lr=0.1]",
+        "diffphysics-v2[lr=0.1]",
         "Example 9000 (4 cores, 8 threads), 8 GiB",
         "Python 3.11.7, zoobench 0.1.0, taichi 1.7.4",
         "runs from: 20",
@@ -164,7 +164,7 @@ def test_what_is_wanted_and_does_not_exist_is_shown_as_missing(tmp_path: Path) -
     assert cells["desert", "random"] == cells["ice", "diffphysics"] == "missing"
     assert [row.is_empty for row in table.rows] == [False, True]
     counts = {(row["env"], row["method"]): row["missing"] for row in long_listing([table]).records()}
-    assert counts["desert-v1", "diffphysics-v1[lr=0.1]"] == 0
+    assert counts["desert-v1", "diffphysics-v2[lr=0.1]"] == 0
     assert counts["desert-v1", "cmaes-v1"] == 2
     assert counts["desert-v1", "random-v1"] == 3
 

@@ -77,7 +77,7 @@ def test_the_repeat_command_states_every_axis() -> None:
     words = shlex.split(repeat_command(make_spec(seed=4, budget="1.5 seconds")))
     options = dict(zip(words[2::2], words[3::2], strict=True))
     assert words[:2] == ["zoobench", "run"]
-    assert options["--method"] == "diffphysics-v1[lr=0.1]"
+    assert options["--method"] == "diffphysics-v2[lr=0.1]"
     assert options["--seeds"] == "4,"
     assert options["--budget"] == "1.5 seconds"
     assert options["--frames"] == "10"

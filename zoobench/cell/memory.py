@@ -1,6 +1,24 @@
-"""Memory use of this process."""
+"""Memory use of this process, and what it may use for gradients."""
 
+import os
 import sys
+
+from zoobench.sim.memory_budget import MEMORY_VARIABLE, WORKERS_VARIABLE, parse_size
+
+
+def allow(size: str) -> None:
+    """Let this process, and those that it starts from now on, store so much for gradients, as in `2GB`.
+
+    Raises:
+        UsageError: the size cannot be read.
+    """
+    parse_size(size)
+    os.environ[MEMORY_VARIABLE] = size
+
+
+def shared_among(workers: int) -> dict[str, str]:
+    """The environment of so many processes that share the memory that is free."""
+    return {**os.environ, WORKERS_VARIABLE: str(workers)}
 
 
 def peak_memory() -> int | None:

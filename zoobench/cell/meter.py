@@ -12,8 +12,10 @@ class BudgetMeter:
     """Cost of a method so far.
 
     Attributes:
-        forward, recomputed, backward: world-substeps simulated.
+        forward, backward: world-substeps simulated, which a budget in substeps pays for.
         equilibration: world-substeps in which bodies of design spaces came to rest, which no budget pays for.
+        recomputed: world-substeps simulated again for gradients. Their number depends on the memory at hand, and so no
+            budget pays for them either.
         retries: frames that were repeated with half the step.
         episodes: evaluations, with or without gradient.
         iterations: counted by the method.
@@ -23,9 +25,9 @@ class BudgetMeter:
     """
 
     forward: int = 0
-    recomputed: int = 0
     backward: int = 0
     equilibration: int = 0
+    recomputed: int = 0
     retries: int = 0
     episodes: int = 0
     iterations: int = 0
@@ -37,8 +39,8 @@ class BudgetMeter:
 
     @property
     def substeps(self) -> int:
-        """World-substeps of all three kinds."""
-        return self.forward + self.recomputed + self.backward
+        """World-substeps that are charged: the same on every machine."""
+        return self.forward + self.backward
 
     @property
     def seconds(self) -> float:
@@ -66,7 +68,6 @@ class BudgetMeter:
         """Count the substeps of an episode that was not simulated, with or without gradient."""
         self.forward += substeps
         if gradient:
-            self.recomputed += substeps
             self.backward += substeps
 
     def spent(self, kind: BudgetKind) -> float:

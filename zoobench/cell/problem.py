@@ -26,10 +26,10 @@ from zoobench.sim.model.step_limits import choose_step
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.base import Task
 
-_GRADIENT_PASSES = 3
-"""A gradient simulates every substep forward, forward again from a checkpoint, and backward."""
+_GRADIENT_PASSES = 2
+"""A gradient simulates every substep forward and backward; what memory makes it repeat is not charged."""
 
-_RELAXED_PASSES = 4
+_RELAXED_PASSES = 3
 """The same for a relaxed body, and the solid one forward."""
 
 _COST_MARGIN = 1.25
@@ -193,8 +193,10 @@ class Problem:
         if not self.affords(len(batch), gradient=gradient):
             raise BudgetExhaustedError(self._exhausted(len(batch), gradient))
         self.meter.start_clock()
-        most = self.solvers.most_worlds(self.substeps_per_episode) if gradient else self.worlds
-        width, expected = min(self.worlds, most), self.expected_substeps
+        most = self.solvers.most_worlds(self.spec.frames, self.substeps_per_episode) if gradient else self.worlds
+        # as many rounds as it takes, of one width as far as possible: each width has a solver of its own
+        width = math.ceil(len(batch) / math.ceil(len(batch) / min(self.worlds, most)))
+        expected = self.expected_substeps
         for begin in range(0, len(batch), width):
             drafts = self._drafts(parameters[begin : begin + width], gradient)
             able = iter(self._simulate([draft for draft in drafts if not draft.fault], gradient, watch))

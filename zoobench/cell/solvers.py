@@ -1,6 +1,5 @@
 """The solvers of one scene: kept by their number of worlds, all starting from the same equilibrium."""
 
-import math
 from typing import TYPE_CHECKING
 
 from zoobench.sim.model.fidelity import Fidelity
@@ -10,12 +9,6 @@ from zoobench.spec import FRAME_SECONDS
 if TYPE_CHECKING:
     from zoobench.sim.model.state import Matter
     from zoobench.sim.solver import Solver
-
-_GRADIENT_MEMORY = 2**30
-"""Largest size of the stored states of all worlds of one solver [bytes]."""
-
-_PARTICLE_BYTES = 200
-"""Upper bound of the size of a particle's state (x, v, C, F in double precision) [bytes]."""
 
 
 class Solvers:
@@ -34,6 +27,9 @@ class Solvers:
     def get(self, worlds: int, gradient: bool) -> "Solver":
         """The kept solver of this width; the last batch of a method may be narrower than the others."""
         key = (worlds, gradient)
+        for other, solver in self._kept.items():
+            if gradient and other != key:
+                solver.release()  # the memory is that of one tape
         if key not in self._kept:
             self._kept[key] = self.new(worlds, gradient=gradient)
         return self._kept[key]
@@ -55,11 +51,18 @@ class Solvers:
             start=self._equilibrated(),
         )
 
-    def most_worlds(self, substeps: int) -> int:
-        """Worlds side by side whose stored states of an episode of so many substeps fit into memory, at least 1."""
-        states = 2 * math.isqrt(substeps) + 2
-        bytes_per_world = states * self._scene.particle_count * _PARTICLE_BYTES
-        return max(1, _GRADIENT_MEMORY // bytes_per_world)
+    def most_worlds(self, frames: int, substeps: int) -> int:
+        """Worlds side by side of which every state of an episode fits into memory, at least 1.
+
+        Side by side they share launches only, which is less than what it costs to simulate an episode again.
+
+        Args:
+            frames, substeps: of an episode.
+        """
+        from zoobench.sim.memory_budget import memory_share
+        from zoobench.sim.solver import episode_memory
+
+        return max(1, memory_share() // episode_memory(self._scene, self._fidelity, frames, substeps))
 
     def _equilibrated(self) -> "Matter | None":
         """The equilibrated scene, computed or read from the cache once; None without equilibration."""

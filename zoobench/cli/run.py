@@ -48,6 +48,15 @@ def run(
     rerun: Annotated[
         str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
     ] = "",
+    memory: Annotated[
+        str,
+        Option(
+            "--memory",
+            envvar="ZOOBENCH_MEMORY",
+            help="What each run may store for gradients, as in 2GB; a quarter of its part of the free memory if not "
+            "given. With less they take longer; no result depends on it.",
+        ),
+    ] = "",
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Run every combination that is not done yet.
@@ -55,12 +64,15 @@ def run(
     Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
     preset decides, or the suite.
     """
+    from zoobench.cell.memory import allow
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
 
     limit = parse_duration(timeout) if timeout else None
+    if memory:
+        allow(memory)
     cells = asked.cells(db, cheapest_fidelity, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:

@@ -177,6 +177,8 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
         print(note)
     method: Method = registry.create(Kind.METHOD, spec.method)
     solution = method.run(problem, context)
+    if again := problem.meter.recomputed:
+        print(f"{again:,} substeps were simulated again for gradients, whose states did not fit into --memory.")
     # a run that was asked to stop has no results
     needs_references = not (context.should_stop() or _is_study(spec))
     design = solution.params[problem.robot.control_count :]
@@ -190,12 +192,11 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
 
     Score, the task's metrics, the reference scores, what was spent, and the method's facts.
 
-    No times: two runs of one spec must agree in every number.
+    No times, and nothing that depends on the machine's memory: two runs of one spec must agree in every number.
     """
     meter = problem.meter
     spent: Mapping[str, float] = {
         "forward_substeps": meter.forward,
-        "recomputed_substeps": meter.recomputed,
         "backward_substeps": meter.backward,
         "equilibration_substeps": meter.equilibration,
         "repeated_frames": meter.retries,

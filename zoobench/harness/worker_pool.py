@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from zoobench import errors
+from zoobench.cell.memory import shared_among
 from zoobench.db.owner import Owner
 from zoobench.db.rows import OPEN_STATES, RunRow, RunState
 from zoobench.db.store import Store
@@ -66,7 +67,7 @@ def run_all(
 
 
 class _Worker:
-    def __init__(self, orders: WorkerOrders) -> None:
+    def __init__(self, orders: WorkerOrders, workers: int) -> None:
         # A session of its own, so that Ctrl-C reaches `run` alone, which then stops its workers in order.
         self.process = subprocess.Popen(
             _WORKER_COMMAND,
@@ -74,6 +75,7 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
+            env=shared_among(workers),
         )
         assert self.process.stdin is not None
         with suppress(OSError):
@@ -145,7 +147,7 @@ class _WorkerPool:
         if reasons:
             raise reasons[0]
         while len(self._workers) < count:
-            self._workers.append(_Worker(self._orders))
+            self._workers.append(_Worker(self._orders, count))
 
 
 def _close(workers: Iterable[_Worker]) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.METHOD, "diffphysics", tags=("gradient",))
+@register(Kind.METHOD, "diffphysics", version=2, tags=("gradient",))
 @dataclass(frozen=True, kw_only=True)
 class DiffPhysics:
     """Gradient ascent with Adam (Kingma and Ba 2015) through the simulator from several random starts.

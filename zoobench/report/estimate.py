@@ -13,7 +13,7 @@ from zoobench.registry import Kind
 from zoobench.report.run_results import RunResult
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 
-_SUBSTEPS = ("forward_substeps", "recomputed_substeps", "backward_substeps")
+_SUBSTEPS = ("forward_substeps", "backward_substeps")
 
 
 class Rate(Protocol):
@@ -105,7 +105,7 @@ class Estimator:
         rate = self.rate(result.run.spec.env, result.run.spec.fidelity)
         if rate is None or rate.seconds is None or not rate.substeps:
             return None
-        forward, _, backward = (result.finals[name].value if name in result.finals else 0.0 for name in _SUBSTEPS)
+        forward, backward = (result.finals[name].value if name in result.finals else 0.0 for name in _SUBSTEPS)
         with_gradient = rate.gradient_seconds or 0.0
         return ((forward - backward) * rate.seconds + backward * with_gradient) / rate.substeps
 
@@ -124,8 +124,8 @@ class Estimator:
         if spec.budget.kind == "iterations":
             limits.append(an_iteration * spec.budget.amount)
         elif rate.substeps:
-            # a gradient is simulated forward, forward again and in reverse
-            substeps = rate.substeps * FRAME_SECONDS * (work.frames + 3 * work.gradient_frames)
+            # a gradient is simulated forward and in reverse
+            substeps = rate.substeps * FRAME_SECONDS * (work.frames + 2 * work.gradient_frames)
             limits.append(an_iteration * spec.budget.amount / substeps)
         return min(limits, default=None)
 

@@ -1,39 +1,34 @@
-"""Gradients through whole episodes by checkpoints and recomputation (SoftZoo, appendix E).
+"""Gradients through whole episodes from the tape, by checkpoints and recomputation where it is too short (SoftZoo,
+appendix E).
 
-The backward pass takes the segments between checkpoints from the last to the first. Each is simulated again from its
-checkpoint into a tape of one slot for each substep, with the kernel of the forward pass and the steps that it took, so
-that the recomputed states are those of the episode bit for bit.
+The backward pass takes the segments of the episode from the last to the first. One whose states are not on the tape any
+more is simulated again from its checkpoint onto the tape, with the kernel of the forward pass and the steps that it
+took, so that the recomputed states are those of the episode bit for bit. One that is too long for the tape is taken by
+halves, the later one first, from a state in its middle.
 """
 
-from typing import Literal
+from collections.abc import Iterator
 
 import numpy as np
 import torch
 
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
-from zoobench.sim.model.state import IntArray, Parameters, empty_matter
+from zoobench.sim.model.segmentation import Part, halves, share
+from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter
 from zoobench.sim.simulation import Simulation
+from zoobench.sim.tape import Tape
 
 
 class Adjoint:
     """One backward pass over one rollout: adjoints of its states, and the gradient that they add up to."""
 
-    def __init__(self, simulation: Simulation, rollout: Rollout) -> None:
+    def __init__(self, simulation: Simulation, rollout: Rollout, tape: Tape) -> None:
         self._sim = sim = simulation
-        self._rollout = rollout
+        self._rollout, self._tape = rollout, tape
         worlds, robot = sim.worlds, sim.robot_count
         real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
-        self._counts = rollout.counts * healthy
-        # a stop takes a slot of the tape: the reverse of a frame reads the velocities before it
-        self._stops = rollout.stops & healthy
-        self._slots = self._counts + self._stops
-        self._segments = [
-            range(begin, min(begin + rollout.interval, rollout.frames))
-            for begin in range(0, rollout.frames, rollout.interval)
-        ]
-        longest = max(int(self._slots[segment].sum(axis=0).max()) for segment in self._segments)
-        self._tape = empty_matter(sim.scene, longest + 1, worlds, real, device)
+        self._counts, self._stops = rollout.counts * healthy, rollout.stops & healthy
         self._state = empty_matter(sim.scene, 1, worlds, real, device)
         medium = sim.scene.medium
         # a medium's mass has an adjoint only where the robot's occupancy displaces it
@@ -52,16 +47,80 @@ class Adjoint:
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
         self._seed(position_adjoint[rollout.frames - rest], velocity_adjoint[rollout.frames - rest])
-        for segment in reversed(range(len(rollout.checkpoints))):
-            self._recompute(segment)
-            for frame in reversed(self._segments[segment]):
+        for number, segment in reversed(list(enumerate(rollout.segments))):
+            for frame in self._reversed(segment.start, self._parts(number), number):
                 # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
-                self._reverse(segment, frame)
+                self._look_for_fault(frame)
+                self._spread_tension(frame)
                 if frame >= rest:
                     self._seed(position_adjoint[frame - rest], velocity_adjoint[frame - rest])
                     if feedback is not None:
                         self._seed(*feedback(frame - rest, self._actuation[frame]))
         return self._collect()
+
+    def _parts(self, number: int) -> list[Part]:
+        """The launches of a segment, of a frame or a piece of one each."""
+        rollout, pieces = self._rollout, self._rollout.segmentation.pieces if self._rollout.segmentation else 1
+        places = [(segment.frame, segment.piece) for segment in rollout.segments] + [(rollout.frames, 0)]
+        (frame, piece), end = places[number], places[number + 1]
+        parts = []
+        while (frame, piece) < end:
+            counts = share(self._counts[frame], piece, pieces)
+            stops = self._stops[frame] * (piece == pieces - 1)
+            parts.append(Part(frame, counts, stops, is_first=piece == 0))
+            frame, piece = (frame, piece + 1) if piece + 1 < pieces else (frame + 1, 0)
+        return parts
+
+    def _reversed(self, start: Matter, parts: list[Part], segment: int | None = None) -> Iterator[int]:
+        """Take the adjoint of the state back through some launches; gives every frame whose beginning it has reached.
+
+        Args:
+            start: the state before the first of them.
+            segment: the number of the segment that they are.
+        """
+        if not self._tape.fits(np.sum([part.slots for part in parts], axis=0)):
+            early, late = halves(parts)
+            yield from self._reversed(self._passed(start, early), late)
+            yield from self._reversed(start, early)
+            return
+        first = np.cumsum([np.zeros_like(parts[0].slots), *(part.slots for part in parts[:-1])], axis=0)
+        if segment is None or not self._tape.holds(self._rollout, segment):
+            self._recompute(start, parts, first, segment)
+        for part, slots in zip(reversed(parts), reversed(first), strict=True):
+            self._reverse(part, slots)
+            if part.is_first:
+                yield part.frame
+
+    def _passed(self, start: Matter, parts: list[Part]) -> Matter:
+        """The state after some launches."""
+        state = start.copy_slot(0)
+        for part in parts:
+            self._advance(state, np.zeros_like(part.counts), part, stride=0)
+            for world in np.flatnonzero(part.stops).tolist():
+                state.stop(0, world)
+        return state
+
+    def _recompute(self, start: Matter, parts: list[Part], first: IntArray, segment: int | None) -> None:
+        """Simulate some launches onto the tape, each from its first slots `[worlds]` on."""
+        self._tape.begin(start, None if segment is None else self._rollout, segment or 0)
+        for part, slots in zip(parts, first, strict=True):
+            self._advance(self._tape.states, slots, part, stride=1)
+            self._tape.stop_after(slots + part.counts, np.flatnonzero(part.stops))
+
+    def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
+        sim = self._sim
+        sim.set_tension(self._rollout, part.frame)
+        sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
+        sim.meter.recomputed += int(part.counts.sum())
+
+    def _reverse(self, part: Part, first: IntArray) -> None:
+        sim = self._sim
+        sim.set_tension(self._rollout, part.frame)
+        for world in np.flatnonzero(part.stops).tolist():
+            self._state.stop(0, world)  # what was stopped has no effect on what follows
+        plan = sim.plan(first, part.counts, self._counts[part.frame])
+        sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
+        sim.meter.count("backward", int(part.counts.sum()), at_rest=part.frame < self._rollout.equilibration)
 
     def _seed(self, positions: FloatArray, velocities: FloatArray) -> None:
         """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each."""
@@ -69,37 +128,6 @@ class Adjoint:
         alive = sim.alive[:, None, None]
         self._state.x[0, :, :count] += sim.tensor(positions) * alive
         self._state.v[0, :, :count] += sim.tensor(velocities) * alive
-
-    def _first_slots(self, segment: int, frame: int) -> IntArray:
-        """Slot of the tape at which each world begins a frame of a segment, `[worlds]`."""
-        first: IntArray = self._slots[self._segments[segment].start : frame].sum(axis=0)
-        return first
-
-    def _recompute(self, segment: int) -> None:
-        sim = self._sim
-        self._tape.load_slot(0, self._rollout.checkpoints[segment])
-        for frame in self._segments[segment]:
-            sim.set_tension(self._rollout, frame)
-            first = self._first_slots(segment, frame)
-            sim.advance(self._tape, first, self._counts[frame], stride=1)
-            for world in np.flatnonzero(self._stops[frame]).tolist():
-                self._tape.stop_after(int(first[world] + self._counts[frame, world]), world)
-            self._count("recomputed", frame)
-
-    def _reverse(self, segment: int, frame: int) -> None:
-        sim = self._sim
-        sim.set_tension(self._rollout, frame)
-        for world in np.flatnonzero(self._stops[frame]).tolist():
-            self._state.stop(0, world)  # what was stopped has no effect on what follows
-        plan = sim.plan(self._first_slots(segment, frame), self._counts[frame])
-        sim.launcher.reverse(self._tape, sim.parameters, plan, self._state, self._parameters)
-        self._count("backward", frame)
-        self._look_for_fault(frame)
-        self._spread_tension(frame)
-
-    def _count(self, kind: Literal["recomputed", "backward"], frame: int) -> None:
-        at_rest = frame < self._rollout.equilibration
-        self._sim.meter.count(kind, int(self._counts[frame].sum()), at_rest=at_rest)
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""

@@ -73,20 +73,30 @@ class Launcher:
         )
 
     def keep(self, nodes: int) -> None:
-        """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`."""
-        if nodes > self._kept:
+        """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
+        slab = math.prod(self.shape)
+        room = (LARGEST_GRID - slab) // self._worlds
+        nodes = 0 if self._parallel else max(min(nodes, room), 0)
+        if nodes != self._kept:
             self._kept = nodes
             self._grid = self._new_grid(self._worlds * nodes)
 
-    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int, keep: bool = False) -> None:
-        """The planned substeps of every world, every result `stride` slots further (0: in place)."""
+    def first_kept(self) -> Tensor:
+        """The first node that is kept of every world `[worlds]`, for the window of a tape's first slot."""
+        return math.prod(self.shape) + self._kept * torch.arange(self._worlds, dtype=torch.int32, device=self._device)
+
+    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
+        """The planned substeps of every world, every result `stride` slots further (0: in place).
+
+        Momenta are kept as far as there is room where every slot is (`stride` 1).
+        """
         arrays = (*matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid)
         self._note("forward", plan)
         if self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
                 parallel.advance_parallel(*arrays, n, stride, self.variant)
         else:
-            self._advance(*arrays, stride, self._kept if keep else 0, self.variant)
+            self._advance(*arrays, stride, self._kept if stride else 0, self.variant)
 
     def reverse(
         self,
@@ -172,6 +182,12 @@ class Launcher:
         more nodes; a wide arena takes memory only where the robot has been."""
         slabs = self._worlds if self._parallel else 1
         return lazy_zeros((self._fields, slabs * math.prod(self.shape) + kept, 4), self._real, self._device)
+
+
+def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
+    """Fields of the grid that are kept for the reverse."""
+    water = scene.medium is not None and scene.medium.material.law == Law.WATER
+    return 1 + (fidelity.transfer == "aflip") + water
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:

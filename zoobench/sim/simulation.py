@@ -97,14 +97,16 @@ class Simulation:
         self.matter.copy_world(world, self.start)
         self.alive[world] = 1
 
-    def plan(self, first: IntArray, counts: IntArray) -> LaunchPlan:
-        """The launch of frames of `counts` substeps from the slots `first` on, `[worlds]` each."""
-        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts, 1))
+    def plan(self, first: IntArray, counts: IntArray, whole: IntArray | None = None) -> LaunchPlan:
+        """The launch of `counts` substeps from the slots `first` on, of `whole` in the frame (all if None)."""
+        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1))
         return self._plan
 
-    def advance(self, matter: Matter, first: IntArray, counts: IntArray, stride: int) -> None:
-        """A frame of `counts` substeps from the slots `first` on, `[worlds]` each, to `stride` slots further."""
-        self.launcher.advance(matter, self.parameters, self.plan(first, counts), stride)
+    def advance(
+        self, matter: Matter, first: IntArray, counts: IntArray, stride: int, whole: IntArray | None = None
+    ) -> None:
+        """The substeps of `plan`, to `stride` slots further."""
+        self.launcher.advance(matter, self.parameters, self.plan(first, counts, whole), stride)
 
     def substeps(self, count: int, dt: float) -> None:
         """Move `matter` on in place by `count` steps of `dt` [s] in every world."""

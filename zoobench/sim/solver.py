@@ -9,14 +9,17 @@ from zoobench.arrays import Array
 from zoobench.errors import DivergenceError, SceneError, UsageError
 from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
+from zoobench.sim.memory_budget import memory_share
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
-from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters
+from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
+from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, empty_matter
 from zoobench.sim.model.step_limits import StepLimit, choose_step
 from zoobench.sim.relaxation import Relaxation, delayed
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.step_control import Diagnostics, StepControl
+from zoobench.sim.tape import Tape, bytes_per_slot
 
 __all__ = ["BodyState", "Gradient", "Rollout", "Solver", "SubstepMeter"]
 
@@ -29,10 +32,11 @@ class Solver:
         fidelity: the numerical settings.
         worlds: number of copies that are simulated side by side (on the CPU in turn, on one thread).
         frame_seconds: length of a control frame [s], a whole number of substeps of which every world takes its own.
-        gradients: keep checkpoints so that `backward` can follow `run`.
+        gradients: keep states so that `backward` can follow `run`.
         stiffness_max, density_ratio_min: bounds that a design may reach; the step is safe up to them.
-        checkpoint_interval: frames between checkpoints; the number that stores the fewest states if None.
-        memory_budget: bytes that checkpoints and the recomputed segment may take; sets the interval if not None.
+        checkpoint_interval: frames between checkpoints; chosen by the memory if None.
+        memory: size that all states and the trajectory may take together [bytes], by which it is chosen how many are
+            kept for the gradient, and how many simulated again; `memory_share` if None. No result depends on it.
         device: `cpu`, or `cuda` where there is one.
         start: the state of one world at time zero, as `equilibrate` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
@@ -59,7 +63,7 @@ class Solver:
         stiffness_max: float = 1.0,
         density_ratio_min: float = 1.0,
         checkpoint_interval: int | None = None,
-        memory_budget: int | None = None,
+        memory: int | None = None,
         start: Matter | None = None,
         device: runtime.Device = "cpu",
         parallel: bool | None = None,
@@ -68,7 +72,9 @@ class Solver:
             raise UsageError(f"{worlds} worlds were asked for. Give at least 1.")
         self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
         self.gradients = gradients
-        self.checkpoint_interval, self.memory_budget = checkpoint_interval, memory_budget
+        self.checkpoint_interval = checkpoint_interval
+        self._memory = memory_share() if memory is None and gradients else memory or 0
+        self._tape: Tape | None = None
         self.limit = choose_step(
             scene, fidelity, frame_seconds, stiffness_max=stiffness_max, density_ratio_min=density_ratio_min
         )
@@ -122,11 +128,10 @@ class Solver:
         if progress is not None and not equilibration:
             progress(0)
         for frame in range(rollout.frames):
-            if rollout.interval and frame % rollout.interval == 0:
-                rollout.checkpoints.append(self.matter.copy_slot(0))
             control.frame(frame)
             if frame < equilibration:
                 rollout.stops[frame] = relaxation.damp(is_last=frame == equilibration - 1)
+                control.recorder.stop(frame)
             self.simulation.record(rollout, frame + 1)
             if frame == equilibration - 1:
                 control.ready(equilibration)
@@ -154,8 +159,12 @@ class Solver:
         if schedule is not None:
             schedule = self._check_schedule(np.asarray(schedule), len(actuation))
         rollout = self._new_rollout(actuation, self._rewind(body), equilibration)
+        tape = None
+        if self.gradients:
+            rollout.segmentation = self._segmentation(rollout)
+            tape = self._tape_of(rollout.segmentation)
         self.simulation.record(rollout, 0)
-        return rollout, StepControl(self.simulation, rollout, schedule, feedback)
+        return rollout, StepControl(self.simulation, rollout, schedule, feedback, tape)
 
     def equilibrate(self, frames: int) -> Matter:
         """The first world's state after `frames` frames with all muscles at rest, under dynamic relaxation.
@@ -186,17 +195,27 @@ class Solver:
     ) -> Gradient:
         """The gradient of a loss from its adjoints of the episode's trajectory, `[frames + 1, worlds, robot, 3]` each.
 
+        The states of the solver's last rollout may still be on the tape; those of an earlier one are computed again.
+
         Args:
             feedback: adjoint of the feedback that the rollout was made with.
 
         Raises:
             UsageError: the solver was made without gradients.
         """
+        return self.adjoint(rollout).run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
+
+    def adjoint(self, rollout: Rollout) -> Adjoint:
+        """The backward pass of a rollout, not yet run; errors as of `backward`."""
         self.simulation.check_runtime()
-        if not self.gradients:
-            raise UsageError("This solver keeps no checkpoints. Make it with gradients=True.")
-        adjoint = Adjoint(self.simulation, rollout)
-        return adjoint.run(np.asarray(position_adjoint), np.asarray(velocity_adjoint), feedback)
+        if not self.gradients or rollout.segmentation is None:
+            raise UsageError("This solver keeps no states. Make it with gradients=True.")
+        return Adjoint(self.simulation, rollout, self._tape_of(rollout.segmentation))
+
+    def release(self) -> None:
+        """Free the memory of the tape; rollouts that are held can still be differentiated."""
+        self._tape = None
+        self.launcher.keep(0)
 
     def reset(self, body: BodyState | None = None) -> None:
         """Go back to the initial state with all muscles at rest, for a caller that moves on by `substeps`."""
@@ -284,26 +303,39 @@ class Solver:
             smallest_j=np.full(self.worlds, np.inf),
             stops=np.zeros((frames, self.worlds), bool),
             equilibration=equilibration,
-            interval=self._choose_interval(frames) if self.gradients else 0,
         )
 
-    def _choose_interval(self, frames: int) -> int:
-        """Frames between checkpoints; the states to store are counted with the declared substeps.
-
-        Without a memory budget their number is least: it grows as the square root of the episode's length, for one
-        recomputation of every frame (Chen et al. 2016).
-        """
+    def _segmentation(self, rollout: Rollout) -> Segmentation:
+        """What to store of an episode; its substeps are counted as declared."""
+        frames, substeps, rest = rollout.frames, self.substeps_per_frame, rollout.equilibration
         if self.checkpoint_interval is not None:
-            return min(self.checkpoint_interval, frames)
-        intervals = range(1, frames + 1)
-        needed = [interval * self.substeps_per_frame + 1 + math.ceil(frames / interval) for interval in intervals]
-        if self.memory_budget is None:
-            return intervals[int(np.argmin(needed))]
-        states = self.memory_budget // self.matter.bytes_per_slot()
-        if min(needed) > states:
-            raise UsageError(
-                f"Gradients of {frames} frames need at least {min(needed)} stored states of "
-                f"{self.matter.bytes_per_slot()} bytes; the memory budget holds {states}. Give more memory or fewer "
-                "frames."
-            )
-        return max(interval for interval, count in zip(intervals, needed, strict=True) if count <= states)
+            return whole_frames(min(self.checkpoint_interval, frames), substeps + int(rest > 0))
+        state = self.matter.bytes_per_slot()
+        return segment(
+            frames, substeps, rest,
+            budget=self._memory, slot_bytes=bytes_per_slot(self.scene, self.fidelity, self.matter), state_bytes=state,
+            other_bytes=self.worlds * _trajectory_bytes(self.scene, self.fidelity, frames),
+        )  # fmt: skip
+
+    def _tape_of(self, segmentation: Segmentation) -> Tape:
+        """The tape, which is kept from one rollout to the next of its length."""
+        if self._tape is None or self._tape.slots != segmentation.slots:
+            self._tape = None  # its memory is freed before more is taken
+            self._tape = Tape(self.simulation, segmentation.slots)
+        return self._tape
+
+
+def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int) -> int:
+    """Memory of a gradient of an episode of one world with all its states [bytes].
+
+    Args:
+        frames, substeps: of the episode.
+    """
+    matter = empty_matter(scene, 1, 1, runtime.real(fidelity.precision), "meta")  # shapes without memory
+    slot, state = bytes_per_slot(scene, fidelity, matter), matter.bytes_per_slot()
+    return whole_bytes(substeps + 1, slot, state) + _trajectory_bytes(scene, fidelity, frames)
+
+
+def _trajectory_bytes(scene: Scene, fidelity: Fidelity, frames: int) -> int:
+    """Memory of the trajectory of one world, and of its adjoints in double precision [bytes]."""
+    return 2 * (frames + 1) * scene.robot.particle_count * 3 * (fidelity.precision // 8 + 8)

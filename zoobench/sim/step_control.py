@@ -9,6 +9,8 @@ from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
 from zoobench.sim.simulation import Simulation
+from zoobench.sim.state_recorder import StateRecorder
+from zoobench.sim.tape import Tape
 
 
 class Diagnostics:
@@ -48,9 +50,13 @@ class StepControl:
     of the frame, that world is put back and repeats it with half the step, again and again down to `MOST_REFINEMENT`
     times below the declared step. A schedule or a fixed step is followed without a second try.
 
+    Attributes:
+        recorder: of the states for the gradient.
+
     Args:
         schedule: `[frames, worlds]` substeps to take; None to choose them.
         feedback: fills the rollout's actuation frame by frame; None if it is complete.
+        tape: for the states of a rollout whose gradient may be asked for.
     """
 
     def __init__(
@@ -59,8 +65,10 @@ class StepControl:
         rollout: Rollout,
         schedule: IntArray | None = None,
         feedback: Feedback | None = None,
+        tape: Tape | None = None,
     ) -> None:
         self._sim, self._rollout = simulation, rollout
+        self.recorder = StateRecorder(simulation, rollout, tape)
         self._schedule = schedule
         if schedule is None and simulation.fidelity.step:
             self._schedule = np.full_like(rollout.counts, simulation.limit.substeps_per_frame)
@@ -86,8 +94,9 @@ class StepControl:
         counts = self._choose(frame)
         rollout.counts[frame] = counts
         pending = counts
+        self.recorder.begin()
         while pending.any():
-            sim.advance(sim.matter, np.zeros_like(pending), pending, stride=0)
+            self.recorder.advance(frame, pending)
             sim.meter.count("forward", int(pending.sum()), at_rest=frame < rollout.equilibration)
             # one survey serves both the check of this frame and the step of the next: the stiffness that it reports is
             # that under the actuation to come

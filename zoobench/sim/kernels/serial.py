@@ -98,13 +98,13 @@ def advance(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         dt = dts[w]
-        end = scene.nodes_x * scene.nodes_y * scene.nodes_z + (w + 1) * keep
+        first = scene.nodes_x * scene.nodes_y * scene.nodes_z + w * keep
         for n in range(plan[w, 1]):
             s = plan[w, 0] + n * stride
             t = s + stride
             nodes = box(window, s, w)
             start, after = 0, window[s, w, START]
-            if keep > 0 and after + nodes.size <= end:
+            if first <= after and after + nodes.size <= first + keep:
                 start = after
                 after = start + nodes.size
             scatter_all(state, body, grid, start, nodes, scene, dt, s, w, variant)

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.errors import Divergence
+from zoobench.sim.model.segmentation import Segmentation
 from zoobench.sim.model.state import IntArray, Matter
 
 FloatArray = NDArray[np.floating]
@@ -23,22 +24,31 @@ number and the adjoint of its actuation."""
 
 @dataclass
 class SubstepMeter:
-    """World-substeps simulated so far, in which budgets are counted; those of equilibration in all passes apart."""
+    """World-substeps simulated so far.
+
+    Attributes:
+        forward, backward: of episodes, in which budgets are counted.
+        equilibration: of equilibration, forward and backward.
+        recomputed: forward for the second time and more, of both; how many depends on the memory at hand.
+    """
 
     forward: int = 0
-    recomputed: int = 0
     backward: int = 0
     equilibration: int = 0
+    recomputed: int = 0
 
-    @property
-    def total(self) -> int:
-        """All of them together."""
-        return self.forward + self.recomputed + self.backward + self.equilibration
-
-    def count(self, kind: Literal["forward", "recomputed", "backward"], substeps: int, *, at_rest: bool) -> None:
+    def count(self, kind: Literal["forward", "backward"], substeps: int, *, at_rest: bool) -> None:
         """Add substeps of one kind, or of equilibration."""
         name = "equilibration" if at_rest else kind
         setattr(self, name, getattr(self, name) + substeps)
+
+
+class Segment(NamedTuple):
+    """Where a segment of an episode begins, see `Segmentation`: at a frame and a piece of it, and its state there."""
+
+    frame: int
+    piece: int
+    start: Matter
 
 
 @dataclass
@@ -58,7 +68,7 @@ class Rollout:
         smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
         stops: `[frames, worlds]` whether the world was stopped at the end of the frame, as only equilibration does.
         equilibration: number of frames at the beginning in which the worlds come to rest; see `episode`.
-        checkpoints: the state at every `interval` frames, if the solver was made with gradients.
+        segmentation, segments: what is stored, and where; None and empty if the solver was made without gradients.
     """
 
     positions: FloatArray
@@ -74,8 +84,8 @@ class Rollout:
     smallest_j: NDArray[np.float64]
     stops: NDArray[np.bool_]
     equilibration: int = 0
-    interval: int = 0
-    checkpoints: list[Matter] = field(default_factory=list)
+    segmentation: Segmentation | None = None
+    segments: list[Segment] = field(default_factory=list)
 
     @property
     def frames(self) -> int:

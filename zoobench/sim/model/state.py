@@ -18,17 +18,17 @@ IntArray = NDArray[np.int64]
 ALIGNMENT = 64  # [bytes], of the widest registers
 
 
-def lazy_zeros(shape: tuple[int, ...], real: torch.dtype, device: str) -> Tensor:
+def lazy_zeros(shape: tuple[int, ...], kind: torch.dtype, device: str) -> Tensor:
     """Zeros that on the CPU take no memory before they are touched, aligned for vector registers.
 
     NumPy's large arrays come from the system unread, as torch's do not.
     """
     if device != "cpu":
-        return torch.zeros(shape, dtype=real, device=device)
-    kind = np.dtype(np.float64 if real is torch.float64 else np.float32)
+        return torch.zeros(shape, dtype=kind, device=device)
+    number = np.dtype(str(kind).removeprefix("torch."))
     count = math.prod(shape)
-    room = np.zeros(count + ALIGNMENT // kind.itemsize, kind)
-    skipped = -room.ctypes.data % ALIGNMENT // kind.itemsize
+    room = np.zeros(count + ALIGNMENT // number.itemsize, number)
+    skipped = -room.ctypes.data % ALIGNMENT // number.itemsize
     return torch.from_numpy(room[skipped : skipped + count].reshape(shape))
 
 
@@ -147,6 +147,22 @@ class Matter:
     def bytes_per_slot(self) -> int:
         """Memory of one slot [bytes]."""
         return sum(tensor[0].numel() * tensor.element_size() for tensor in self.tensors())
+
+    def extended(self, slots: int) -> "Matter":
+        """So many zeroed slots of this size; on the CPU they take no memory before they are written."""
+        state, window = (lazy_zeros((slots, *one.shape[1:]), one.dtype, str(one.device)) for one in self.tensors())
+        return Matter(state, window, self.robot)
+
+    def at(self, slots: IntArray) -> "Matter":
+        """A one-slot copy of every world at its own slot `[worlds]`."""
+        places, worlds = torch.as_tensor(slots), torch.arange(len(slots))
+        return Matter(self.state[places, worlds][None], self.window[places, worlds][None], self.robot)
+
+    def load_worlds(self, worlds: IntArray, source: "Matter", slots: IntArray) -> None:
+        """Give some worlds at slot 0 the states that they have at these slots of another, `[chosen]` each."""
+        for world, slot in zip(worlds.tolist(), slots.tolist(), strict=True):
+            for target, given in zip(self.tensors(), source.tensors(), strict=True):
+                target[0, world] = given[slot, world]
 
 
 @dataclass

@@ -15,10 +15,10 @@ import numpy as np
 from zoobench.cell.driving import travelling_wave
 from zoobench.errors import DivergenceError
 from zoobench.sim.ablation import Ablation, SubstepPart
-from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.solver import Solver
+from zoobench.sim.tape import bytes_per_slot
 from zoobench.verify.effects.coverage import StudiedScene
 from zoobench.verify.effects.effect_scenes import pairs
 
@@ -110,12 +110,12 @@ def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
 
 
 def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]:
-    """Costs of checkpoints alone, then of the whole gradient, against a forward run of the same frames."""
+    """Costs of keeping the states alone, then of the whole gradient, against a forward run of the same frames."""
     keeper, plain = (Solver(studied.scene, studied.fidelity, gradients=gradients) for gradients in (True, False))
     rollout = run(keeper, WARM_FRAMES)
     adjoint = np.ones_like(rollout.positions)
     record = keeper.launcher.launches
-    stored = state_bytes(keeper) + sum(tensor_bytes(matter.tensors()) for matter in rollout.checkpoints)
+    stored = state_bytes(keeper) + kept_bytes(keeper, rollout)
     work = rollout.substeps * keeper.particle_count * 1e-9
 
     forward: Callable[[], float] = partial(cpu_seconds, lambda: run(plain, WARM_FRAMES))
@@ -234,9 +234,16 @@ def state_bytes(solver: Solver) -> int:
     return tensor_bytes([*solver.matter.tensors(), *solver.parameters.tensors()]) // solver.worlds
 
 
+def kept_bytes(solver: Solver, rollout: Rollout) -> int:
+    """Bytes of one world's states that a rollout leaves for its gradient, or that the backward pass computes again."""
+    slots = int((rollout.counts + rollout.stops).sum(axis=0).max()) + 1
+    tape = bytes_per_slot(solver.scene, solver.fidelity, solver.matter) * min(slots, rollout.segmentation.slots if rollout.segmentation else 0)
+    return (tape + sum(segment.start.bytes_per_slot() for segment in rollout.segments)) // solver.worlds
+
+
 def adjoint_bytes(solver: Solver, rollout: Rollout) -> int:
-    """Bytes of one world's backward pass without the checkpoints: the states of a segment, and the adjoints."""
-    held = vars(Adjoint(solver.simulation, rollout)).values()
+    """Bytes of one world's adjoints."""
+    held = vars(solver.adjoint(rollout)).values()
     return sum(tensor_bytes(item.tensors()) for item in held if isinstance(item, Matter | Parameters)) // solver.worlds
 
 

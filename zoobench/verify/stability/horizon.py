@@ -17,9 +17,12 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.adjoint import Adjoint
+from zoobench.sim.kernels.layout import KEPT
 from zoobench.sim.model.rollout import FloatArray, Rollout
-from zoobench.sim.model.state import Matter
+from zoobench.sim.model.segmentation import Part
+from zoobench.sim.model.state import IntArray, Matter
 from zoobench.sim.solver import Solver
+from zoobench.sim.tape import Tape
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
 
@@ -55,21 +58,26 @@ class Gap:
 class SingleSegment(Adjoint):
     """A backward pass of an episode in one segment, through its own states or those of another precision.
 
-    Attributes:
-        states: the states after every substep; its own after a run without any given.
+    Args:
+        states: those after every substep; the rollout's own if None.
     """
 
     def __init__(self, solver: Solver, rollout: Rollout, states: Matter | None = None) -> None:
-        super().__init__(solver.simulation, rollout)
-        self.states = states
+        super().__init__(solver.simulation, rollout, Tape(solver.simulation, rollout.substeps + 1))
+        self._given = states
 
-    def _recompute(self, segment: int) -> None:
-        if self.states is None:
-            super()._recompute(segment)
-            self.states = self._tape
+    @property
+    def states(self) -> Matter:
+        """The states that the pass went through."""
+        return self._tape.states
+
+    def _recompute(self, start: Matter, parts: list[Part], first: IntArray, segment: int | None) -> None:
+        if self._given is None:
+            super()._recompute(start, parts, first, segment)
         else:
-            for target, source in zip(self._tape.tensors(), self.states.tensors(), strict=True):
+            for target, source in zip(self.states.tensors(), self._given.tensors(), strict=True):
                 target.copy_(source)
+            self.states.window[:, :, KEPT] = 0  # the momenta are those of the other precision
 
 
 def walker(precision: int, frames: int, *, contact: bool = True, nudge: float = 0.0, seed: int = 0) -> Solver:
