@@ -48,7 +48,7 @@ def test_forward_run_holds_nothing_of_a_gradient() -> None:
     assert not rollout.segments
     assert solver._tape is None
     assert solver.matter.b.numel() == solver.matter.history.numel() == solver.matter.tau.numel() == 0
-    assert not solver.launcher._reverse_grids
+    assert solver.launcher._grid_adjoint is None
     assert not any("adjoint" in name for name in (*vars(solver), *vars(solver.simulation)))
 
 
@@ -65,8 +65,8 @@ def test_water_holds_no_strain_and_no_stress() -> None:
 def test_serial_driver_holds_one_grid_for_all_worlds() -> None:
     """The worlds are taken in turn through one slab; the parallel driver needs one each."""
     scene = scenes.ground_scene()
-    assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (1, 31, 31, 31, 4)
-    assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (3, 31, 31, 31, 4)
+    assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (2, 31**3, 4)
+    assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (2, 3 * 31**3, 4)
 
 
 def test_grid_beyond_memory_is_refused() -> None:

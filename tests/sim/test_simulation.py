@@ -4,6 +4,7 @@ import ast
 from pathlib import Path
 
 import numpy as np
+import pytest
 import torch
 
 from tests.sim import scenes
@@ -50,7 +51,22 @@ def test_window_holds_every_stencil_after_particles_were_moved() -> None:
     window = sim.matter.window.clone()
     sim.matter.x[0, 1, :, 0] += scenes.SPACING
     sim.refresh_window()
-    assert (sim.matter.window - window)[0].tolist() == [[0] * 6, [1, 0, 0, 1, 0, 0]]
+    assert (sim.matter.window - window)[0, :, :6].tolist() == [[0] * 6, [1, 0, 0, 1, 0, 0]]
+
+
+@pytest.mark.parametrize("place", [-5.0, 99.0, 1e30, -1e30, np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("everywhere", [False, True])
+def test_window_holds_the_stencils_of_escaped_particles(place: float, everywhere: bool) -> None:
+    """It lies in the grid and has room for a stencil, wherever one of the particles or all of them are."""
+    sim = _moved()
+    sim.matter.x[0, 0, 0 if not everywhere else slice(None)] = place
+    sim.refresh_window()
+    for low, high, nodes in zip(*sim.matter.window[0, 0, :6].view(2, 3).tolist(), sim.launcher.shape, strict=True):
+        assert 0 <= low <= high - 3 <= nodes - 3
+        if abs(place) < 1e9:
+            assert low == 0 if place < 0 else high == nodes
+        else:  # processors make different integers of it
+            assert (low, high) == (0, nodes)
 
 
 def test_a_body_scales_mass_and_volume_together() -> None:

@@ -113,25 +113,29 @@ SENTINEL = 7.0
 @pytest.mark.parametrize("parallel", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["ground", "sand"])
 def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
-    """Nodes that no particle touched keep a sentinel through an episode and its reverse, on all three grids."""
+    """Nodes that no particle touched keep a sentinel through an episode and its reverse, on both grids."""
     solver = Solver(scenes.SCENES[name](), scenes.fidelity(), gradients=True, checkpoint_interval=3, parallel=parallel)
     launcher = solver.launcher
-    launcher._reverse_grids = (*(torch.empty_like(launcher._grid) for _ in range(2)), *launcher._grids[1:])
-    grids = (launcher._grid, *launcher._reverse_grids[:2])
+    launcher._grid_adjoint = torch.empty_like(launcher._grid)
+    grids = (launcher._grid, launcher._grid_adjoint)
     for grid in grids:
         grid.fill_(SENTINEL)
     rollout = _run(solver, 3)
     used = [grids[0].clone()]
     adjoint = solver.adjoint(rollout)
     adjoint.run(*scenes.path_weights(solver, 3))
-    visited = torch.zeros(launcher.shape, dtype=torch.bool)
+    visited, most = torch.zeros(launcher.shape, dtype=torch.bool), 0
     for window in adjoint._tape.states.window[: rollout.substeps + 1, 0].tolist():
-        visited[window[0] : window[3], window[1] : window[4], window[2] : window[5]] = True
+        nodes = visited[window[0] : window[3], window[1] : window[4], window[2] : window[5]]
+        nodes[:] = True
+        most = max(most, nodes.numel())
+    if not parallel:  # the nodes of a window follow each other from the grid's beginning on
+        visited = torch.arange(visited.numel()) < most
     assert 0.0 < visited.float().mean() < 0.5
     for grid in (*used, *grids):
-        touched = (grid[0] != SENTINEL).any(dim=-1)
+        touched = (grid != SENTINEL).any(dim=-1).any(dim=0)
         assert touched.any()
-        assert not (touched & ~visited).any()
+        assert not (touched & ~visited.flatten()).any()
 
 
 PASSIVE = ("stiffness", "density_ratio", "occupancy")

@@ -32,6 +32,7 @@ class Launcher:
 
     Attributes:
         shape: grid nodes in x, y, z.
+        fields: number of fields of every node, see `layout`.
         constants: `[17]` the kernels' scalars, see `layout.CONSTANTS`.
         variant: what the kernels are compiled for.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
@@ -62,7 +63,7 @@ class Launcher:
             transfer=_TRANSFERS[fidelity.transfer],
         )
         self.terrain = self._sample_terrain()
-        self._fields = RATIO + 1 if law == Law.WATER else BEFORE + (self.variant.transfer == AFLIP)
+        self.fields = RATIO + 1 if law == Law.WATER else BEFORE + (self.variant.transfer == AFLIP)
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
@@ -181,7 +182,7 @@ class Launcher:
         """A zeroed grid `[fields, nodes, 4]`, a slab for every world that is simulated at the same time, and `kept`
         more nodes; a wide arena takes memory only where the robot has been."""
         slabs = self._worlds if self._parallel else 1
-        return lazy_zeros((self._fields, slabs * math.prod(self.shape) + kept, 4), self._real, self._device)
+        return lazy_zeros((self.fields, slabs * math.prod(self.shape) + kept, 4), self._real, self._device)
 
 
 def kept_fields(scene: Scene, fidelity: Fidelity) -> int:

@@ -1,5 +1,7 @@
 """The state of one scene in a number of worlds, and the primitive operations on it that need no choice."""
 
+import math
+
 import numpy as np
 import torch
 from torch import Tensor
@@ -14,6 +16,9 @@ from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
 from zoobench.sim.model.state import BodyState, IntArray, LaunchPlan, Matter, Parameters, initial_matter, medium_share
 from zoobench.sim.model.step_limits import StepLimit
+
+LARGEST_PLACE = 2.0**30
+"""Distance from the grid's first node [cells] up to which it is a whole number to the kernels."""
 
 
 class Simulation:
@@ -115,13 +120,16 @@ class Simulation:
 
     def refresh_window(self) -> None:
         """Find the grid nodes that the particles touch, after their positions were set from outside."""
-        width = self.fidelity.spline.width
+        width, nodes = self.fidelity.spline.width, torch.tensor(self.launcher.shape, device=self._device)
         # the first node of each particle's stencil, as `splines.first_node` has it
-        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0)).int()
-        # a node more on every side: the kernels may round the quotient otherwise
-        nodes = torch.tensor(self.launcher.shape, dtype=torch.int32, device=base.device)
-        self.matter.window[0, :, :3] = torch.clamp(base.amin(1) - 1, min=0)
-        self.matter.window[0, :, 3:6] = torch.minimum(base.amax(1) + width + 1, nodes)
+        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0))
+        # a node more on every side: the kernels may round the quotient otherwise; and from end to end where a place is
+        # no number, or too large a one, of which processors make different integers
+        wild = ~(base.abs() < LARGEST_PLACE)
+        first, last = torch.where(wild, 0.0, base - 1), torch.where(wild, math.inf, base + 1)
+        end = nodes - width
+        self.matter.window[0, :, :3] = first.clamp(min=0.0).minimum(end).amin(1).int()
+        self.matter.window[0, :, 3:6] = last.clamp(min=0.0).minimum(end).amax(1).int() + width
 
     def set_body(self, arrays: dict[str, Array]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""

@@ -14,7 +14,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
-from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, empty_matter
+from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, IntArray, Matter, Parameters, empty_matter
 from zoobench.sim.model.step_limits import StepLimit, choose_step
 from zoobench.sim.relaxation import Relaxation, delayed
 from zoobench.sim.simulation import Simulation
@@ -313,7 +313,8 @@ class Solver:
         state = self.matter.bytes_per_slot()
         return segment(
             frames, substeps, rest,
-            budget=self._memory, slot_bytes=bytes_per_slot(self.scene, self.fidelity, self.matter), state_bytes=state,
+            budget=min(self._memory, LARGEST_ARRAY * self.matter.state.element_size()),
+            slot_bytes=bytes_per_slot(self.scene, self.fidelity, self.matter), state_bytes=state,
             other_bytes=self.worlds * _trajectory_bytes(self.scene, self.fidelity, frames),
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ import torch
 
 from tests.sim import scenes
 from zoobench.sim import runtime
-from zoobench.sim.kernels.array_types import Nodes, Vectors
+from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.kernels.boundary import (
     PLANE,
     TERRAIN,
@@ -22,13 +22,15 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.solver import Solver
 
+Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
+
 NODE_COUNT = 20
 INSIDE, FLOOR = 10, WALL_NODES
 
 
 @ti.kernel
 def _contact(
-    v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Nodes, i: int, j: int, k: int, mu: float,
+    v: Vectors, adjoint: Vectors, after: Vectors, back: Vectors, terrain: Rows, i: int, j: int, k: int, mu: float,
     ground: ti.template(), tight: ti.template(),
 ):  # fmt: skip
     for p in range(v.shape[0]):
@@ -98,7 +100,7 @@ def test_tight_walls_leave_the_velocity_behind_them_to_press() -> None:
 
 
 @ti.kernel
-def _press(given: Nodes, adjoint: Nodes, after: Nodes, back: Nodes):
+def _press(given: Rows, adjoint: Rows, after: Rows, back: Rows):
     for p in range(given.shape[0]):
         q, up = given[p], adjoint[p]
         behind, before = press(q[0], q[1], q[2], q[3])

@@ -1,19 +1,33 @@
 """Relaxation of water's J to its local mean: against closed forms, and with exact adjoints."""
+# ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import taichi as ti
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import ratios_all, tensors
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import arena
 from tests.sim.kernels.splines_numpy import spline
 from tests.sim.kernels.test_water import CELLS
 from tests.sim.test_adjoint import GROUPS, Probe
 from zoobench.arrays import Array
+from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.drift import RETURN_RATE, TOLERATED_DRIFT
-from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.kernels.drift import (
+    RETURN_RATE,
+    TOLERATED_DRIFT,
+    mean_ratio,
+    mean_ratio_adjoint,
+    relaxed_ratio,
+    relaxed_ratio_adjoint,
+    scatter_ratio,
+    scatter_ratio_adjoint,
+)
+from zoobench.sim.kernels.layout import RATIO, scene_constants
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
 from zoobench.sim.model.rollout import Gradient
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
@@ -22,13 +36,47 @@ SHARE = 0.03
 NODES = CELLS + 2 * WALL_NODES + 1
 
 
+@ti.kernel
+def ratios_all(
+    constants: Scalars, grid: Rows, grid_adjoint: Rows, x: Rows, J: Scalars, adjoint: Scalars,
+    after: Scalars, x_adjoint: Rows, J_adjoint: Scalars, share: float, mass: float, width: ti.template(),
+):  # fmt: skip
+    """J of water particles after relaxation to the local mean, and its adjoints."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        scene = scene_constants(constants)
+        nodes = arena(scene)
+        for p in range(x.shape[0]):
+            at = stencil(x[p], scene, nodes, width)
+            scatter_ratio(grid, nodes, at.node, weights(at.offset, width), J[p], mass, width)
+        for p in range(x.shape[0]):
+            at = stencil(x[p], scene, nodes, width)
+            w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
+            mean = mean_ratio(grid, nodes, at.node, w, J[p], width)
+            after[p] = relaxed_ratio(J[p], mean, share)
+            own_adjoint, mean_adjoint = relaxed_ratio_adjoint(J[p], mean, share, adjoint[p])
+            J_adjoint[p] = own_adjoint
+            x_adjoint[p] = mean_ratio_adjoint(
+                grid, at.node, grid_adjoint, at.node, nodes, w, dw, mean, mean_adjoint, width
+            )
+        for p in range(x.shape[0]):
+            at = stencil(x[p], scene, nodes, width)
+            w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
+            place_adjoint, more_J, _ = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
+            x_adjoint[p] += place_adjoint
+            J_adjoint[p] += more_J
+
+
 def _relaxed(places: Array, J: Array, adjoint: Array, width: int) -> tuple[Array, Array, Array]:
     """J after a step, and the adjoints of places [cells] and J."""
-    ratios = np.zeros((1, NODES, NODES, NODES, 2))
-    given = tensors(64, ratios, ratios, places, J, adjoint, 0 * J, 0 * places, 0 * J)
-    ratios_all(*given, SHARE, 1.0, 0.125, width)
-    after, x_adjoint, J_adjoint = (tensor.numpy() for tensor in given[5:])
-    return after, x_adjoint, J_adjoint
+    empty, zeros = np.zeros((RATIO + 1, NODES**3, 4)), lanes.four(0 * places)
+    given = lanes.tensors(
+        64, lanes.constants(NODES), empty, empty, lanes.four(places), J, adjoint, 0 * J, zeros, 0 * J
+    )
+    with lanes.compiled():
+        ratios_all(*given, SHARE, 0.125, width)
+    after, x_adjoint, J_adjoint = (tensor.numpy() for tensor in given[6:])
+    return after, x_adjoint[:, :3], J_adjoint
 
 
 def _drifted(count: int = 400) -> tuple[Array, Array]:
@@ -112,10 +160,11 @@ def test_water_compressed_alike_is_left_alone() -> None:
 
 
 def test_only_water_holds_ratios() -> None:
-    """Elsewhere the arrays are empty, forward and in reverse, so that a kernel that used them would fail."""
+    """Elsewhere the grid has no such field, forward and in reverse, so that a kernel that used it would fail."""
     for name in ("ground", "mud", "water"):
         launcher = Solver(scenes.SCENES[name](), scenes.fidelity()).launcher
-        assert launcher._ratios.numel() == (launcher._grid.numel() // 2 if name == "water" else 0)
+        assert (launcher._grid.shape[0] > RATIO) == (name == "water")
     for name in ("ground", "water"):
         launcher = scenes.episode(scenes.SCENES[name](), 1)[0].launcher
-        assert launcher._reverse_grids[-1].numel() == launcher._ratios.numel()
+        assert launcher._grid_adjoint is not None
+        assert launcher._grid_adjoint.shape == launcher._grid.shape

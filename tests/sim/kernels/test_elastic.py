@@ -1,15 +1,58 @@
 """The kernels' constitutive laws against their NumPy twins, and their adjoints against differences."""
+# ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 import numpy as np
 import pytest
+import taichi as ti
 
-from tests.sim.kernels.law_kernels import fibre_all, neo_hookean_all, relative, rounded, symmetric, tensors
-from zoobench.sim.kernels.elastic import SMALLEST_J
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import relative, rounded, symmetric
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.elastic import (
+    SMALLEST_J,
+    fibre_stress,
+    fibre_stress_adjoint,
+    neo_hookean,
+    neo_hookean_adjoint,
+    viscous,
+)
+from zoobench.sim.kernels.layout import columns, put_columns
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.matter import lame_parameters
 
 MU, LAM = lame_parameters(1e4, 0.3)
 PRECISIONS = pytest.mark.parametrize(("precision", "tolerance"), [(64, 1e-12), (32, 1e-6)])
+
+
+@ti.kernel
+def neo_hookean_all(F: Rows, adjoint: Rows, stress: Rows, back: Rows, mu: float, lam: float):
+    """Neo-Hookean stress and its adjoint by F."""
+    for p in range(F.shape[2]):
+        deformation = columns(F, 0, 0, p, 0)
+        put_columns(stress, 0, 0, p, 0, neo_hookean(deformation, mu, lam))
+        put_columns(back, 0, 0, p, 0, neo_hookean_adjoint(deformation, columns(adjoint, 0, 0, p, 0), mu, lam))
+
+
+@ti.kernel
+def fibre_all(
+    F: Rows, fibre: Rows, adjoint: Rows, stress: Rows, F_adjoint: Rows, fibre_adjoint: Rows, tension_adjoint: Scalars,
+    tension: float,
+):  # fmt: skip
+    """Active stress and its adjoints."""
+    for p in range(F.shape[2]):
+        deformation = columns(F, 0, 0, p, 0)
+        put_columns(stress, 0, 0, p, 0, fibre_stress(deformation, tension, fibre[p]))
+        more, along, turned = fibre_stress_adjoint(deformation, columns(adjoint, 0, 0, p, 0), tension, fibre[p])
+        put_columns(F_adjoint, 0, 0, p, 0, more)
+        tension_adjoint[p] = along
+        fibre_adjoint[p] = turned
+
+
+@ti.kernel
+def viscous_all(C: Rows, stress: Rows, eta: float):
+    """Viscous stress."""
+    for p in range(C.shape[2]):
+        put_columns(stress, 0, 0, p, 0, viscous(columns(C, 0, 0, p, 0), eta))
 
 
 def _deformations(count: int = 200, seed: int = 1) -> np.ndarray:
@@ -19,18 +62,22 @@ def _deformations(count: int = 200, seed: int = 1) -> np.ndarray:
 
 
 def _neo_hookean(F: np.ndarray, adjoint: np.ndarray, precision: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    given, given_adjoint, stress, back = tensors(precision, F, adjoint, 0 * F, 0 * F)
-    neo_hookean_all(given, given_adjoint, stress, back, MU, LAM)
-    return stress.double().numpy(), back.double().numpy()
+    given = lanes.tensors(precision, *(lanes.columns(a) for a in (F, adjoint, 0 * F, 0 * F)))
+    with lanes.compiled():
+        neo_hookean_all(*given, MU, LAM)
+    return lanes.matrices(given[2]), lanes.matrices(given[3])
 
 
 def _fibre(
     F: np.ndarray, fibre: np.ndarray, adjoint: np.ndarray, tension: float, precision: int = 64
 ) -> list[np.ndarray]:
-    zeros = (0 * F, 0 * F, np.zeros(len(F)), 0 * fibre)
-    given = tensors(precision, F, fibre, adjoint, *zeros)
-    fibre_all(*given, tension)
-    return [t.double().numpy() for t in given[3:]]
+    """Stress, then the adjoints of F, tension and fibre."""
+    arrays = [lanes.columns(F), lanes.four(fibre), *(lanes.columns(a) for a in (adjoint, 0 * F, 0 * F))]
+    given = lanes.tensors(precision, *arrays, lanes.four(0 * fibre), np.zeros(len(F)))
+    with lanes.compiled():
+        fibre_all(*given, tension)
+    assert not given[5][:, 3].any()
+    return [*(lanes.matrices(t) for t in given[3:5]), given[6].double().numpy(), given[5][:, :3].double().numpy()]
 
 
 def _fibres(count: int) -> np.ndarray:
@@ -44,6 +91,15 @@ def test_laws_agree_with_their_twins(precision: int, tolerance: float) -> None:
     (F, d), adjoint = rounded(precision, _deformations(), _fibres(200)), np.zeros((200, 3, 3))
     assert relative(_neo_hookean(F, adjoint, precision)[0], twins.neo_hookean(F, MU, LAM), MU) <= tolerance
     assert relative(_fibre(F, d, adjoint, 512.0, precision)[0], twins.fibre_stress(F, 512.0, d), 512.0) <= tolerance
+
+
+def test_viscous_stress_is_that_of_the_symmetric_rate() -> None:
+    """2 eta D, and a rotation causes none."""
+    C = np.random.default_rng(2).normal(size=(50, 3, 3))
+    given = lanes.tensors(64, lanes.columns(C), lanes.columns(0 * C))
+    with lanes.compiled():
+        viscous_all(*given, 3.0)
+    assert np.abs(lanes.matrices(given[1]) - 6.0 * symmetric(C)).max() <= 1e-14
 
 
 def test_rest_is_free_of_stress() -> None:

@@ -1,15 +1,20 @@
 """Particle shifting of water: down the density's gradient, only at a surplus, and with an exact adjoint."""
+# ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 import numpy as np
 import pytest
+import taichi as ti
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import particle_shift_all, relative_density_all, tensors
-from tests.sim.kernels.test_water import CELLS, tank_masses
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import arena
+from tests.sim.kernels.test_water import CELLS, NODES, densities, tank_masses
 from zoobench.arrays import Array
+from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS
-from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
+from zoobench.sim.kernels.shifting import SHIFT_RATE, SHIFTED_SURPLUS, particle_shift, particle_shift_adjoint
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 from zoobench.sim.model.scene import ElasticBody, Ground, MediumBed, Scene
@@ -19,25 +24,47 @@ H = scenes.SPACING
 SHARE = 0.03
 
 
+@ti.kernel
+def particle_shift_all(
+    constants: Scalars, grid: Rows, grid_adjoint: Rows, x: Rows, J: Scalars, rho: Scalars, adjoint: Rows,
+    shift: Rows, x_adjoint: Rows, J_adjoint: Scalars, rho_adjoint: Scalars, share: float, width: ti.template(),
+):  # fmt: skip
+    """Shifts of particles, and their adjoints."""
+    ti.loop_config(serialize=True)
+    for p in range(x.shape[0]):
+        scene = scene_constants(constants)
+        nodes = arena(scene)
+        at = stencil(x[p], scene, nodes, width)
+        shift[p] = particle_shift(grid, nodes, at, scene, J[p], rho[p], share, width)
+        by_place, by_ratio, by_density = particle_shift_adjoint(
+            grid, grid_adjoint, nodes, at, scene, J[p], rho[p], share, adjoint[p], width
+        )
+        x_adjoint[p], J_adjoint[p], rho_adjoint[p] = by_place, by_ratio, by_density
+
+
 def _particle_shift(grid: Array, places: Array, J: Array, rho: Array, adjoint: Array, width: int) -> tuple[Array, ...]:
     """Shift [cells], then the adjoints of node masses, places, J and density."""
-    given = tensors(64, grid, 0 * grid, places, J, rho, adjoint, 0 * adjoint, 0 * places, 0 * J, 0 * J)
-    particle_shift_all(*given, SHARE, 1.0, width)
-    return tuple(given[n].numpy() for n in (6, 1, 7, 8, 9))
+    empty, masses, zeros = np.zeros((2, NODES**3, 4)), lanes.grid(2, NODES, VELOCITY, grid), lanes.four(0 * places)
+    given = lanes.tensors(
+        64, lanes.constants(NODES), masses, empty, lanes.four(places), J, rho, lanes.four(adjoint), zeros, zeros,
+        0 * J, 0 * J,
+    )  # fmt: skip
+    with lanes.compiled():
+        particle_shift_all(*given, SHARE, width)
+    shift, places_adjoint, J_adjoint, rho_adjoint = (tensor.numpy() for tensor in given[7:])
+    masses_adjoint = given[2][MOMENTUM].numpy().reshape(grid.shape)
+    return shift[:, :3], masses_adjoint, places_adjoint[:, :3], J_adjoint, rho_adjoint
 
 
 def _density(grid: Array, places: Array, width: int) -> Array:
-    none = np.zeros(len(places))
-    given = tensors(64, grid, 0 * grid, places, none, none, 0 * places)
-    relative_density_all(*given, 1.0, 1.0, width)
-    return given[4].numpy()
+    return densities(grid, places, np.zeros(len(places)), width)[0]
 
 
 def _stirred(count: int = 200) -> tuple[Array, Array, Array, Array]:
     """Places in a tank of uneven density, near walls too, with J and densities of which half are a surplus."""
     rng = np.random.default_rng(3)
     places = rng.uniform(0.1, CELLS - 0.1, (count, 3)) + WALL_NODES
-    grid = tank_masses(places, QUADRATIC) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
+    grid = tank_masses(places, QUADRATIC) + 0.1 * rng.random((NODES, NODES, NODES, 4))
     return grid, places, rng.uniform(0.9, 1.05, count), rng.uniform(0.4, 2.2, count)
 
 

@@ -5,15 +5,17 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from tests.sim.kernels.law_kernels import tensors
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import arena
 from tests.sim.kernels.splines_numpy import spline
-from zoobench.sim.kernels.array_types import Nodes, Scalars, Vectors
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.layout import scene_constants
 from zoobench.sim.kernels.splines import (
     CUBIC,
     INVERSE_MOMENT,
     QUADRATIC,
-    base_node,
     pick,
+    stencil,
     weight_derivatives,
     weight_second_derivatives,
     weights,
@@ -24,20 +26,23 @@ NODES = 12
 
 @ti.kernel
 def weights_all(
-    grid: Nodes, x: Vectors, first: Scalars, w: Scalars, picked: Scalars, derivative: Scalars, second: Scalars,
-    width: ti.template(),
+    constants: Scalars, x: Rows, first: Scalars, flat: Scalars, w: Scalars, picked: Scalars, derivative: Scalars,
+    second: Scalars, width: ti.template(),
 ):  # fmt: skip
-    """First node, weights, the same by `pick`, first and second derivatives, at places [cells]."""
+    """First node, its place in the grid, weights, the same by `pick`, first and second derivatives, at places."""
     for p in range(x.shape[0]):
-        base = base_node(x[p], 1.0, grid, width)
-        found, rise = weights(x[p] - base, width), weight_derivatives(x[p] - base, width)
-        bend = weight_second_derivatives(x[p] - base, width)
+        scene = scene_constants(constants)
+        at = stencil(x[p], scene, arena(scene), width)
+        found, rise = weights(at.offset, width), weight_derivatives(at.offset, width)
+        bend = weight_second_derivatives(at.offset, width)
+        node = (at.x, at.y, at.z)
+        flat[p] = at.node
         for d in ti.static(range(3)):
-            first[p, d] = base[d]
+            first[p, d] = node[d]
             for i in ti.static(range(width)):
-                w[p, i, d] = found[i, d]
-                derivative[p, i, d] = rise[i, d]
-                second[p, i, d] = bend[i, d]
+                w[p, i, d] = found[i][d]
+                derivative[p, i, d] = rise[i][d]
+                second[p, i, d] = bend[i][d]
             for i in range(width):
                 picked[p, i, d] = pick(found, i, d, width)
 
@@ -45,10 +50,14 @@ def weights_all(
 def _weights(places: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Nodes of the stencil, weights, first and second derivatives, `[places, width, 3]` each."""
     empty = np.zeros((len(places), width, 3))
-    given = tensors(64, np.zeros((1, NODES, NODES, NODES, 4)), places, np.zeros_like(places), *[empty] * 4)
-    weights_all(*given, width)
-    first, w, picked, derivative, second = (tensor.numpy() for tensor in given[2:])
-    assert np.array_equal(w, picked)
+    given = lanes.tensors(
+        64, lanes.constants(NODES), lanes.four(places), np.zeros_like(places), np.zeros(len(places)), *[empty] * 4
+    )
+    with lanes.compiled():
+        weights_all(*given, width)
+    first, flat, w, picked, derivative, second = (tensor.numpy() for tensor in given[2:])
+    assert np.array_equal(w, picked, equal_nan=True)
+    assert np.array_equal(flat, first @ [NODES**2, NODES, 1])
     return first[:, None, :] + np.arange(width)[None, :, None], w, derivative, second
 
 
@@ -96,8 +105,9 @@ def test_weights_are_the_spline_and_its_derivatives(width: int) -> None:
 
 @pytest.mark.parametrize("width", [QUADRATIC, CUBIC])
 def test_stencil_stays_inside_the_grid(width: int) -> None:
-    """Wherever an escaped particle is."""
+    """Wherever an escaped particle is, and if it has no place at all."""
     places = np.random.default_rng(2).uniform(-5.0, NODES + 5.0, (500, 3))
+    places[:7, 1] = [1e9, -1e9, 1e30, -1e30, np.inf, -np.inf, np.nan]
     nodes, _, _, _ = _weights(places, width)
     assert nodes.min() == 0
     assert nodes.max() == NODES - 1

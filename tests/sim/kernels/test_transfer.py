@@ -10,10 +10,15 @@ import pytest
 import taichi as ti
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import tensors
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import arena
 from tests.sim.test_adjoint import GROUPS, Probe
-from zoobench.sim.kernels.array_types import Matrices, Nodes, Vectors
-from zoobench.sim.kernels.transfer import AFLIP, APIC, gather
+from zoobench.arrays import Array
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.columns import matrix
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, VELOCITY, scene_constants
+from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
+from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
 from zoobench.sim.model.fidelity import SPLINES, Fidelity, Kernel, Transfer
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.matter import ElasticMaterial
@@ -41,28 +46,108 @@ hardest_first = pytest.mark.parametrize(
 
 
 @ti.kernel
-def gather_all(
-    grid: Nodes, x: Vectors, v: Vectors, C: Matrices, h: float, width: ti.template(), transfer: ti.template()
+def transfer_all(
+    constants: Scalars, grid: Rows, x: Rows, moved: Rows, found: Rows, given: Rows, other: Rows, moved_adjoint: Rows,
+    found_adjoint: Rows, width: ti.template(),
 ):  # fmt: skip
-    """Velocity and affine matrix at places."""
+    """What is gathered at places; what is scattered from there into `moved`; and of the products of both with given
+    adjoints the derivatives by the place (in the rows 4 and 5 of `found` and `other`) and by what goes in."""
+    ti.loop_config(serialize=True)
     for p in range(x.shape[0]):
-        velocity, affine = gather(grid, 0, x[p], 1.0 / h, width, transfer)
-        v[p] = velocity
-        C[p] = affine
+        scene = scene_constants(constants)
+        nodes = arena(scene)
+        at = stencil(x[p], scene, nodes, width)
+        w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
+        total, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, w, width)
+        found[p, 0], found[p, 1], found[p, 2], found[p, 3] = total, by_x, by_y, by_z
+        slope = matrix(given[p, 1], given[p, 2], given[p, 3])
+        scatter(moved, MOMENTUM, 0, nodes, at.node, w, given[p, 0], slope, width)
+        up = matrix(found_adjoint[p, 1], found_adjoint[p, 2], found_adjoint[p, 3])
+        found[p, 4] = gather_adjoint(
+            grid, VELOCITY, moved_adjoint, nodes, at.node, w, dw, found_adjoint[p, 0], up, width
+        )
+        by_offset, first, one, two, three = scatter_adjoint(
+            grid, VELOCITY, nodes, at.node, w, dw, given[p, 0], slope, width
+        )
+        other[p, 0], other[p, 1], other[p, 2], other[p, 3], other[p, 4] = first, one, two, three, by_offset
 
 
-@pytest.mark.parametrize("transfer", [APIC, AFLIP])
+NODES, PLACES = 12, 40
+
+
+def _transfer(values: Array, places: Array, given: Array, up: Array, width: int, vectors: bool) -> tuple[Array, ...]:
+    """Gathered `[places, 5, 4]`, scattered `[nodes^3, 4]`, the adjoint of scattering for `values` `[places, 5, 4]` and
+    of gathering for `up` by the nodes `[nodes^3, 4]`."""
+    empty, rows = np.zeros((2, NODES**3, 4)), np.zeros((len(places), 5, 4))
+    # a kernel's own copy for either way of compilation
+    kernel = transfer_all if vectors else SCALAR_TRANSFER
+    arrays = lanes.tensors(
+        64, lanes.constants(NODES, H), lanes.grid(2, NODES, VELOCITY, values), lanes.four(places), empty, rows, given,
+        rows, empty, up,
+    )  # fmt: skip
+    with lanes.compiled(vectors=vectors):
+        kernel(*arrays, width)
+    return arrays[4].numpy(), arrays[3][MOMENTUM].numpy(), arrays[6].numpy(), arrays[7][MOMENTUM].numpy()
+
+
+SCALAR_TRANSFER = ti.kernel(transfer_all.__wrapped__)
+both_ways = pytest.mark.parametrize("vectors", [True, False])
+
+
+def _transferred(seed: int = 1) -> tuple[Array, Array, Array, Array]:
+    """Random nodes, places, contributions and adjoints."""
+    rng = np.random.default_rng(seed)
+    places = H * rng.uniform(2.0, 9.0, (PLACES, 3))
+    return rng.normal(size=(NODES,) * 3 + (4,)), places, rng.normal(size=(PLACES, 4, 4)), rng.normal(size=(PLACES, 4, 4))
+
+
+@both_ways
 @pytest.mark.parametrize("kernel", get_args(Kernel))
-def test_gather_reproduces_affine_fields(kernel: Kernel, transfer: int) -> None:
-    """Velocity and matrix of v = a + B x to round-off, whether the loops are unrolled or not."""
-    rng = np.random.default_rng(1)
-    a, B, places = rng.normal(size=3), rng.normal(size=(3, 3)), H * rng.uniform(2.0, 9.0, (200, 3))
-    nodes = H * np.indices((12, 12, 12)).transpose(1, 2, 3, 0)
-    grid = np.concatenate([a + nodes @ B.T, np.ones((12, 12, 12, 1))], axis=-1)[None]
-    given = tensors(64, grid, places, 0 * places, np.zeros((200, 3, 3)))
-    gather_all(*given, H, SPLINES[kernel].width, transfer)
-    assert np.abs(given[2].numpy() - (a + places @ B.T)).max() <= 1e-14
-    assert np.abs(given[3].numpy() - B).max() <= 1e-12
+def test_gather_reproduces_affine_fields(kernel: Kernel, vectors: bool) -> None:
+    """Velocity and matrix of v = a + B x to round-off."""
+    rng, width = np.random.default_rng(1), SPLINES[kernel].width
+    _, places, given, up = _transferred()
+    a, B = rng.normal(size=3), rng.normal(size=(3, 3))
+    nodes = H * np.indices((NODES,) * 3).transpose(1, 2, 3, 0)
+    values = np.concatenate([a + nodes @ B.T, np.ones((NODES,) * 3 + (1,))], axis=-1)
+    found = _transfer(values, places, given, up, width, vectors)[0]
+    assert np.abs(found[:, 0, :3] - (a + places @ B.T)).max() <= 1e-14
+    assert np.abs(found[:, 0, 3] - 1.0).max() <= 1e-14
+    offset = places / H - np.floor(places / H - (0.5 * width - 1.0))
+    # columns of the matrix: the first moments about the particle over the splines' moment
+    moments = found[:, 1:4] - offset[:, :, None] * found[:, :1]
+    columns = INVERSE_MOMENT[width] / H * moments[..., :3]
+    assert np.abs(np.swapaxes(columns, 1, 2) - B).max() <= 1e-12
+
+
+@both_ways
+@pytest.mark.parametrize("kernel", get_args(Kernel))
+def test_scatter_is_the_transpose_of_gather(kernel: Kernel, vectors: bool) -> None:
+    """The product of what is scattered with a field is that of what is given with what is gathered of the field, and so
+    for their adjoints by nodes and by what is given."""
+    values, places, given, up = _transferred()
+    found, moved, back, nodes_back = _transfer(values, places, given, up, SPLINES[kernel].width, vectors)
+    flat = values.reshape(-1, 4)
+    expected = (given * found[:, :4]).sum()
+    assert (moved * flat).sum() == pytest.approx(expected, rel=1e-12)
+    assert np.abs(back[:, :4] - found[:, :4]).max() <= 1e-13
+    assert (nodes_back * flat).sum() == pytest.approx((up * found[:, :4]).sum(), rel=1e-12)
+
+
+@both_ways
+@pytest.mark.parametrize("kernel", get_args(Kernel))
+def test_derivatives_of_transfers_by_the_place_match_differences(kernel: Kernel, vectors: bool) -> None:
+    """Of gathering and of scattering, with the first node's value and the slopes held."""
+    values, places, given, up = _transferred()
+    width, e = SPLINES[kernel].width, 1e-6
+    found, _, back, _ = _transfer(values, places, given, up, width, vectors)
+    for d in range(3):
+        low, high = (
+            _transfer(values, places + sign * e * H * np.eye(3)[d], given, up, width, vectors)[0] for sign in (-1, 1)
+        )
+        change = (high - low)[:, :4] / (2 * e)
+        assert np.abs((change * up).sum((1, 2)) - found[:, 4, d]).max() <= 1e-7
+        assert np.abs((change * given).sum((1, 2)) - back[:, 4, d]).max() <= 1e-7
 
 
 def _spinning(transfer: Transfer, kernel: Kernel) -> Solver:
@@ -175,10 +260,11 @@ def test_parallel_driver_agrees_with_the_serial_one(transfer: Transfer, kernel: 
     ("transfer", "kernel"),
     [pytest.param(*pair, marks=_unless(pair in (("apic", "quadratic"), HARDEST))) for pair in scenes.COMBINATIONS],
 )
-def test_only_aflip_holds_a_slab_for_the_motion_before_forces(transfer: Transfer, kernel: Kernel) -> None:
-    """Forward and in reverse; without AFLIP the arrays are empty, so that a kernel that used them would fail."""
+def test_only_aflip_holds_a_field_for_the_motion_before_forces(transfer: Transfer, kernel: Kernel) -> None:
+    """Forward and in reverse; without AFLIP the grid has no such field, so that a kernel that used it would fail."""
     solver, _, _ = scenes.episode(scenes.ground_scene(), 1, scenes.fidelity(transfer=transfer, kernel=kernel), worlds=2)
     launcher = solver.launcher
-    nodes = launcher._grid.numel()
-    held = [grid.numel() for grid in (*launcher._grids[1:], *launcher._reverse_grids)]
-    assert held == ([nodes, 0, nodes, nodes, nodes, 0] if transfer == "aflip" else [0, 0, nodes, nodes, 0, 0])
+    assert launcher._grid_adjoint is not None
+    for grid in (launcher._grid, launcher._grid_adjoint):
+        assert (grid.shape[0] > BEFORE) == (transfer == "aflip")
+        assert (grid[BEFORE:] != 0).any() == (transfer == "aflip")

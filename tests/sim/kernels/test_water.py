@@ -1,16 +1,23 @@
 """Water's volume ratio: tied to the density of its particles, by rules with exact adjoints."""
+# ruff: noqa: ANN201  (the arguments of kernels are typed by the kernel compiler)
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import taichi as ti
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import relative_density_all, tensors, water_ratio_all
+from tests.sim.kernels import lanes
+from tests.sim.kernels.lanes import arena
 from tests.sim.kernels.splines_numpy import spline
 from tests.sim.test_adjoint import GROUPS, Probe
+from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.splines import CUBIC, QUADRATIC
+from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
+from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
+from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
+from zoobench.sim.kernels.water import density_factor, room, room_adjoint, water_ratio, water_ratio_adjoint
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.matter import LARGEST_RATIO, SMALLEST_RATIO, TOLERATED_SURPLUS, ElasticMaterial, WaterMaterial
@@ -23,6 +30,41 @@ SHARE = 0.03
 Four = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
+@ti.kernel
+def water_ratio_all(
+    J: Scalars, growth: Scalars, rho: Scalars, adjoint: Scalars,
+    after: Scalars, J_adjoint: Scalars, growth_adjoint: Scalars, rho_adjoint: Scalars, share: float,
+):  # fmt: skip
+    """New volume ratio of water and its adjoints."""
+    for p in range(J.shape[0]):
+        after[p] = water_ratio(J[p], growth[p], rho[p], share)
+        J_adjoint[p], growth_adjoint[p], rho_adjoint[p] = water_ratio_adjoint(
+            J[p], growth[p], rho[p], share, adjoint[p]
+        )
+
+
+@ti.kernel
+def relative_density_all(
+    constants: Scalars, grid: Rows, grid_adjoint: Rows, x: Rows, adjoint: Scalars, rho: Scalars, x_adjoint: Rows,
+    width: ti.template(),
+):  # fmt: skip
+    """Relative density at places, and its adjoints, as a substep combines them."""
+    ti.loop_config(serialize=True)
+    for p in range(x.shape[0]):
+        scene = scene_constants(constants)
+        nodes = arena(scene)
+        at = stencil(x[p], scene, nodes, width)
+        w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
+        whole = room(at, w, scene, width)
+        factor = density_factor(whole, scene)
+        found = gather_value(grid, VELOCITY, nodes, at.node, w, width)[3] * factor
+        rho[p] = found
+        by_mass = ti.Vector([0.0, 0.0, 0.0, factor * adjoint[p]])
+        scatter_value(grid_adjoint, MOMENTUM, nodes, at.node, w, by_mass, width)
+        by_weights = value_derivative(grid, VELOCITY, nodes, at.node, w, dw, by_mass, width)
+        x_adjoint[p] = by_weights + room_adjoint(at, dw, whole, found, adjoint[p], scene, width)
+
+
 def _states(count: int = 3000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """J, growth and relative density in every branch of the law."""
     rng = np.random.default_rng(1)
@@ -30,7 +72,7 @@ def _states(count: int = 3000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _ratio(J: np.ndarray, growth: np.ndarray, rho: np.ndarray, adjoint: np.ndarray, precision: int = 64) -> Four:
-    given = tensors(precision, J, growth, rho, adjoint, 0 * J, 0 * J, 0 * J, 0 * J)
+    given = lanes.tensors(precision, J, growth, rho, adjoint, 0 * J, 0 * J, 0 * J, 0 * J)
     water_ratio_all(*given, SHARE)
     after, *back = (tensor.double().numpy() for tensor in given[4:])
     return after, back[0], back[1], back[2]
@@ -75,33 +117,38 @@ def test_ratio_without_a_surplus_follows_the_flow() -> None:
 
 
 CELLS = 6
+NODES = CELLS + 2 * WALL_NODES + 1
 
 
 def tank_masses(places: np.ndarray, width: int) -> np.ndarray:
-    """Node masses `[1, nodes, nodes, nodes, 4]` of particles of a cubic tank `CELLS` wide, of density 1 at rest."""
-    grid = np.zeros((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
+    """Node masses `[nodes, nodes, nodes, 4]` of particles of a cubic tank `CELLS` wide, of density 1 at rest."""
+    grid = np.zeros((NODES, NODES, NODES, 4))
     base = np.floor(places - (width / 2 - 1)).astype(int)
     w = np.stack([spline(places - base - i, width) for i in range(width)])
     for i, j, k in np.ndindex(width, width, width):
-        index = (0, *(base + np.array([i, j, k])).T, 3)
+        index = (*(base + np.array([i, j, k])).T, 3)
         np.add.at(grid, index, w[i, :, 0] * w[j, :, 1] * w[k, :, 2] / 8)
     return grid
 
 
-def _relative_density(
+def densities(
     grid: np.ndarray, places: np.ndarray, adjoint: np.ndarray, width: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Density at places [cells], and adjoints of node masses and places."""
-    given = tensors(64, grid, 0 * grid, places, adjoint, 0 * adjoint, 0 * places)
-    relative_density_all(*given, 1.0, 1.0, width)
-    return given[4].numpy(), given[1].numpy(), given[5].numpy()
+    empty, masses = np.zeros((2, NODES**3, 4)), lanes.grid(2, NODES, VELOCITY, grid)
+    given = lanes.tensors(
+        64, lanes.constants(NODES), masses, empty, lanes.four(places), adjoint, 0 * adjoint, lanes.four(0 * places)
+    )
+    with lanes.compiled():
+        relative_density_all(*given, width)
+    return given[5].numpy(), given[2][MOMENTUM].numpy().reshape(grid.shape), given[6].numpy()[:, :3]
 
 
 @pytest.mark.parametrize(("width", "bound"), [(QUADRATIC, 0.0043), (CUBIC, 0.0043)])
 def test_density_of_a_full_tank_is_that_at_rest_up_to_its_walls(width: int, bound: float) -> None:
     """Within 0.43 % for each of the walls that cut the stencil, as far as a lattice differs from a continuum."""
     places = fill_box(np.zeros(3), np.full(3, float(CELLS)), 1.0, 8) + WALL_NODES
-    rho, _, _ = _relative_density(tank_masses(places, width), places, np.ones(len(places)), width)
+    rho, _, _ = densities(tank_masses(places, width), places, np.ones(len(places)), width)
     assert np.abs(rho - 1.0).max() <= (1.0 + bound) ** 3 - 1.0
 
 
@@ -110,12 +157,12 @@ def test_adjoint_of_density_matches_differences(width: int) -> None:
     """By the places and the node masses, near walls and beyond them."""
     rng = np.random.default_rng(3)
     places = rng.uniform(-0.3, CELLS + 0.3, (200, 3)) + WALL_NODES
-    grid = tank_masses(places, width) + 0.1 * rng.random((1, *(CELLS + 2 * WALL_NODES + 1,) * 3, 4))
+    grid = tank_masses(places, width) + 0.1 * rng.random((NODES, NODES, NODES, 4))
     adjoint, step, change = rng.normal(size=200), rng.normal(size=places.shape), rng.normal(size=grid.shape)
-    _, grid_adjoint, back = _relative_density(grid, places, adjoint, width)
+    _, grid_adjoint, back = densities(grid, places, adjoint, width)
     e = 1e-6
     values = [
-        _relative_density(grid + s * e * change, places + s * e * step, adjoint, width)[0] @ adjoint for s in (-1, 1)
+        densities(grid + s * e * change, places + s * e * step, adjoint, width)[0] @ adjoint for s in (-1, 1)
     ]
     exact = (back * step).sum() + (grid_adjoint * change).sum()
     assert (values[1] - values[0]) / (2 * e) == pytest.approx(exact, rel=1e-7)

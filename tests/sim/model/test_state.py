@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import taichi as ti
 import torch
 
 from tests.sim import scenes
+from zoobench.errors import UsageError
+from zoobench.sim import runtime
+from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import MediumBed
-from zoobench.sim.model.state import BodyState, Matter, initial_matter
+from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, Matter, Parameters, initial_matter, lazy_zeros
 
 
 @pytest.mark.parametrize(
@@ -18,7 +22,7 @@ from zoobench.sim.model.state import BodyState, Matter, initial_matter
 def test_a_scene_has_the_tensors_of_its_medium(name: str, strained: int, with_history: int) -> None:
     """None without a medium; a fluid without shear strength has neither b nor stress."""
     matter = initial_matter(scenes.SCENES[name](), 2, np.zeros(3), torch.float64, "cpu")
-    assert matter.b.shape == matter.tau.shape == (1, 2, strained, 6)
+    assert matter.b.shape[:3] == matter.tau.shape[:3] == (1, 2, strained)
     assert matter.history.shape == (1, 2, with_history)
     assert (matter.history == (name == "water")).all()
 
@@ -51,7 +55,7 @@ def test_initial_state_is_that_of_the_scene() -> None:
 
 def test_slots_are_copied_out_and_in() -> None:
     """A checkpoint is a copy: later changes do not reach it, and it is restored unchanged."""
-    matter = Matter.zeros(3, 2, 4, 5, 5, torch.float64, "cpu")
+    matter = Matter.zeros(3, 2, 4, 5, True, torch.float64, "cpu")
     for tensor in matter.tensors():
         tensor[1] = 7
     saved = matter.copy_slot(1)
@@ -62,11 +66,56 @@ def test_slots_are_copied_out_and_in() -> None:
 
 
 def test_bytes_of_a_slot_are_those_of_its_tensors() -> None:
-    """24 numbers per robot particle, 28 per particle of a solid medium, 16 per one of water, and the window."""
-    solid = Matter.zeros(3, 2, 4, 5, 5, torch.float32, "cpu")
-    assert solid.bytes_per_slot() == 2 * (4 * (4 * 24 + 5 * 28) + 4 * 6)
-    fluid = Matter.zeros(3, 2, 4, 5, 0, torch.float32, "cpu")
-    assert fluid.bytes_per_slot() == 2 * (4 * (4 * 24 + 5 * 16) + 4 * 6)
+    """8 rows of four numbers per particle, 9 where there is a solid medium, and the window."""
+    solid = Matter.zeros(3, 2, 4, 5, True, torch.float32, "cpu")
+    assert solid.bytes_per_slot() == 2 * (4 * 4 * 9 * 9 + 4 * 8)
+    fluid = Matter.zeros(3, 2, 4, 5, False, torch.float32, "cpu")
+    assert fluid.bytes_per_slot() == 2 * (4 * 4 * 9 * 8 + 4 * 8)
+
+
+@pytest.mark.parametrize("solid", [False, True])
+def test_views_of_the_packed_state_do_not_overlap(solid: bool) -> None:
+    """Each holds what was written into it after all others were; a fluid has no strain, and no lane is left over but
+    the fourth of vectors, one by the history of a solid, and the strain of a fluid beside its J."""
+    matter = Matter.zeros(2, 2, 3, 4, solid, torch.float64, "cpu")
+    names = ("x", "v", "C", "F", "history", *(("b", "tau") if solid else ()))
+    rng = np.random.default_rng(1)
+    written = {name: torch.as_tensor(rng.uniform(1, 2, getattr(matter, name).shape)) for name in names}
+    for name, values in written.items():
+        getattr(matter, name)[:] = values
+    assert all(torch.equal(getattr(matter, name), values) for name, values in written.items())
+    assert int((matter.state != 0).sum()) == sum(values.numel() for values in written.values())
+    assert matter.F.shape == (2, 2, 3, 3, 3)
+    body = Parameters.zeros(2, 3, 7, torch.float64, "cpu")
+    for value, view in enumerate((body.mass, body.volume, body.stiffness, body.tension, body.fibre), start=1):
+        view[:] = value
+    assert body.body[1, 0].tolist() == [[1, 2, 3, 4], [5, 5, 5, 0]]
+    assert body.body[1, 3].tolist() == [[1, 2, 0, 0], [0, 0, 0, 0]]
+
+
+def test_arrays_beyond_the_reach_of_kernels_are_refused() -> None:
+    """With their size and what to do; those just within are made, and take no memory."""
+    assert lazy_zeros((2**29 - 1, 4), torch.float32, "cpu").shape == (2**29 - 1, 4)
+    with pytest.raises(UsageError, match=r"2147483648 numbers, 536870912 x 4; .* Use fewer worlds"):
+        lazy_zeros((2**29, 4), torch.float32, "cpu")
+    with pytest.raises(UsageError, match="kernels can address 2147483647"):
+        Matter.zeros(10**6, 1, 70, 0, False, torch.float32, "cpu")
+
+
+@ti.kernel
+def add_to_last(a: Rows):  # noqa: ANN201  (typed by the kernel compiler)
+    """Add to the last row."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        a[a.shape[0] - 1] += ti.Vector([1.0, 2.0, 3.0, 4.0])
+
+
+def test_kernels_reach_the_end_of_the_largest_array() -> None:
+    """Compiled with scalars too, whose indices are 32 bits wide."""
+    runtime.start(32)
+    rows = lazy_zeros((LARGEST_ARRAY // 4, 4), torch.float32, "cpu")
+    add_to_last(rows)
+    assert rows[-1].tolist() == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_body_state_fills_in_what_is_not_given() -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
+from zoobench.errors import UsageError
 from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import MediumBed, Scene
 
@@ -17,20 +18,29 @@ IntArray = NDArray[np.int64]
 
 ALIGNMENT = 64  # [bytes], of the widest registers
 
+LARGEST_ARRAY = 2**31 - 1
+"""Numbers in an array that every kernel can address: beyond, those without `runtime.vector_lanes` write elsewhere."""
+
 
 def lazy_zeros(shape: tuple[int, ...], kind: torch.dtype, device: str) -> Tensor:
     """Zeros that on the CPU take no memory before they are touched, aligned for vector registers.
 
     NumPy's large arrays come from the system unread, as torch's do not.
+
+    Raises:
+        UsageError: more than `LARGEST_ARRAY` numbers.
     """
+    if (count := math.prod(shape)) > LARGEST_ARRAY:
+        raise UsageError(
+            f"An array of the simulation would hold {count} numbers, {' x '.join(map(str, shape))}; kernels "
+            f"can address {LARGEST_ARRAY}. Use fewer worlds, fewer particles, a coarser fidelity or less memory for gradients."
+        )
     if device != "cpu":
         return torch.zeros(shape, dtype=kind, device=device)
     number = np.dtype(str(kind).removeprefix("torch."))
-    count = math.prod(shape)
     room = np.zeros(count + ALIGNMENT // number.itemsize, number)
     skipped = -room.ctypes.data % ALIGNMENT // number.itemsize
     return torch.from_numpy(room[skipped : skipped + count].reshape(shape))
-
 
 
 ROBOT_ROWS, SOLID_ROWS = 8, 9
@@ -76,30 +86,37 @@ class Matter:
 
     @property
     def x(self) -> Tensor:
+        """Places [m]."""
         return self.state[..., 0, :3]
 
     @property
     def v(self) -> Tensor:
+        """Velocities [m/s]."""
         return self.state[..., 1, :3]
 
     @property
     def C(self) -> Tensor:
+        """APIC matrices [1/s]."""
         return self.state[..., 2:5, :3].transpose(-1, -2)
 
     @property
     def F(self) -> Tensor:
+        """Deformation gradients of the robot."""
         return self.state[:, :, : self.robot, 5:8, :3].transpose(-1, -2)
 
     @property
     def b(self) -> Tensor:
+        """Elastic left Cauchy-Green tensors of a solid medium."""
         return self._medium[..., 20:26]
 
     @property
     def history(self) -> Tensor:
+        """Histories of the medium."""
         return self.state[:, :, self.robot :, 6, 2]
 
     @property
     def tau(self) -> Tensor:
+        """Kirchhoff stresses of a solid medium [Pa]."""
         return self._medium[..., 28:34]
 
     @property
@@ -186,24 +203,33 @@ class Parameters:
         """All zero: the start of an adjoint."""
         return cls(torch.zeros((worlds, particles, 2, 4), dtype=real, device=device), robot)
 
+    def tensors(self) -> tuple[Tensor]:
+        """All memory of the parameters."""
+        return (self.body,)
+
     @property
     def mass(self) -> Tensor:
+        """Masses [kg]."""
         return self.body[:, :, 0, 0]
 
     @property
     def volume(self) -> Tensor:
+        """Volumes [m^3]."""
         return self.body[:, :, 0, 1]
 
     @property
     def stiffness(self) -> Tensor:
+        """Multipliers of E."""
         return self.body[:, : self.robot, 0, 2]
 
     @property
     def tension(self) -> Tensor:
+        """Active stresses [Pa]."""
         return self.body[:, : self.robot, 0, 3]
 
     @property
     def fibre(self) -> Tensor:
+        """Rest directions of the fibres."""
         return self.body[:, : self.robot, 1, :3]
 
 
