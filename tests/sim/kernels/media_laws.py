@@ -37,12 +37,12 @@ def update(material: Solid, b: np.ndarray, history: np.ndarray, precision: int =
 
 
 def update_adjoint(
-    material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple
+    material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple, precision: int = 64
 ) -> tuple[np.ndarray, np.ndarray]:
     """The kernel's adjoints by b and history, from those of elastic b, new history and stress."""
-    given = tensors(64, b, history, *adjoints, 0 * b, 0 * history)
+    given = tensors(precision, b, history, *adjoints, 0 * b, 0 * history)
     medium_back_all(*given, *material.constants, int(material.law))
-    return given[5].numpy(), given[6].numpy()
+    return given[5].double().numpy(), given[6].double().numpy()
 
 
 def native(material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple) -> list[np.ndarray]:
