@@ -11,7 +11,6 @@ import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
 from zoobench.inputs import Start, find_with
 
-
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
 _OF_SCENES = ("sim", "verify")
 

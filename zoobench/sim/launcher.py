@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoobench.errors import SceneError
-from zoobench.sim import launch_clock, runtime
+from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, parallel, serial, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, VELOCITY, Variant
@@ -67,10 +67,9 @@ class Launcher:
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
-        # Taichi's own optimisation gains a twentieth on a robot alone; beside a medium it only triples the time to compile
-        is_worth_it = law == 0
+        # Taichi's own optimisation gains a twentieth on a robot alone; beside a medium it only triples compiling
         self._advance, self._reverse, self._survey = (
-            Launch(kernel, optimised=is_worth_it) for kernel in (serial.advance, serial.reverse, survey.survey)
+            Launch(kernel, optimised=law == 0) for kernel in (serial.advance, serial.reverse, survey.survey)
         )
 
     def keep(self, nodes: int) -> None:

@@ -70,9 +70,7 @@ def ratios_all(
 def _relaxed(places: Array, J: Array, adjoint: Array, width: int) -> tuple[Array, Array, Array]:
     """J after a step, and the adjoints of places [cells] and J."""
     empty, zeros = np.zeros((RATIO + 1, NODES**3, 4)), lanes.four(0 * places)
-    given = lanes.tensors(
-        64, lanes.constants(NODES), empty, empty, lanes.four(places), J, adjoint, 0 * J, zeros, 0 * J
-    )
+    given = lanes.tensors(64, lanes.constants(NODES), empty, empty, lanes.four(places), J, adjoint, 0 * J, zeros, 0 * J)
     with lanes.compiled():
         ratios_all(*given, SHARE, 0.125, width)
     after, x_adjoint, J_adjoint = (tensor.numpy() for tensor in given[6:])

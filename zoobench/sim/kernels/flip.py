@@ -19,18 +19,18 @@ FLIP_SHARE = 0.99
 
 
 @ti.func
-def divide_node(grid: ti.template(), l):
-    """Momentum to velocity at node l."""
-    q = grid[BEFORE, l]
+def divide_node(grid: ti.template(), node):
+    """Momentum to velocity at `node`."""
+    q = grid[BEFORE, node]
     if q[3] > 0.0:
         r = 1.0 / q[3]
-        grid[BEFORE, l] = ti.Vector([q[0] * r, q[1] * r, q[2] * r, q[3]])
+        grid[BEFORE, node] = ti.Vector([q[0] * r, q[1] * r, q[2] * r, q[3]])
 
 
 @ti.func
-def divide_node_adjoint(grid: ti.template(), l, grid_adjoint: ti.template(), m):
-    """Adjoint of `divide_node`, with the result at node l, at node m of the adjoint; an empty node has no derivative."""
-    q = grid[BEFORE, l]
+def divide_node_adjoint(grid: ti.template(), node, grid_adjoint: ti.template(), m):
+    """Adjoint of `divide_node`, whose result is at `node`, at node m; an empty node has no derivative."""
+    q = grid[BEFORE, node]
     adjoint = ti.Vector([0.0, 0.0, 0.0, 0.0])
     if q[3] > 0.0:
         # v = q / m: dv/dq = 1 / m and dv/dm = -v / m

@@ -15,25 +15,27 @@ from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
     contribution,
     from_grid,
-    from_grid_adjoint,
     press_node,
-    press_node_adjoint,
     to_grid,
-    to_grid_adjoint,
     update_node,
+)
+from zoobench.sim.kernels.substep_adjoint import (
+    from_grid_adjoint,
+    press_node_adjoint,
+    to_grid_adjoint,
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
 
 
 @ti.func
-def clear_node(grid: ti.template(), l, variant: ti.template()):
+def clear_node(grid: ti.template(), node, variant: ti.template()):
     """Zero the fields that particles are scattered into."""
-    grid[MOMENTUM, l] = zero_lanes()
+    grid[MOMENTUM, node] = zero_lanes()
     if ti.static(variant.transfer == AFLIP):
-        grid[BEFORE, l] = zero_lanes()
+        grid[BEFORE, node] = zero_lanes()
     if ti.static(variant.law == WATER):
-        grid[RATIO, l] = zero_lanes()
+        grid[RATIO, node] = zero_lanes()
 
 
 @ti.func
@@ -46,11 +48,11 @@ def arena(scene: ti.template(), w):
 
 
 @ti.func
-def index_of(scene: ti.template(), l):
-    """(i, j, k) of node l of a world."""
-    i = l // (scene.nodes_y * scene.nodes_z)
-    j = l // scene.nodes_z - i * scene.nodes_y
-    return i, j, l - (i * scene.nodes_y + j) * scene.nodes_z
+def index_of(scene: ti.template(), node):
+    """(i, j, k) of `node` of a world."""
+    i = node // (scene.nodes_y * scene.nodes_z)
+    j = node // scene.nodes_z - i * scene.nodes_y
+    return i, j, node - (i * scene.nodes_y + j) * scene.nodes_z
 
 
 @ti.func
@@ -68,31 +70,31 @@ def advance_parallel(
     grid: Rows, n: int, stride: int, variant: ti.template(),
 ):  # fmt: skip
     """The n-th planned substep of all worlds at once; it writes `stride` slots further (0: in place)."""
-    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+    for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
         scene = scene_constants(constants)
-        if n < plan[w, 1] and in_use(window, plan[w, 0] + n * stride, w, index_of(scene, l)):
-            clear_node(grid, arena(scene, w).origin + l, variant)
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n * stride, w, index_of(scene, node)):
+            clear_node(grid, arena(scene, w).origin + node, variant)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
             scene, s = scene_constants(constants), plan[w, 0] + n * stride
             nodes = arena(scene, w)
             given = contribution(state, body, nodes, scene, dts[w], s, w, p, variant)
             to_grid(state, body, grid, 0, nodes, scene, s, w, p, given, variant)
-    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+    for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
         scene = scene_constants(constants)
-        i, j, k = index_of(scene, l)
+        i, j, k = index_of(scene, node)
         if n < plan[w, 1] and in_use(window, plan[w, 0] + n * stride, w, (i, j, k)):
-            m = arena(scene, w).origin + l
+            m = arena(scene, w).origin + node
             update_node(grid, m, m, i, j, k, dts[w], scene, terrain, variant)
             if ti.static(variant.transfer == AFLIP):
                 divide_node(grid, m)
     if ti.static(variant.law == WATER):
-        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
             scene, s = scene_constants(constants), plan[w, 0] + n * stride
-            index = index_of(scene, l)
+            index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w)
-                press_node(grid, nodes, window, s, w, nodes.origin + l, index, scene, variant.ground)
+                press_node(grid, nodes, window, s, w, nodes.origin + node, index, scene, variant.ground)
     # an empty window of the next slot, which the particles extend below
     for w, d in ti.ndrange(state.shape[1], 3):
         if n < plan[w, 1]:
@@ -116,10 +118,10 @@ def reverse_parallel(
     grid: Rows, grid_adjoint: Rows, adjoint: Rows, body_adjoint: Rows, n: int, variant: ti.template(),
 ):  # fmt: skip
     """The adjoint of the n-th planned substep of all worlds at once."""
-    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+    for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
         scene = scene_constants(constants)
-        if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, index_of(scene, l)):
-            m = arena(scene, w).origin + l
+        if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, index_of(scene, node)):
+            m = arena(scene, w).origin + node
             clear_node(grid, m, variant)
             clear_node(grid_adjoint, m, variant)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
@@ -128,41 +130,39 @@ def reverse_parallel(
             nodes = arena(scene, w)
             given = contribution(state, body, nodes, scene, dts[w], s, w, p, variant)
             to_grid(state, body, grid, 0, nodes, scene, s, w, p, given, variant)
-    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+    for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
         scene = scene_constants(constants)
-        i, j, k = index_of(scene, l)
+        i, j, k = index_of(scene, node)
         if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, (i, j, k)):
-            m = arena(scene, w).origin + l
+            m = arena(scene, w).origin + node
             update_node(grid, m, m, i, j, k, dts[w], scene, terrain, variant)
             if ti.static(variant.transfer == AFLIP):
                 divide_node(grid, m)
     if ti.static(variant.law == WATER):
-        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
             scene, s = scene_constants(constants), plan[w, 0] + n
-            index = index_of(scene, l)
+            index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w)
-                press_node(grid, nodes, window, s, w, nodes.origin + l, index, scene, variant.ground)
+                press_node(grid, nodes, window, s, w, nodes.origin + node, index, scene, variant.ground)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
             scene, s = scene_constants(constants), plan[w, 0] + n
             nodes = arena(scene, w)
             from_grid_adjoint(state, adjoint, grid, grid_adjoint, 0, nodes, scene, dts[w], s, s + 1, w, p, variant)
     if ti.static(variant.law == WATER):
-        for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+        for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
             scene, s = scene_constants(constants), plan[w, 0] + n
-            index = index_of(scene, l)
+            index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w)
-                m = nodes.origin + l
-                press_node_adjoint(
-                    grid, grid_adjoint, nodes, window, s, w, m, m, index, dts[w], scene, variant.ground
-                )
-    for w, l in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
+                m = nodes.origin + node
+                press_node_adjoint(grid, grid_adjoint, nodes, window, s, w, m, m, index, dts[w], scene, variant.ground)
+    for w, node in ti.ndrange(state.shape[1], grid.shape[1] // state.shape[1]):
         scene = scene_constants(constants)
-        i, j, k = index_of(scene, l)
+        i, j, k = index_of(scene, node)
         if n < plan[w, 1] and in_use(window, plan[w, 0] + n, w, (i, j, k)):
-            m = arena(scene, w).origin + l
+            m = arena(scene, w).origin + node
             update_node_adjoint(grid, grid_adjoint, m, m, i, j, k, dts[w], scene, terrain, variant)
             if ti.static(variant.transfer == AFLIP):
                 divide_node_adjoint(grid, m, grid_adjoint, m)

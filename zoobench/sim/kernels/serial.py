@@ -19,12 +19,14 @@ from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
     contribution,
     from_grid,
-    from_grid_adjoint,
     press_node,
-    press_node_adjoint,
     to_grid,
-    to_grid_adjoint,
     update_node,
+)
+from zoobench.sim.kernels.substep_adjoint import (
+    from_grid_adjoint,
+    press_node_adjoint,
+    to_grid_adjoint,
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
@@ -33,12 +35,12 @@ from zoobench.sim.kernels.transfer import AFLIP
 @ti.func
 def clear(grid: ti.template(), start, count, variant: ti.template()):
     """Zero the fields that particles are scattered into, at `count` nodes from `start` on."""
-    for l in range(start, start + count):
-        grid[MOMENTUM, l] = zero_lanes()
+    for node in range(start, start + count):
+        grid[MOMENTUM, node] = zero_lanes()
         if ti.static(variant.transfer == AFLIP):
-            grid[BEFORE, l] = zero_lanes()
+            grid[BEFORE, node] = zero_lanes()
         if ti.static(variant.law == WATER):
-            grid[RATIO, l] = zero_lanes()
+            grid[RATIO, node] = zero_lanes()
 
 
 @ti.func
@@ -62,27 +64,27 @@ def update_nodes(
     terrain: ti.template(), variant: ti.template(),
 ):  # fmt: skip
     """Momenta from node `start` on to velocities from the grid's beginning on."""
-    l = 0
+    node = 0
     for i in range(window[s, w, 0], window[s, w, 3]):
         for j in range(window[s, w, 1], window[s, w, 4]):
             for k in range(window[s, w, 2], window[s, w, 5]):
-                update_node(grid, start + l, l, i, j, k, dt, scene, terrain, variant)
-                l += 1
+                update_node(grid, start + node, node, i, j, k, dt, scene, terrain, variant)
+                node += 1
     if ti.static(variant.law == WATER):
-        l = 0
+        node = 0
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
-                    press_node(grid, nodes, window, s, w, l, (i, j, k), scene, variant.ground)
-                    l += 1
+                    press_node(grid, nodes, window, s, w, node, (i, j, k), scene, variant.ground)
+                    node += 1
 
 
 @ti.func
 def divide_all(grid: ti.template(), start, count, variant: ti.template()):
     """Momenta of the motion before forces to velocities (AFLIP)."""
     if ti.static(variant.transfer == AFLIP):
-        for l in range(start, start + count):
-            divide_node(grid, l)
+        for node in range(start, start + count):
+            divide_node(grid, node)
 
 
 @ti.kernel
@@ -157,26 +159,26 @@ def reverse(
             update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
             for p in range(state.shape[2]):
                 from_grid_adjoint(state, adjoint, grid, grid_adjoint, start, nodes, scene, dt, s, t, w, p, variant)
-            l = 0
+            node = 0
             if ti.static(variant.law == WATER):
                 for i in range(window[s, w, 0], window[s, w, 3]):
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
                             press_node_adjoint(
-                                grid, grid_adjoint, nodes, window, s, w, start + l, l, (i, j, k), dt, scene,
+                                grid, grid_adjoint, nodes, window, s, w, start + node, node, (i, j, k), dt, scene,
                                 variant.ground,
                             )  # fmt: skip
-                            l += 1
-            l = 0
+                            node += 1
+            node = 0
             for i in range(window[s, w, 0], window[s, w, 3]):
                 for j in range(window[s, w, 1], window[s, w, 4]):
                     for k in range(window[s, w, 2], window[s, w, 5]):
-                        update_node_adjoint(grid, grid_adjoint, start + l, l, i, j, k, dt, scene, terrain, variant)
-                        l += 1
+                        update_node_adjoint(
+                            grid, grid_adjoint, start + node, node, i, j, k, dt, scene, terrain, variant
+                        )
+                        node += 1
             if ti.static(variant.transfer == AFLIP):
                 for m in range(nodes.size):
                     divide_node_adjoint(grid, start + m, grid_adjoint, m)
             for p in range(state.shape[2]):
-                to_grid_adjoint(
-                    state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant
-                )
+                to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)

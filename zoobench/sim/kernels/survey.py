@@ -70,9 +70,7 @@ def survey(
                     largest = ti.max(largest, WALL_NODES - cells, cells - (nodes[d] - 1 - WALL_NODES))
                 # max drops a NaN, a difference keeps it
                 spread = place.sum() - place.sum()
-                values = ti.Vector(
-                    [ti.sqrt(dot(speed, speed)), ti.sqrt(contract(rate, rate)), largest + spread, -1e30]
-                )
+                values = ti.Vector([ti.sqrt(dot(speed, speed)), ti.sqrt(contract(rate, rate)), largest + spread, -1e30])
                 per_mass = q[VOLUME] / q[MASS]
                 if p < scene.robot:
                     deformation = columns(state, 0, w, p, F)

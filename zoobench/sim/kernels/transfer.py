@@ -76,7 +76,7 @@ def gather_adjoint(
     grid: ti.template(), field: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), node,
     w: ti.template(), dw: ti.template(), origin, slope: ti.template(), width: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `gather` with the adjoint origin + i slope_x + j slope_y + k slope_z of the weighted value at (i, j, k):
+    """Adjoint of `gather`, with origin + i slope_x + j slope_y + k slope_z for that of the weighted value at (i, j, k):
     adds to the nodes' adjoint (MOMENTUM), returns that of the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin

@@ -237,7 +237,9 @@ def state_bytes(solver: Solver) -> int:
 def kept_bytes(solver: Solver, rollout: Rollout) -> int:
     """Bytes of one world's states that a rollout leaves for its gradient, or that the backward pass computes again."""
     slots = int((rollout.counts + rollout.stops).sum(axis=0).max()) + 1
-    tape = bytes_per_slot(solver.scene, solver.fidelity, solver.matter) * min(slots, rollout.segmentation.slots if rollout.segmentation else 0)
+    tape = bytes_per_slot(solver.scene, solver.fidelity, solver.matter) * min(
+        slots, rollout.segmentation.slots if rollout.segmentation else 0
+    )
     return (tape + sum(segment.start.bytes_per_slot() for segment in rollout.segments)) // solver.worlds
 
 
