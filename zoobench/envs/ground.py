@@ -7,7 +7,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ground", tags=("land",), added=("physics", "profile"))
+@register(Kind.ENV, "ground", version=2, tags=("land",), added=("physics", "profile"))
 def ground(
     *, friction: float = 0.5, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
 ) -> Environment:

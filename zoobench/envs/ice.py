@@ -7,7 +7,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ice", tags=("land",), added=("physics", "profile"))
+@register(Kind.ENV, "ice", version=2, tags=("land",), added=("physics", "profile"))
 def ice(
     *, friction: float = 0.05, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
 ) -> Environment:

@@ -15,7 +15,7 @@ SNOW = Elasticity(medium_density=400.0)
 @register(
     Kind.ENV,
     "snow",
-    version=2,
+    version=3,
     tags=("land", "plastic"),
     added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )

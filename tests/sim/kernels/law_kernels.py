@@ -10,19 +10,10 @@ import torch
 from taichi.lang import impl
 
 from zoobench.sim import runtime
-from zoobench.sim.kernels.array_types import Matrices, Nodes, Pairs, Scalars, Symmetric, Vectors
+from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.columns import lanes, matrix, to_symmetric
 from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
-from zoobench.sim.kernels.drift import (
-    mean_ratio,
-    mean_ratio_adjoint,
-    relaxed_ratio,
-    relaxed_ratio_adjoint,
-    scatter_ratio,
-    scatter_ratio_adjoint,
-)
-from zoobench.sim.kernels.elastic import fibre_stress, fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint
 from zoobench.sim.kernels.hencky import hencky_update, hencky_update_adjoint
-from zoobench.sim.kernels.linalg import cofactor, pack, sinhc, unpack
 from zoobench.sim.kernels.media import SNOW, shear_rate
 from zoobench.sim.kernels.power_series import (
     EXPONENTIAL,
@@ -32,7 +23,6 @@ from zoobench.sim.kernels.power_series import (
     series,
     series_adjoint,
 )
-from zoobench.sim.kernels.shifting import particle_shift, particle_shift_adjoint
 from zoobench.sim.kernels.symmetric import (
     both_products,
     cofactors,
@@ -40,38 +30,28 @@ from zoobench.sim.kernels.symmetric import (
     deviator,
     eigen_symmetric,
     invariants,
+    sinhc,
     square,
     unit,
 )
-from zoobench.sim.kernels.water import (
-    relative_density,
-    relative_density_adjoint,
-    water_pressure,
-    water_ratio,
-    water_ratio_adjoint,
-)
+from zoobench.sim.kernels.water import water_pressure
+
+Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
+Matrices = ti.types.ndarray(dtype=ti.types.matrix(3, 3, float))
+Symmetric = ti.types.ndarray(dtype=ti.types.vector(6, float))
 
 
-@ti.kernel
-def neo_hookean_all(F: Matrices, adjoint: Matrices, stress: Matrices, back: Matrices, mu: float, lam: float):
-    """Neo-Hookean stress and its adjoint by F."""
-    for p in range(F.shape[0]):
-        stress[p] = neo_hookean(F[p], mu, lam)
-        back[p] = neo_hookean_adjoint(F[p], adjoint[p], mu, lam)
+@ti.func
+def unpack(stored):
+    """The symmetric matrix stored as (xx yy zz xy xz yz)."""
+    xx, yy, zz, xy, xz, yz = stored[0], stored[1], stored[2], stored[3], stored[4], stored[5]
+    return ti.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-@ti.kernel
-def fibre_all(
-    F: Matrices, fibre: Vectors, adjoint: Matrices, stress: Matrices,
-    F_adjoint: Matrices, tension_adjoint: Scalars, fibre_adjoint: Vectors, tension: float,
-):  # fmt: skip
-    """Active stress and its adjoints."""
-    for p in range(F.shape[0]):
-        stress[p] = fibre_stress(F[p], tension, fibre[p])
-        more, along, turned = fibre_stress_adjoint(F[p], adjoint[p], tension, fibre[p])
-        F_adjoint[p] = more
-        tension_adjoint[p] = along
-        fibre_adjoint[p] = turned
+@ti.func
+def pack(a):
+    """A symmetric matrix as (xx yy zz xy xz yz)."""
+    return ti.Vector([a[0, 0], a[1, 1], a[2, 2], a[0, 1], a[0, 2], a[1, 2]])
 
 
 @ti.kernel
@@ -119,7 +99,7 @@ def _join(lanes: ti.template(), p):
 
 @ti.kernel
 def medium_native(
-    state: Nodes, adjoint: Nodes, stress_adjoint: Nodes, new: Nodes, stress: Nodes, back: Nodes,
+    state: Rows, adjoint: Rows, stress_adjoint: Rows, new: Rows, stress: Rows, back: Rows,
     c0: float, c1: float, c2: float, c3: float, c4: float, law: ti.template(),
 ):  # fmt: skip
     """The update and its adjoint from arrays of four lanes, `[particles, 2]`: six numbers of a tensor and one more."""
@@ -167,72 +147,11 @@ def water_all(J: Scalars, pressure: Scalars, derivative: Scalars, bulk: float, e
 
 
 @ti.kernel
-def water_ratio_all(
-    J: Scalars, growth: Scalars, rho: Scalars, adjoint: Scalars,
-    after: Scalars, J_adjoint: Scalars, growth_adjoint: Scalars, rho_adjoint: Scalars, share: float,
-):  # fmt: skip
-    """New volume ratio of water and its adjoints."""
-    for p in range(J.shape[0]):
-        after[p] = water_ratio(J[p], growth[p], rho[p], share)
-        J_adjoint[p], growth_adjoint[p], rho_adjoint[p] = water_ratio_adjoint(
-            J[p], growth[p], rho[p], share, adjoint[p]
-        )
-
-
-@ti.kernel
-def ratios_all(
-    ratios: Pairs, ratios_adjoint: Pairs, x: Vectors, J: Scalars, adjoint: Scalars,
-    after: Scalars, x_adjoint: Vectors, J_adjoint: Scalars, share: float, h: float, mass: float, width: ti.template(),
-):  # fmt: skip
-    """J of water particles after relaxation to the local mean, and its adjoints."""
-    ti.loop_config(serialize=True)
-    for p in range(x.shape[0]):
-        scatter_ratio(ratios, 0, x[p], J[p], mass, 1.0 / h, width)
-    for p in range(x.shape[0]):
-        mean = mean_ratio(ratios, 0, x[p], J[p], 1.0 / h, width)
-        after[p] = relaxed_ratio(J[p], mean, share)
-        J_adjoint[p], mean_adjoint = relaxed_ratio_adjoint(J[p], mean, share, adjoint[p])
-        x_adjoint[p] = mean_ratio_adjoint(ratios, ratios_adjoint, 0, x[p], mean, mean_adjoint, 1.0 / h, width)
-    for p in range(x.shape[0]):
-        place_adjoint, more_J, _ = scatter_ratio_adjoint(ratios_adjoint, 0, x[p], J[p], mass, 1.0 / h, width)
-        x_adjoint[p] += place_adjoint
-        J_adjoint[p] += more_J
-
-
-@ti.kernel
-def relative_density_all(
-    grid: Nodes, grid_adjoint: Nodes, x: Vectors, adjoint: Scalars, rho: Scalars, x_adjoint: Vectors,
-    h: float, density: float, width: ti.template(),
-):  # fmt: skip
-    """Relative density at places, and its adjoints."""
-    ti.loop_config(serialize=True)
-    for p in range(x.shape[0]):
-        rho[p] = relative_density(grid, 0, x[p], 1.0 / h, density, width)
-        x_adjoint[p] = relative_density_adjoint(
-            grid, grid_adjoint, 0, x[p], rho[p], adjoint[p], 1.0 / h, density, width
-        )
-
-
-@ti.kernel
-def particle_shift_all(
-    grid: Nodes, grid_adjoint: Nodes, x: Vectors, J: Scalars, rho: Scalars, adjoint: Vectors,
-    shift: Vectors, x_adjoint: Vectors, J_adjoint: Scalars, rho_adjoint: Scalars, share: float, h: float,
-    width: ti.template(),
-):  # fmt: skip
-    """Shifts of particles, and their adjoints."""
-    ti.loop_config(serialize=True)
-    for p in range(x.shape[0]):
-        shift[p] = particle_shift(grid, 0, x[p], J[p], rho[p], share, 1.0 / h, width)
-        x_adjoint[p], J_adjoint[p], rho_adjoint[p] = particle_shift_adjoint(
-            grid, grid_adjoint, 0, x[p], J[p], rho[p], share, adjoint[p], 1.0 / h, width
-        )
-
-
-@ti.kernel
 def shear_rate_all(C: Matrices, rate: Matrices):
     """Deviatoric strain rate, on which the viscosity acts."""
     for p in range(C.shape[0]):
-        rate[p] = shear_rate(C[p])
+        c = [lanes(C[p][0, j], C[p][1, j], C[p][2, j], 0.0) for j in ti.static(range(3))]
+        rate[p] = unpack(to_symmetric(shear_rate(matrix(c[0], c[1], c[2]))))
 
 
 @ti.kernel
@@ -270,14 +189,6 @@ def series_all(E: Symmetric, adjoint: Symmetric, values: Symmetric, back: Symmet
         c = series(inv, ti.static(by_precision(SERIES[name])))
         values[p] = c[0] * unit() + c[1] * E[p] + c[2] * E2
         back[p] = series_adjoint(E[p], E2, inv, ti.static(by_precision(SERIES[name])), adjoint[p])
-
-
-@ti.kernel
-def algebra_all(a: Matrices, cofactors: Matrices, repacked: Matrices):
-    """Cofactors, and the symmetric matrix after packing and unpacking."""
-    for p in range(a.shape[0]):
-        cofactors[p] = cofactor(a[p])
-        repacked[p] = unpack(pack(a[p]))
 
 
 @ti.kernel

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import eigen_all, packed, symmetric, symmetric_all, tensors, unpacked
+from tests.sim.kernels.law_kernels import eigen_all, packed, sinhc_all, symmetric, symmetric_all, tensors, unpacked
 
 
 def _cases() -> np.ndarray:
@@ -63,3 +63,12 @@ def test_algebra_of_six_numbers() -> None:
     second = 0.5 * (trace**2 - np.trace(a @ a, axis1=1, axis2=2))
     assert np.allclose(found[6].numpy(), np.stack([trace, second, det], 1), rtol=1e-12, atol=1e-12)
     assert np.allclose(found[7].numpy(), (a * b).sum((1, 2)), rtol=1e-12, atol=1e-12)
+
+
+def test_sinhc_is_smooth_through_zero() -> None:
+    """sinh(x) / x to round-off on both sides of the switch to the series, 1 at 0."""
+    x = np.concatenate([[0.0, 1e-300, -1e-9, 1e-5], np.linspace(-0.2, 0.2, 401), [-3.0, 5.0]])
+    given, found = tensors(64, x, 0 * x)
+    sinhc_all(given, found)
+    safe = np.where(x == 0, 1.0, x)
+    assert np.abs(found.numpy() / np.where(x == 0, 1.0, np.sinh(safe) / safe) - 1).max() <= 1e-14

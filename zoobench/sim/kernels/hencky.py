@@ -8,9 +8,18 @@ adjoint is that of an isotropic function as `media` has it. Symmetric tensors ar
 
 import taichi as ti
 
-from zoobench.sim.kernels.linalg import sinhc
 from zoobench.sim.kernels.power_series import EXPONENTIAL, HALF_LOGARITHM, NEAR, by_precision, series, series_adjoint
-from zoobench.sim.kernels.symmetric import contract, deviator, dyad, eigen_symmetric, invariants, square, trace, unit
+from zoobench.sim.kernels.symmetric import (
+    contract,
+    deviator,
+    dyad,
+    eigen_symmetric,
+    invariants,
+    sinhc,
+    square,
+    trace,
+    unit,
+)
 from zoobench.sim.model.matter import Law
 
 SAND, MUD = int(Law.SAND), int(Law.MUD)
