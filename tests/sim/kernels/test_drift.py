@@ -52,9 +52,10 @@ def ratios_all(
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-            mean = mean_ratio(grid, nodes, at.node, w, J[p], width)
-            after[p] = relaxed_ratio(J[p], mean, share)
-            own_adjoint, mean_adjoint = relaxed_ratio_adjoint(J[p], mean, share, adjoint[p])
+            ratio, up = J[p], adjoint[p]
+            mean = mean_ratio(grid, nodes, at.node, w, ratio, width)
+            after[p] = relaxed_ratio(ratio, mean, share)
+            own_adjoint, mean_adjoint = relaxed_ratio_adjoint(ratio, mean, share, up)
             J_adjoint[p] = own_adjoint
             x_adjoint[p] = mean_ratio_adjoint(
                 grid, at.node, grid_adjoint, at.node, nodes, w, dw, mean, mean_adjoint, width
@@ -62,17 +63,15 @@ def ratios_all(
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-            place_adjoint, more_J, _ = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
-            x_adjoint[p] += place_adjoint
-            J_adjoint[p] += more_J
+            more = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
+            x_adjoint[p] += more[0]
+            J_adjoint[p] += more[1]
 
 
 def _relaxed(places: Array, J: Array, adjoint: Array, width: int) -> tuple[Array, Array, Array]:
     """J after a step, and the adjoints of places [cells] and J."""
     empty, zeros = np.zeros((RATIO + 1, NODES**3, 4)), lanes.four(0 * places)
-    given = lanes.tensors(
-        64, lanes.constants(NODES), empty, empty, lanes.four(places), J, adjoint, 0 * J, zeros, 0 * J
-    )
+    given = lanes.tensors(64, lanes.constants(NODES), empty, empty, lanes.four(places), J, adjoint, 0 * J, zeros, 0 * J)
     with lanes.compiled():
         ratios_all(*given, SHARE, 0.125, width)
     after, x_adjoint, J_adjoint = (tensor.numpy() for tensor in given[6:])

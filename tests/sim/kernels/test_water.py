@@ -161,9 +161,7 @@ def test_adjoint_of_density_matches_differences(width: int) -> None:
     adjoint, step, change = rng.normal(size=200), rng.normal(size=places.shape), rng.normal(size=grid.shape)
     _, grid_adjoint, back = densities(grid, places, adjoint, width)
     e = 1e-6
-    values = [
-        densities(grid + s * e * change, places + s * e * step, adjoint, width)[0] @ adjoint for s in (-1, 1)
-    ]
+    values = [densities(grid + s * e * change, places + s * e * step, adjoint, width)[0] @ adjoint for s in (-1, 1)]
     exact = (back * step).sum() + (grid_adjoint * change).sum()
     assert (values[1] - values[0]) / (2 * e) == pytest.approx(exact, rel=1e-7)
     assert not grid_adjoint[..., :3].any()
@@ -228,8 +226,8 @@ def test_water_keeps_its_level_after_a_slosh() -> None:
     assert float(solver.matter.history.max()) <= LARGEST_RATIO
     for _ in range(40):
         solver.substeps(second // 40)
-        solver.matter.v *= 0.78
-        solver.matter.C *= 0.78
+        solver.matter.v.mul_(0.78)
+        solver.matter.C.mul_(0.78)
     assert _height(solver) == pytest.approx(180 / 54, abs=0.1)
 
 
