@@ -33,7 +33,7 @@ def lazy_zeros(shape: tuple[int, ...], real: torch.dtype, device: str) -> Tensor
     if (count := math.prod(shape)) > LARGEST_ARRAY:
         raise UsageError(
             f"An array of the simulation would hold {count} numbers, {' x '.join(map(str, shape))}; kernels "
-            f"can address {LARGEST_ARRAY}. Use fewer worlds or particles, a coarser fidelity or less memory for gradients."
+            f"can address {LARGEST_ARRAY}. Use fewer worlds or particles, a coarser fidelity or less gradient memory."
         )
     if device != "cpu":
         return torch.zeros(shape, dtype=real, device=device)
