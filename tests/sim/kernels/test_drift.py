@@ -48,14 +48,14 @@ def ratios_all(
         nodes = arena(scene)
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
-            w = weights(at.offset, width)
-            scatter_ratio(grid, nodes, at.node, w, J[p], mass, width)
+            scatter_ratio(grid, nodes, at.node, weights(at.offset, width), J[p], mass, width)
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-            mean = mean_ratio(grid, nodes, at.node, w, J[p], width)
-            after[p] = relaxed_ratio(J[p], mean, share)
-            own_adjoint, mean_adjoint = relaxed_ratio_adjoint(J[p], mean, share, adjoint[p])
+            ratio, up = J[p], adjoint[p]
+            mean = mean_ratio(grid, nodes, at.node, w, ratio, width)
+            after[p] = relaxed_ratio(ratio, mean, share)
+            own_adjoint, mean_adjoint = relaxed_ratio_adjoint(ratio, mean, share, up)
             J_adjoint[p] = own_adjoint
             x_adjoint[p] = mean_ratio_adjoint(
                 grid, at.node, grid_adjoint, at.node, nodes, w, dw, mean, mean_adjoint, width
@@ -63,9 +63,9 @@ def ratios_all(
         for p in range(x.shape[0]):
             at = stencil(x[p], scene, nodes, width)
             w, dw = weights(at.offset, width), weight_derivatives(at.offset, width)
-            place_adjoint, more_J, by_mass = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
-            x_adjoint[p] += place_adjoint
-            J_adjoint[p] += more_J
+            more = scatter_ratio_adjoint(grid_adjoint, nodes, at.node, w, dw, J[p], mass, width)
+            x_adjoint[p] += more[0]
+            J_adjoint[p] += more[1]
 
 
 def _relaxed(places: Array, J: Array, adjoint: Array, width: int) -> tuple[Array, Array, Array]:
@@ -166,4 +166,4 @@ def test_only_water_holds_ratios() -> None:
     for name in ("ground", "water"):
         launcher = scenes.episode(scenes.SCENES[name](), 1)[0].launcher
         assert launcher._grid_adjoint is not None
-        assert launcher._grid_adjoint.shape[0] == launcher._grid.shape[0]
+        assert launcher._grid_adjoint.shape == launcher._grid.shape

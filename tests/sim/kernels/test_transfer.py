@@ -98,12 +98,8 @@ def _transferred(seed: int = 1) -> tuple[Array, Array, Array, Array]:
     """Random nodes, places, contributions and adjoints."""
     rng = np.random.default_rng(seed)
     places = H * rng.uniform(2.0, 9.0, (PLACES, 3))
-    return (
-        rng.normal(size=(NODES,) * 3 + (4,)),
-        places,
-        rng.normal(size=(PLACES, 4, 4)),
-        rng.normal(size=(PLACES, 4, 4)),
-    )
+    given, up = rng.normal(size=(2, PLACES, 4, 4))
+    return rng.normal(size=(NODES,) * 3 + (4,)), places, given, up
 
 
 @both_ways

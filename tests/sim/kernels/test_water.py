@@ -226,8 +226,8 @@ def test_water_keeps_its_level_after_a_slosh() -> None:
     assert float(solver.matter.history.max()) <= LARGEST_RATIO
     for _ in range(40):
         solver.substeps(second // 40)
-        solver.matter.v *= 0.78
-        solver.matter.C *= 0.78
+        solver.matter.v.mul_(0.78)
+        solver.matter.C.mul_(0.78)
     assert _height(solver) == pytest.approx(180 / 54, abs=0.1)
 
 

@@ -75,8 +75,8 @@ def test_bytes_of_a_slot_are_those_of_its_tensors() -> None:
 
 @pytest.mark.parametrize("solid", [False, True])
 def test_views_of_the_packed_state_do_not_overlap(solid: bool) -> None:
-    """Each holds what was written into it after all others were; a fluid has no strain, and no lane is left over but
-    the fourth of vectors, one by the history of a solid, and the strain of a fluid beside its J."""
+    """Each holds what was written into it after all others were; a fluid has no strain, and nothing else is
+    written."""
     matter = Matter.zeros(2, 2, 3, 4, solid, torch.float64, "cpu")
     names = ("x", "v", "C", "F", "history", *(("b", "tau") if solid else ()))
     rng = np.random.default_rng(1)

@@ -35,7 +35,7 @@ def test_an_adjoint_wrong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pytest
     def wrong(launcher: Launcher, matter: Matter, parameters: Parameters, plan: LaunchPlan, *adjoints: object) -> None:
         reverse(launcher, matter, parameters, plan, *adjoints)  # type: ignore[arg-type]
         if matter.x.dtype == torch.float32:
-            adjoints[1].tension *= 1.01  # type: ignore[attr-defined]
+            adjoints[1].tension.mul_(1.01)  # type: ignore[attr-defined]
 
     monkeypatch.setattr(Launcher, "reverse", wrong)
     assert any("on its path" in text for text in fallen(contact=True))
@@ -49,7 +49,7 @@ def test_a_muscle_too_strong_by_a_per_cent_in_32_bits_is_caught(monkeypatch: pyt
     def wrong(simulation: Simulation, *where: object) -> None:
         set_tension(simulation, *where)  # type: ignore[arg-type]
         if simulation.fidelity.precision == 32:
-            simulation.parameters.tension *= 1.01
+            simulation.parameters.tension.mul_(1.01)
 
     monkeypatch.setattr(Simulation, "set_tension", wrong)
     assert any("mid-air, 32 bits against 64" in text for text in fallen(contact=False))
