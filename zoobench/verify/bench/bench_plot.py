@@ -53,7 +53,7 @@ def _draw_rates(axes: "Axes", rows: Sequence[RateRow]) -> None:
 
 def _decades(counts: Sequence[int]) -> tuple[float, float]:
     """The powers of ten around some numbers."""
-    return 10.0 ** math.floor(math.log10(min(counts))), 10.0 ** math.ceil(math.log10(max(counts)))
+    return 10.0 ** math.floor(math.log10(min(counts))), 10.0 ** (math.floor(math.log10(max(counts))) + 1)
 
 
 def _draw_runs(axes: "Axes", runs: Sequence[RunShare]) -> None:
