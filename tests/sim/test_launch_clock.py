@@ -13,17 +13,18 @@ import torch
 
 from tests.sim.scenes import fidelity, ground_scene
 from zoobench.sim import launch_clock
-from zoobench.sim.launch_clock import VARIABLE, LaunchClock, watch
+from zoobench.sim.launch_clock import VARIABLE, LaunchClock, LaunchTimes, watch
 from zoobench.sim.model.state import LaunchPlan
 from zoobench.sim.solver import Solver
 
 
 class FakeLauncher:
-    """Takes 1 s to launch, 2 s for each substep, 10 s more at first to compile and 5 s for a survey."""
+    """Takes 1 s to launch and 2 s for each substep, 5 s for a survey, and at first 10 s and 2 s more to compile."""
 
     def __init__(self) -> None:
         self.now = 0.0
         self.advanced: list[int] = []
+        self.surveys = 0
 
     def advance(self, plan: LaunchPlan, stride: int) -> None:
         """Count the substeps."""
@@ -36,7 +37,8 @@ class FakeLauncher:
 
     def survey(self) -> None:
         """Has no plan."""
-        self.now += 5.0
+        self.now += 5.0 if self.surveys else 7.0
+        self.surveys += 1
 
 
 def plan_of(substeps: int) -> LaunchPlan:
@@ -45,31 +47,37 @@ def plan_of(substeps: int) -> LaunchPlan:
 
 
 def test_calls_are_split_into_loading_launching_and_kernels() -> None:
-    """Loading is what the first call took longer; a launch costs what one of no substeps does."""
+    """However long the kernels take: launches of no substeps compile, and tell what a launch costs."""
     launcher = FakeLauncher()
     clock = LaunchClock(launcher, lambda: launcher.now)
-    for _ in range(4):
-        launcher.advance(plan_of(3), 0)
+    for substeps in (300, 100, 100, 100):
+        launcher.advance(plan_of(substeps), 0)
     launcher.reverse(plan=plan_of(3))
-    launcher.survey()
     times = clock.times()
-    assert (times["advance"].calls, times["advance"].loading_s) == (4, 10.0)
-    assert (times["advance"].launching_s, times["advance"].kernel_s) == (4 * 1.0, 4 * 6.0)
-    assert clock.launch_seconds("advance") == 1.0
-    assert (times["survey"].kernel_s, times["survey"].launching_s) == (5.0, 0.0)
-    assert times["reverse"].kernel_s == 7.0  # a single call tells nothing of launch or loading
-    launcher.reverse(plan=plan_of(3))
-    assert clock.times()["reverse"].kernel_s == 2 * 6.0
+    assert times["advance"] == LaunchTimes(calls=4, loading_s=10.0, launching_s=4 * 1.0, kernel_s=1200.0)
+    assert times["reverse"] == LaunchTimes(calls=1, loading_s=0.0, launching_s=1.0, kernel_s=6.0)
+    assert (clock.launch_seconds("advance"), clock.launch_seconds("survey")) == (1.0, None)
+
+
+def test_a_method_without_a_plan_is_known_by_its_calls() -> None:
+    """What the first took longer than the others is loading; a single one tells nothing of it."""
+    launcher = FakeLauncher()
+    clock = LaunchClock(launcher, lambda: launcher.now)
+    launcher.survey()
+    assert clock.times() == {"survey": LaunchTimes(calls=1, loading_s=0.0, launching_s=0.0, kernel_s=7.0)}
+    launcher.survey()
+    launcher.survey()
+    assert clock.times()["survey"] == LaunchTimes(calls=3, loading_s=2.0, launching_s=0.0, kernel_s=15.0)
 
 
 def test_launches_of_no_substeps_are_not_among_the_calls() -> None:
-    """The launcher is called as it was, and after the second time with nothing to do."""
+    """The launcher is called as it was, and before the first time with nothing to do."""
     launcher = FakeLauncher()
     clock = LaunchClock(launcher, lambda: launcher.now)
     for _ in range(3):
         launcher.advance(plan_of(3), 0)
     assert [count for count in launcher.advanced if count] == [3, 3, 3]
-    assert launcher.advanced.count(0) == len(clock.empty["advance"]) > 0
+    assert launcher.advanced.count(0) == len(clock.empty["advance"]) > 1
 
 
 def test_a_clock_changes_no_number() -> None:
@@ -121,7 +129,7 @@ def test_nothing_is_watched_unless_it_is_asked_for(
     monkeypatch.delenv(VARIABLE, raising=False)
     launcher = FakeLauncher()
     watch(launcher)
-    assert vars(launcher).keys() == {"now", "advanced"}
+    assert vars(launcher).keys() == {"now", "advanced", "surveys"}
     assert at_exit == []
 
 

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
+from multiprocessing import connection
 from pathlib import Path
 from typing import Self
 
@@ -63,7 +64,7 @@ def run_all(
             if not any(row.state in OPEN_STATES for row in rows):
                 return rows
             pool.keep_at_work(min(jobs, len(ours)))
-            time.sleep(POLL_SECONDS)
+            pool.wait(POLL_SECONDS)
 
 
 class _Worker:
@@ -133,6 +134,14 @@ class _WorkerPool:
         if row.state is not RunState.RUNNING or row.owner is None:
             return False
         return Owner.parse(row.owner).pid not in {worker.process.pid for worker in self._workers}
+
+    def wait(self, timeout: float) -> None:
+        """Wait until a worker ends, which closes its output, `timeout` [s] at most."""
+        outputs = [worker.process.stdout.fileno() for worker in self._workers if worker.process.stdout]
+        if outputs:
+            connection.wait(outputs, timeout)
+        else:
+            time.sleep(timeout)
 
     def keep_at_work(self, count: int) -> None:
         """Replace workers that were killed, so that `count` are at work.

@@ -33,9 +33,8 @@ class LaunchTimes:
     """Processor seconds of all calls of one method of a launcher.
 
     Attributes:
-        loading_s: by which the first call took longer than the others do: compiling, or loading from the cache.
-        launching_s: cost of the launches themselves, as measured with launches of no substeps; 0 where a method has no
-            such launch.
+        loading_s: compiling its kernel, or loading it from the cache.
+        launching_s: cost of the launches themselves; 0 where it is not known.
         kernel_s: the rest.
     """
 
@@ -48,13 +47,17 @@ class LaunchTimes:
 class LaunchClock:
     """Times the calls of one launcher from now on.
 
+    Before the first call of a method with a `LaunchPlan` the same is launched with no substeps in any world, which
+    changes nothing: the first time it compiles, and then it costs what a launch does. A method without a plan, as the
+    survey, is known by its calls alone: its first one compiles, and is compared with the others.
+
     Args:
         launcher: its methods are replaced by timed ones.
         seconds: the clock [s].
 
     Attributes:
         spent: seconds of every call by method, in their order.
-        empty: seconds of some launches of no substeps by method, made after the second call.
+        empty: seconds of the launches of no substeps by method, in their order.
     """
 
     def __init__(self, launcher: Any, seconds: Callable[[], float] = time.process_time) -> None:
@@ -70,19 +73,21 @@ class LaunchClock:
 
     def launch_seconds(self, name: str) -> float | None:
         """Seconds of a launch of no substeps; None if none was made."""
-        return statistics.median(self.empty[name]) if self.empty[name] else None
+        return statistics.median(self.empty[name][1:]) if self.empty[name] else None
 
     def _times(self, name: str) -> LaunchTimes:
-        first, *others = self.spent[name]
-        loading = max(0.0, first - statistics.median(others)) if others else 0.0
-        launching = (self.launch_seconds(name) or 0.0) * (1 + len(others))
-        return LaunchTimes(1 + len(others), loading, launching, first + sum(others) - loading - launching)
+        spent, cost = self.spent[name], self.launch_seconds(name)
+        if cost is not None:
+            launching = cost * len(spent)
+            return LaunchTimes(len(spent), self.empty[name][0] - cost, launching, sum(spent) - launching)
+        loading = max(0.0, spent[0] - statistics.median(spent[1:])) if len(spent) > 1 else 0.0
+        return LaunchTimes(len(spent), loading, 0.0, sum(spent) - loading)
 
     def _timed(self, name: str, method: Callable[..., None]) -> Callable[..., None]:
         def timed(*arguments: Any, **named: Any) -> None:
-            self.spent[name].append(self._measure(method, *arguments, **named))
-            if len(self.spent[name]) == 2:  # the first call may have compiled
+            if not self.spent[name]:
                 self._launch_empty(name, method, arguments, named)
+            self.spent[name].append(self._measure(method, *arguments, **named))
 
         return timed
 
@@ -94,13 +99,12 @@ class LaunchClock:
     def _launch_empty(
         self, name: str, method: Callable[..., None], arguments: tuple[Any, ...], named: dict[str, Any]
     ) -> None:
-        """Launch with the same arrays and no substeps in any world, which changes nothing."""
         plans = [each for each in (*arguments, *named.values()) if isinstance(each, LaunchPlan)]
         if plans:
             empty = LaunchPlan.none(len(plans[0].dt), plans[0].dt.dtype, str(plans[0].dt.device))
             emptied = [empty if isinstance(each, LaunchPlan) else each for each in arguments]
             also = {key: empty if isinstance(each, LaunchPlan) else each for key, each in named.items()}
-            for _ in range(_EMPTY_LAUNCHES):
+            for _ in range(1 + _EMPTY_LAUNCHES):
                 self.empty[name].append(self._measure(method, *emptied, **also))
 
 

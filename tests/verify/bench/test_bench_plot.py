@@ -32,6 +32,7 @@ def test_rates_are_lines_over_particles_and_runs_are_bars(drawn: list[Any]) -> N
         [[9996, 6.0]],
         [],
     ]
+    assert lines.get_xlim() == (100.0, 10_000.0)
     widths = [bar.get_width() for bar in bars.patches]
     assert widths[:2] == [50.0, 50.0]  # the share of advance in both runs
     assert sum(widths) == pytest.approx(200.0)

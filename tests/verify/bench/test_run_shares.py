@@ -70,8 +70,9 @@ def test_the_run_has_a_database_of_its_own_and_is_timed(monkeypatch: pytest.Monk
 
 @pytest.mark.slow
 def test_where_a_smoke_run_spends_its_time() -> None:
-    """Kernels, launches and loading are a part of all processes' time, and none is negative."""
+    """Both of its runs have told; launches and loading are a part of the time of all processes."""
     found = measure_run("--env ground --task turning --smoke -j 1")
     assert found.processes == 2
-    assert min(found.advance_s, found.reverse_s, found.launching_s, found.loading_s, found.rest_s) > 0
-    assert 0 < found.kernel_share < 1
+    assert min(found.launching_s, found.loading_s, found.rest_s) > 0
+    assert found.launching_s + found.loading_s < found.cpu_s
+    assert found.kernel_share < 1

@@ -106,7 +106,7 @@ class TimedSolver:
         )  # fmt: skip
         self._seconds = work_clock(job["device"])
         self._clock = LaunchClock(self._solver.launcher, self._seconds)
-        for _ in range(3):
+        for _ in range(2):
             self.episode(1)
         self.loading = {name: times.loading_s for name, times in self._clock.times().items()}
         self.launch = {name: self._clock.launch_seconds(name) for name in ("advance", "reverse")}

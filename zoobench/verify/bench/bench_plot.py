@@ -1,5 +1,6 @@
 """The picture of `bench`: rates by number of particles, and where the processor time of runs goes."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,11 +43,17 @@ def _draw_rates(axes: "Axes", rows: Sequence[RateRow]) -> None:
         counts, colour = [row.particle_count for row in own], f"C{number % 10}"
         axes.plot(counts, [row.forward_mps for row in own], marker=".", color=colour, label=scene)
         both = {row.particle_count: row.both_mps for row in own if row.both_mps is not None}
-        axes.plot(list(both), list(both.values()), marker=".", color=colour, linestyle="--")
+        axes.plot(list(both), list(both.values()), marker=".", fillstyle="none", color=colour, linestyle="--")
+    axes.set(xlim=_decades([row.particle_count for row in rows]))
     axes.set(xscale="log", yscale="log", xlabel="particles", ylabel="million particle-substeps per second")
     axes.set_title("forward (solid), forward and backward (dashed)")
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=9)
+
+
+def _decades(counts: Sequence[int]) -> tuple[float, float]:
+    """The powers of ten around some numbers."""
+    return 10.0 ** math.floor(math.log10(min(counts))), 10.0 ** (math.floor(math.log10(max(counts))) + 1)
 
 
 def _draw_runs(axes: "Axes", runs: Sequence[RunShare]) -> None:
