@@ -1,6 +1,7 @@
 """Only the effects that a scene calls for are compiled, launched and held in memory, by the records of real runs."""
 
 import gc
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -115,7 +116,8 @@ SENTINEL = 7.0
 def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
     """Nodes that no particle touched keep a sentinel through an episode and its reverse, on both grids."""
     solver = Solver(scenes.SCENES[name](), scenes.fidelity(), gradients=True, checkpoint_interval=3, parallel=parallel)
-    launcher = solver.launcher
+    launcher, slab = solver.launcher, math.prod(solver.launcher.shape)
+    _run(solver, 3)  # makes the tape, and room in the grid for the momenta that are kept
     launcher._grid_adjoint = torch.empty_like(launcher._grid)
     grids = (launcher._grid, launcher._grid_adjoint)
     for grid in grids:
@@ -133,7 +135,7 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
         visited = torch.arange(visited.numel()) < most
     assert 0.0 < visited.float().mean() < 0.5
     for grid in (*used, *grids):
-        touched = (grid != SENTINEL).any(dim=-1).any(dim=0)
+        touched = (grid[:, :slab] != SENTINEL).any(dim=-1).any(dim=0)
         assert touched.any()
         assert not (touched & ~visited.flatten()).any()
 

@@ -79,6 +79,7 @@ class Launcher:
         nodes = 0 if self._parallel else max(min(nodes, room), 0)
         if nodes != self._kept:
             self._kept = nodes
+            self._grid.data = self._grid.new_empty(0)  # see `Tape.__del__`
             self._grid = self._new_grid(self._worlds * nodes)
 
     def first_kept(self) -> Tensor:

@@ -39,7 +39,7 @@ def _pass(sim: Simulation, capacity: int | None) -> tuple[Matter, Matter, Parame
         tape.window[0, :, 6] = torch.tensor([nodes + world * sim.launcher._kept for world in range(WORLDS)])
     for first, counts in (([0, 0], [2, 3]), ([2, 3], [STEPS - 2, STEPS - 4])):
         plan.set(np.array(first), np.array(counts), np.full(WORLDS, sim.limit.dt))
-        sim.launcher.advance(tape, sim.parameters, plan, 1, keep=capacity is not None)
+        sim.launcher.advance(tape, sim.parameters, plan, 1)
     adjoint = empty_matter(sim.scene, 1, WORLDS, real, "cpu")
     rng = np.random.default_rng(5)
     for part in (adjoint.x, adjoint.v, adjoint.F):

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 def test_grid_outside_the_window_is_neither_read_nor_written(name: str) -> None:
     """NaN in every node before the episode changes no bit of it, and is still there behind the largest window."""
     _, expected, _ = scenes.episode(scenes.SCENES[name](), 3, worlds=2)
-    solver = Solver(scenes.SCENES[name](), scenes.fidelity(), worlds=2, gradients=True)
+    solver = Solver(scenes.SCENES[name](), scenes.fidelity(), worlds=2)
     grid = solver.launcher._grid
     grid.fill_(torch.nan)
     rollout = solver.run(scenes.actuation(solver, 3))
