@@ -17,9 +17,9 @@ from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import LaunchPlan, Matter, Parameters, lazy_zeros
+from zoobench.sim.model.state import LARGEST_ARRAY, LaunchPlan, Matter, Parameters, lazy_zeros
 
-LARGEST_GRID = 2**26
+LARGEST_GRID = 2**28
 
 _TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
@@ -75,7 +75,7 @@ class Launcher:
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
         slab = math.prod(self.shape)
-        room = (LARGEST_GRID - slab) // self._worlds
+        room = (LARGEST_ARRAY // (4 * self.fields) - slab) // self._worlds
         nodes = 0 if self._parallel else max(min(nodes, room), 0)
         if nodes != self._kept:
             self._kept = nodes
