@@ -100,9 +100,9 @@ def test_machines_of_one_kind_may_still_differ(computed: list[int], monkeypatch:
     ]
     for text in (*told, told[0]):
         monkeypatch.setattr(Path, "read_text", lambda _, text=text, **__: text)
-        module._processor.cache_clear()
+        module.processor.cache_clear()
         get(medium_scene("sand"))
-    module._processor.cache_clear()
+    module.processor.cache_clear()
     assert len(computed) == 3
 
 
