@@ -1,7 +1,7 @@
 """The protocol of tasks: score, reward and objective as differentiable functions of the robot's motion, in torch."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -49,6 +49,22 @@ class Motion:
     muscle_work: "Tensor"
     occupancy: "Tensor | None" = None
     numbers: "Tensor | None" = None
+    _known: "dict[str, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def once(self, name: str, compute: "Callable[[], Tensor]") -> "Tensor":
+        """A quantity that several readings of this motion share, by its name; computed once where no gradient is asked.
+
+        With autograd at work every caller has a graph of its own.
+        """
+        import torch
+
+        if torch.is_grad_enabled():
+            value = compute()
+            self._known[name] = value.detach()
+            return value
+        if name not in self._known:
+            self._known[name] = compute()
+        return self._known[name]
 
     @property
     def existing(self) -> "Tensor":
@@ -69,8 +85,12 @@ class Motion:
 
     def centre_of_mass(self) -> "Tensor":
         """The centre of mass `[frames + 1, worlds, 3]` [m]."""
-        weights = self.masses / self.masses.sum(dim=1, keepdim=True)
-        return (self.positions * weights[None, :, :, None]).sum(dim=2)
+
+        def compute() -> "Tensor":
+            weights = self.masses / self.masses.sum(dim=1, keepdim=True)
+            return (self.positions * weights[None, :, :, None]).sum(dim=2)
+
+        return self.once("centre_of_mass", compute)
 
     def second_moments(self) -> "Tensor":
         """The gyration tensor: second moments of the mass about its centre, divided by the mass.

@@ -28,15 +28,7 @@ class Turning(Task):
 
     def reward(self, motion: Motion) -> "Tensor":
         """Mean tangential velocity at the end of every frame `[frames, worlds]` [m/s]."""
-        import torch
-
-        relative = motion.positions[1:] - motion.centre_of_mass()[1:, :, None, :]
-        along = torch.linalg.cross(relative.new_tensor(UP).expand_as(relative), relative)
-        squared = (along**2).sum(dim=-1, keepdim=True)
-        off_axis = squared > _AXIS_RADIUS**2
-        # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
-        tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
-        return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
+        return motion.once("tangential_velocity", lambda: _tangential_velocity(motion))
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Tangential velocity, net angle of rotation, and the common readings."""
@@ -45,6 +37,19 @@ class Turning(Task):
             "heading_angle": (net_rotation(motion), "rad"),
             **common_readings(motion),
         }
+
+
+def _tangential_velocity(motion: Motion) -> "Tensor":
+    """See `Turning.reward`."""
+    import torch
+
+    relative = motion.positions[1:] - motion.centre_of_mass()[1:, :, None, :]
+    along = torch.linalg.cross(relative.new_tensor(UP).expand_as(relative), relative)
+    squared = (along**2).sum(dim=-1, keepdim=True)
+    off_axis = squared > _AXIS_RADIUS**2
+    # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
+    tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
+    return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
 
 
 def net_rotation(motion: Motion) -> "Tensor":
