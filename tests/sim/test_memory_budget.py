@@ -39,10 +39,13 @@ def test_what_is_no_size_is_refused(text: str) -> None:
 
 
 def test_what_is_given_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For each of the workers."""
-    monkeypatch.setenv(MEMORY_VARIABLE, "2GB")
+    """By each of the workers, of which states get what the process itself leaves, and half of it at least."""
     monkeypatch.setenv(WORKERS_VARIABLE, "4")
-    assert memory_share() == 2 * 10**9
+    monkeypatch.setenv(MEMORY_VARIABLE, "20GB")
+    assert 15 * 10**9 < memory_share() < 20 * 10**9 - memory_budget._COMPILER_MEMORY
+    memory_share.cache_clear()
+    monkeypatch.setenv(MEMORY_VARIABLE, "2MB")
+    assert memory_share() == 10**6
 
 
 def test_a_quarter_of_each_worker_s_part_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -53,8 +53,8 @@ def run(
         Option(
             "--memory",
             envvar="ZOOBENCH_MEMORY",
-            help="What each run may store for gradients, as in 2GB; a quarter of its part of the free memory if not "
-            "given. With less they take longer; no result depends on it.",
+            help="What the process of each run may take, as in 2GB; if not given, it stores a quarter of its part of the "
+            "free memory. Gradients take longer with less; no result depends on it.",
         ),
     ] = "",
     db: DatabaseOption = DEFAULT_DATABASE,

@@ -12,12 +12,14 @@ import psutil
 from zoobench.errors import UsageError
 
 MEMORY_VARIABLE = "ZOOBENCH_MEMORY"
-"""Environment variable with the memory for the stored states of a process, as `parse_size` reads it."""
+"""Environment variable with the memory that a process may take, as `parse_size` reads it; half of it at least is for the
+stored states."""
 
 WORKERS_VARIABLE = "ZOOBENCH_WORKERS"
 """Environment variable with the number of processes that share this machine's memory; 1 if it is not set."""
 
 _SHARE = 0.25
+_COMPILER_MEMORY = 150 * 10**6  # [bytes], for the kernels that are compiled later
 _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "KIB": 2**10, "MIB": 2**20, "GIB": 2**30}
 _CONTROL_GROUPS = Path("/sys/fs/cgroup")
 _MEMBERSHIP = Path("/proc/self/cgroup")
@@ -42,7 +44,8 @@ def parse_size(text: str) -> int:
 
 @cache
 def memory_share() -> int:
-    """What the environment variable says; else a quarter of this process's part of the free memory [bytes].
+    """Of what the environment variable allows the process, the part that is left beside the process itself; without it a
+    quarter of this process's part of the free memory [bytes].
 
     The same for as long as the process runs.
 
@@ -50,7 +53,8 @@ def memory_share() -> int:
         UsageError: the variable cannot be read.
     """
     if given := os.environ.get(MEMORY_VARIABLE):
-        return parse_size(given)
+        allowed = parse_size(given)
+        return max(allowed - psutil.Process().memory_info().rss - _COMPILER_MEMORY, allowed // 2)
     return int(_SHARE * free_memory() / max(1, int(os.environ.get(WORKERS_VARIABLE, "1"))))
 
 

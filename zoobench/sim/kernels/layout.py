@@ -5,7 +5,7 @@
                of the substep from this slot are kept in `grid`, and whether they are
     body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0)
     plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world takes its own steps
-    constants  [20] of the scene, below
+    constants  [17] of the scene, below
     terrain    [nx, nz] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [fields, nodes] fields of the nodes, below; a window's nodes follow each other without gaps
 
