@@ -19,7 +19,7 @@ GRACE_SECONDS = 3.0  # for a child that was asked to stop
 EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1
-_LOOK_SECONDS = 0.5  # between looks whether another run has computed it
+_MOST_LOOK_SECONDS = 1.0  # between looks whether another run has computed it; the first come sooner
 _LAST_WORDS = frozenset({"done", "diverged", "failed", "stopped"})
 _MOST_LOG_LINES = 10_000  # of one attempt
 
@@ -133,7 +133,7 @@ class _Supervisor:
             return
         found = self._store.reference(self._claim, wanted.key)
         if found.value is None and not found.is_ours and now - wanted.since < REFERENCE_SECONDS:
-            wanted.look_at = now + _LOOK_SECONDS
+            wanted.look_at = now + min(_MOST_LOOK_SECONDS, _POLL_SECONDS + 0.2 * (now - wanted.since))
             return
         self._process.answer(found.value, found.unit)
         self._wanted = None
