@@ -53,8 +53,8 @@ def run(
         Option(
             "--memory",
             envvar="ZOOBENCH_MEMORY",
-            help="What the process of each run may take, as in 2GB; if not given, it stores a quarter of its part of the "
-            "free memory. Gradients take longer with less; no result depends on it.",
+            help="What the process of each run may take, as in 2GB; if not given, it stores a quarter of its part of "
+            "the free memory. Gradients take longer with less; no result depends on it.",
         ),
     ] = "",
     db: DatabaseOption = DEFAULT_DATABASE,

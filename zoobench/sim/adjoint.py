@@ -131,7 +131,9 @@ class Adjoint:
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
-        for name in () if self._fault else ("x", "v", "C", "F"):
+        if self._fault or torch.isfinite(self._state.state.sum()):  # one look at all of them
+            return
+        for name in ("x", "v", "C", "F"):
             broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
             if broken.any():
                 world, particle = (int(index) for index in broken.nonzero()[0])

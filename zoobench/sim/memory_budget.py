@@ -12,8 +12,9 @@ import psutil
 from zoobench.errors import UsageError
 
 MEMORY_VARIABLE = "ZOOBENCH_MEMORY"
-"""Environment variable with the memory that a process may take, as `parse_size` reads it; half of it at least is for the
-stored states."""
+"""Environment variable with the memory that a process may take, as `parse_size` reads it.
+
+Half of it at least is for the stored states."""
 
 WORKERS_VARIABLE = "ZOOBENCH_WORKERS"
 """Environment variable with the number of processes that share this machine's memory; 1 if it is not set."""
@@ -44,8 +45,10 @@ def parse_size(text: str) -> int:
 
 @cache
 def memory_share() -> int:
-    """Of what the environment variable allows the process, the part that is left beside the process itself; without it a
-    quarter of this process's part of the free memory [bytes].
+    """Memory for the stored states of this process [bytes].
+
+    Of what the environment variable allows, the part that is left beside the process itself; without it a quarter of
+    this process's part of the free memory.
 
     The same for as long as the process runs.
 

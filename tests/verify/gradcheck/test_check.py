@@ -10,6 +10,8 @@ from zoobench.cell.motion import BODY_ARRAYS
 from zoobench.errors import UsageError
 from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.model.rollout import FloatArray, Gradient
+from zoobench.sim.model.segmentation import Part
+from zoobench.sim.model.state import IntArray
 from zoobench.spec import Ref
 from zoobench.verify.gradcheck import check as study
 from zoobench.verify.gradcheck.check import GradRow, e_fold, gradcheck, summarise
@@ -50,10 +52,10 @@ def test_the_first_adjoint_that_is_not_finite_is_named(monkeypatch: pytest.Monke
     """Substep, particle and quantity are given, and the row is not right however well the numbers agree."""
     reverse = Adjoint._reverse
 
-    def spoilt(self: Adjoint, segment: int, frame: int) -> None:
-        if frame == 1:
+    def spoilt(self: Adjoint, part: Part, first: IntArray) -> None:
+        if part.frame == 1:
             self._state.x[0, 0, 7, 1] = float("nan")
-        reverse(self, segment, frame)
+        reverse(self, part, first)
 
     monkeypatch.setattr(Adjoint, "_reverse", spoilt)
     row = next(iter(gradcheck(_case(), (20,))))
