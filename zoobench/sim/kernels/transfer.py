@@ -162,8 +162,8 @@ def scatter_value(
     width: ti.template(),
 ):  # fmt: skip
     """Add w value to the stencil's nodes."""
-    for i in range(width):
-        w_i = pick(w, i, 0, width)
+    for i in ti.static(range(width)):
+        w_i = w[i][0]
         for j in ti.static(range(width)):
             for k in ti.static(range(width)):
                 grid[field, node + i * nodes.sx + j * nodes.sy + k] += (w_i * w[j][1] * w[k][2]) * value
@@ -175,7 +175,7 @@ def gather_value(
 ):
     """Sum of w q over the stencil's nodes."""
     total = zero_lanes()
-    for i in range(width):
+    for i in ti.static(range(width)):
         plane = zero_lanes()
         for j in ti.static(range(width)):
             first = node + i * nodes.sx + j * nodes.sy
@@ -183,7 +183,7 @@ def gather_value(
             for k in ti.static(range(1, width)):
                 line += w[k][2] * grid[field, first + k]
             plane += w[j][1] * line
-        total += pick(w, i, 0, width) * plane
+        total += w[i][0] * plane
     return total
 
 
