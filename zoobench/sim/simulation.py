@@ -162,10 +162,12 @@ class Simulation:
 
     def _muscle_potential(self, rollout: Rollout) -> Array:
         """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
-        deformation = self.matter.F[0, :, : self.robot_count].double()
+        F, fibre = (tensor.double() for tensor in (self.matter.F[0], self.parameters.fibre))
         # sums and products of our own: the libraries' products are rounded by the processor's make
-        stretched = (deformation * self.parameters.fibre.double()[:, :, None, :]).sum(dim=-1)
+        x, y, z = (F[..., j] * fibre[..., j, None] for j in range(3))
+        stretched = (x + y + z) ** 2
+        square = stretched[..., 0] + stretched[..., 1] + stretched[..., 2]
         volume = self.parameters.volume[:, : self.robot_count].double()
-        density = 0.5 * self.scene.robot.material.muscle_strength * volume * (stretched**2).sum(dim=-1)
+        density = 0.5 * self.scene.robot.material.muscle_strength * volume * square
         potential: Array = (rollout.body["muscle_membership"] * density.cpu().numpy()[:, :, None]).sum(axis=1)
         return potential
