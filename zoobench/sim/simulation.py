@@ -14,7 +14,16 @@ from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import BodyState, IntArray, LaunchPlan, Matter, Parameters, initial_matter, medium_share
+from zoobench.sim.model.state import (
+    BodyState,
+    IntArray,
+    LaunchPlan,
+    Matter,
+    Parameters,
+    initial_matter,
+    medium_share,
+    put,
+)
 from zoobench.sim.model.step_limits import StepLimit
 
 LARGEST_PLACE = 2.0**30
@@ -141,6 +150,8 @@ class Simulation:
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[:] = self.tensor(arrays["fibres"])
+        strength, held = 0.5 * robot.material.muscle_strength, self.parameters
+        self._fibres_and_energy = held.fibre.double(), strength * held.volume[:, :count].double()
         if medium is not None:
             room = medium.volumes * medium_share(medium, arrays["occupancy"])
             self.parameters.volume[:, count:] = self.tensor(room)
@@ -150,7 +161,7 @@ class Simulation:
         """Apply a control frame's actuation: the active stress of every robot particle."""
         if self.muscle_count:
             share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
-            self.parameters.tension[:] = self.tensor(share * self.scene.robot.material.muscle_strength)
+            put(self.parameters.tension, share * self.scene.robot.material.muscle_strength)
 
     def record(self, rollout: Rollout, frame: int) -> None:
         """Write the robot's present state into the rollout as that at the beginning of a frame."""
@@ -162,12 +173,11 @@ class Simulation:
 
     def _muscle_potential(self, rollout: Rollout) -> Array:
         """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
-        F, fibre = (tensor.double() for tensor in (self.matter.F[0], self.parameters.fibre))
+        F, (fibre, energy) = self.matter.F[0].double(), self._fibres_and_energy
         # sums and products of our own: the libraries' products are rounded by the processor's make
         x, y, z = (F[..., j] * fibre[..., j, None] for j in range(3))
         stretched = (x + y + z) ** 2
         square = stretched[..., 0] + stretched[..., 1] + stretched[..., 2]
-        volume = self.parameters.volume[:, : self.robot_count].double()
-        density = 0.5 * self.scene.robot.material.muscle_strength * volume * square
+        density = energy * square
         potential: Array = (rollout.body["muscle_membership"] * density.cpu().numpy()[:, :, None]).sum(axis=1)
         return potential

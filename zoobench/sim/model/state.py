@@ -50,6 +50,14 @@ strain, history and stress in place of F."""
 WINDOW_SIZE = 8
 
 
+def put(target: Tensor, value: Array) -> None:
+    """Write an array into a tensor; on the CPU without torch, whose calls cost more than a few numbers do."""
+    if target.device.type == "cpu":
+        target.numpy()[...] = value
+    else:
+        target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=target.dtype, device=target.device)
+
+
 @dataclass
 class Matter:
     """State of all particles at a number of slots; positions are relative to the grid's first node.
@@ -253,13 +261,13 @@ class LaunchPlan:
 
     def set(self, first: IntArray, counts: IntArray, dt: Array) -> None:
         """Give every world its first slot, number of substeps and step [s], `[worlds]` each."""
-        self.slots[:] = torch.as_tensor(np.stack([first, counts], axis=1))
-        self.dt[:] = torch.as_tensor(dt)
+        put(self.slots, np.stack([first, counts], axis=1))
+        put(self.dt, dt)
 
     @property
     def world_substeps(self) -> int:
         """Substeps of all worlds together."""
-        return int(self.slots[:, 1].sum())
+        return int(self.slots[:, 1].cpu().numpy().sum())
 
 
 @dataclass(frozen=True)
@@ -309,9 +317,6 @@ def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, 
     """The scene at time zero in one slot, but for the window, which the caller sets."""
     robot, medium = scene.robot, scene.medium
     matter = empty_matter(scene, 1, worlds, real, device)
-
-    def put(target: Tensor, value: Array) -> None:
-        target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=real, device=device)
 
     count = robot.particle_count
     put(matter.x[:, :, :count], robot.positions - origin)
