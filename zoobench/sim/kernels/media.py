@@ -1,8 +1,9 @@
 """Constitutive laws of the media as isotropic functions of the left Cauchy-Green tensor b, with their adjoints.
 
 A law maps the trial b of a substep and one scalar of history to the elastic b, the new history and the Kirchhoff
-stress. All three depend on b through its principal values and share its eigenvectors. In that eigenframe the adjoint of
-such a function y is, besides the derivatives by the principal values on the diagonal, the divided difference
+stress. Near b = I it is computed by power series, without principal values, and so is its adjoint (`power_series`).
+Elsewhere all three depend on b through its principal values and share its eigenvectors. In that eigenframe the adjoint
+of such a function y is, besides the derivatives by the principal values on the diagonal, the divided difference
 (y_i - y_j) / (b_i - b_j) off it (Daleckii and Krein 1965). Written without cancellation, these stay regular where
 principal values meet, which is the state of rest; the adjoint of the eigenvectors has b_i - b_j in a denominator
 instead (Giles 2008; Ionescu et al. 2015). `constants` are (mu, lambda, then the law's own), as `matter` lists them.
