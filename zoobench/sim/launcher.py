@@ -37,8 +37,8 @@ class Launcher:
         variant: what the kernels are compiled for.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
-            "decomposition" for a law that needs principal values far from rest; an effect that the scene does not call for
-            has no entry.
+            "decomposition" for a law that needs principal values far from rest; an effect that the scene does not call
+            for has no entry.
     """
 
     def __init__(

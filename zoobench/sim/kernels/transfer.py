@@ -163,10 +163,9 @@ def scatter_value(
 ):  # fmt: skip
     """Add w value to the stencil's nodes."""
     for i in ti.static(range(width)):
-        w_i = w[i][0]
         for j in ti.static(range(width)):
             for k in ti.static(range(width)):
-                grid[field, node + i * nodes.sx + j * nodes.sy + k] += (w_i * w[j][1] * w[k][2]) * value
+                grid[field, node + i * nodes.sx + j * nodes.sy + k] += (w[i][0] * w[j][1] * w[k][2]) * value
 
 
 @ti.func
