@@ -170,8 +170,9 @@ class StepControl:
         """The finding of every world alive whose state after the frame is refused."""
         sim = self._sim
         failures = {}
+        alive = sim.alive.tolist()
         for world, condition in enumerate(self._conditions):
-            if int(sim.alive[world]):
+            if alive[world]:
                 dt = sim.frame_seconds / int(self._rollout.counts[frame, world])
                 finding = diagnose(condition, dt, sim.fidelity.grid_spacing)
                 if finding is not None:
