@@ -213,10 +213,11 @@ def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], f
     from zoobench.verify.accuracy.verdicts import knobs, steps
 
     turned = list(knobs(analysis))
-    found: tuple[Sequence[Any], ...]
-    found = (analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy)
+    found: list[Sequence[Any]]
+    found = [analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy]
     listings = {}
-    for (name, (kind, table)), rows in zip(TABLES.items(), found, strict=True):
+    for name, rows in zip(TABLES, found, strict=True):
+        kind, table = TABLES[name]
         if form in (Format.CSV, Format.JSON) and kind is not None:
             listings[name] = listing_of(kind, rows)
         else:
