@@ -100,7 +100,7 @@ def bench(
         with tempfile.TemporaryDirectory(prefix="zoobench-bench-") as cache:
             cold = _run_case(case, cache, only_compile=True)
             measured = _run_case(case, cache, only_compile=False)
-        yield RateRow(**_of_case(RateRow, case), **measured["rate"]), _costs(case, cold, measured)
+        yield RateRow(**_of_case(RateRow, case) | measured["rate"]), _costs(case, cold, measured)  # frames as measured
 
 
 def _of_case(kind: type[Any], case: BenchCase) -> dict[str, Any]:
