@@ -1,15 +1,9 @@
 """Kernels that apply the constitutive laws and the linear algebra to arrays, so that tests can call them."""
 # ruff: noqa: ANN001, ANN201, ANN202  (the arguments of kernels are typed by the kernel compiler)
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import numpy as np
 import taichi as ti
-import torch
-from taichi.lang import impl
 
-from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.columns import lanes, matrix, to_symmetric
 from zoobench.sim.kernels.corotated import snow_update, snow_update_adjoint
@@ -126,17 +120,6 @@ def medium_native(
         back[p, 0], back[p, 1] = ti.Vector([a[0], a[1], a[2], a[3]]), ti.Vector([a[4], a[5], history_adjoint, 0.0])
 
 
-@contextmanager
-def native_vectors() -> Iterator[None]:
-    """Kernels that are compiled in here keep vectors whole; arrays must be of four lanes then."""
-    settings = impl.current_cfg()
-    settings.real_matrix_scalarize = False
-    try:
-        yield
-    finally:
-        settings.real_matrix_scalarize = True
-
-
 @ti.kernel
 def water_all(J: Scalars, pressure: Scalars, derivative: Scalars, bulk: float, exponent: float):
     """Kirchhoff pressure of water and its derivative."""
@@ -198,17 +181,6 @@ def sinhc_all(x: Scalars, y: Scalars):
         y[p] = sinhc(x[p])
 
 
-def tensors(precision: int, *arrays: np.ndarray) -> list[torch.Tensor]:
-    """The arrays in the precision, with the runtime made ready for it."""
-    runtime.start(precision)
-    return [torch.as_tensor(np.ascontiguousarray(a)).to(runtime.real(precision)).clone() for a in arrays]
-
-
-def rounded(precision: int, *arrays: np.ndarray) -> list[np.ndarray]:
-    """The arrays in double precision, with values that the precision holds exactly."""
-    return [a.astype(np.float64 if precision == 64 else np.float32).astype(float) for a in arrays]
-
-
 def packed(a: np.ndarray) -> np.ndarray:
     """Symmetric matrices as six numbers each."""
     six: np.ndarray = a[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
@@ -219,16 +191,3 @@ def unpacked(six: np.ndarray) -> np.ndarray:
     """The matrices of `packed`."""
     matrices: np.ndarray = six[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
     return matrices
-
-
-def symmetric(a: np.ndarray) -> np.ndarray:
-    """Its symmetric part."""
-    part: np.ndarray = 0.5 * (a + np.swapaxes(a, -1, -2))
-    return part
-
-
-def relative(found: np.ndarray, expected: np.ndarray, scale: float | np.ndarray) -> float:
-    """Largest error of a tensor relative to its norm, or to the law's own scale where that is larger."""
-    axes = tuple(range(1, expected.ndim))
-    size = np.maximum(np.sqrt(np.square(expected).sum(axes)), scale)
-    return float((np.abs(found - expected).max(axes) / size).max())

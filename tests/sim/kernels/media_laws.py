@@ -5,16 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import (
-    medium_all,
-    medium_back_all,
-    medium_native,
-    native_vectors,
-    packed,
-    symmetric,
-    tensors,
-    unpacked,
-)
+from tests.sim.kernels.lanes import compiled, symmetric, tensors
+from tests.sim.kernels.law_kernels import medium_all, medium_back_all, medium_native, packed, unpacked
 from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
 
 Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
@@ -52,7 +44,7 @@ def native(material: Solid, b: np.ndarray, history: np.ndarray, adjoints: Triple
         array.reshape(-1, 8)[:, :7] = np.concatenate([packed(matrices), numbers[:, None]], 1)
     lanes[2].reshape(-1, 8)[:, :6] = packed(adjoints[2])
     given = tensors(64, *lanes[:3], lanes[3], lanes[3], lanes[4])
-    with native_vectors():
+    with compiled():
         medium_native(*given, *material.constants, int(material.law))
     elastic, stress, back = (t.numpy().reshape(-1, 8) for t in given[3:])
     return [unpacked(elastic), elastic[:, 6], unpacked(stress), unpacked(back), back[:, 6]]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.sim import scenes
-from tests.sim.kernels.law_kernels import relative, rounded, shear_rate_all, symmetric, tensors, water_all
+from tests.sim.kernels.lanes import relative, rounded, symmetric, tensors
+from tests.sim.kernels.law_kernels import shear_rate_all, water_all
 from tests.sim.kernels.media_laws import (
     MU,
     SOLIDS,

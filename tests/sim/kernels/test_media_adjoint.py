@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import rounded, symmetric, tensors, water_all
+from tests.sim.kernels.lanes import rounded, symmetric, tensors
+from tests.sim.kernels.law_kernels import water_all
 from tests.sim.kernels.media_laws import (
     MU,
     SOLIDS,

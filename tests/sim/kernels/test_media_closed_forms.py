@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import symmetric
+from tests.sim.kernels.lanes import symmetric
 from tests.sim.kernels.media_laws import LAM, MU, MUD, SAND, SOLIDS, Solid, rest_history, update
 from tests.sim.scenes import SNOW
 from zoobench.sim.model.matter import ClayMaterial, SandMaterial

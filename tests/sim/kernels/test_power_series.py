@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import packed, rounded, series_all, symmetric, tensors, unpacked
+from tests.sim.kernels.lanes import rounded, symmetric, tensors
+from tests.sim.kernels.law_kernels import packed, series_all, unpacked
 from zoobench.sim.kernels.power_series import NEAR
 
 # each function without its value at 0, and the numbers of its series

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.sim.kernels.law_kernels import eigen_all, packed, sinhc_all, symmetric, symmetric_all, tensors, unpacked
+from tests.sim.kernels.lanes import symmetric, tensors
+from tests.sim.kernels.law_kernels import eigen_all, packed, sinhc_all, symmetric_all, unpacked
 
 
 def _cases() -> np.ndarray:

@@ -7,12 +7,12 @@ are kept: the reverse computes them again.
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
-from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, X, scene_constants
+from zoobench.sim.kernels.layout import X, scene_constants
 from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
+    clear_node,
     contribution,
     from_grid,
     press_node,
@@ -26,16 +26,6 @@ from zoobench.sim.kernels.substep_adjoint import (
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-
-
-@ti.func
-def clear_node(grid: ti.template(), node, variant: ti.template()):
-    """Zero the fields that particles are scattered into."""
-    grid[MOMENTUM, node] = zero_lanes()
-    if ti.static(variant.transfer == AFLIP):
-        grid[BEFORE, node] = zero_lanes()
-    if ti.static(variant.law == WATER):
-        grid[RATIO, node] = zero_lanes()
 
 
 @ti.func

@@ -11,12 +11,12 @@ Arrays are those of `layout`.
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
-from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.layout import BEFORE, KEPT, MOMENTUM, RATIO, START, X, box, scene_constants
+from zoobench.sim.kernels.layout import KEPT, START, X, box, scene_constants
 from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
+    clear_node,
     contribution,
     from_grid,
     press_node,
@@ -36,11 +36,7 @@ from zoobench.sim.kernels.transfer import AFLIP
 def clear(grid: ti.template(), start, count, variant: ti.template()):
     """Zero the fields that particles are scattered into, at `count` nodes from `start` on."""
     for node in range(start, start + count):
-        grid[MOMENTUM, node] = zero_lanes()
-        if ti.static(variant.transfer == AFLIP):
-            grid[BEFORE, node] = zero_lanes()
-        if ti.static(variant.law == WATER):
-            grid[RATIO, node] = zero_lanes()
+        clear_node(grid, node, variant)
 
 
 @ti.func

@@ -15,9 +15,9 @@ from zoobench.sim.kernels.columns import (
     add,
     diagonal,
     matmul,
-    matrix,
     scale,
     spatial,
+    zero_lanes,
 )
 from zoobench.sim.kernels.drift import mean_ratio, scatter_ratio
 from zoobench.sim.kernels.elastic import fibre_stress, neo_hookean, viscous
@@ -26,6 +26,7 @@ from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
     MOMENTUM,
+    RATIO,
     STIFFNESS,
     TENSION,
     VELOCITY,
@@ -44,6 +45,7 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, first_node, stencil, we
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
+    central_moments,
     gather,
     gather_value,
     scatter,
@@ -57,6 +59,16 @@ def is_robot(scene: ti.template(), p, variant: ti.template()):
     if ti.static(variant.law == 0):
         return True
     return p < scene.robot
+
+
+@ti.func
+def clear_node(grid: ti.template(), node, variant: ti.template()):
+    """Zero the fields that particles are scattered into."""
+    grid[MOMENTUM, node] = zero_lanes()
+    if ti.static(variant.transfer == AFLIP):
+        grid[BEFORE, node] = zero_lanes()
+    if ti.static(variant.law == WATER):
+        grid[RATIO, node] = zero_lanes()
 
 
 @ti.func
@@ -76,12 +88,17 @@ def particle_stress(state: ti.template(), body: ti.template(), scene: ti.templat
 
 
 @ti.func
+def at_first_node(momentum, mass, slope: ti.template(), offset):
+    """Momentum and mass at the first node of a stencil, from those at a particle's offset and the slopes."""
+    origin = ti.Vector([momentum[0], momentum[1], momentum[2], mass])
+    return origin - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z
+
+
+@ti.func
 def linear_motion(state: ti.template(), scene: ti.template(), s, w, p, mass, at: ti.template()):
     """Momentum and mass at the first node of a particle's stencil by its own affine motion, and the slopes."""
     slope = scale(mass * scene.spacing, columns(state, s, w, p, C))
-    momentum = mass * state[s, w, p, V]
-    origin = ti.Vector([momentum[0], momentum[1], momentum[2], mass])
-    return origin - at.offset[0] * slope.x - at.offset[1] * slope.y - at.offset[2] * slope.z, slope
+    return at_first_node(mass * state[s, w, p, V], mass, slope, at.offset), slope
 
 
 @ti.func
@@ -99,14 +116,8 @@ def contribution(
     slope = scale(factor, particle_stress(state, body, scene, s, w, p, variant))
     if ti.static(variant.transfer != PIC):
         slope = add(slope, scale(m * scene.spacing, columns(state, s, w, p, C)))
-    momentum = m * state[s, w, p, V]
-    origin = ti.Vector([momentum[0], momentum[1], momentum[2], m])
-    return ti.Struct(
-        node=at.node,
-        offset=at.offset,
-        origin=origin - at.offset[0] * slope.x - at.offset[1] * slope.y - at.offset[2] * slope.z,
-        slope=slope,
-    )
+    origin = at_first_node(m * state[s, w, p, V], m, slope, at.offset)
+    return ti.Struct(node=at.node, offset=at.offset, origin=origin, slope=slope)
 
 
 @ti.func
@@ -193,12 +204,7 @@ def from_grid(
     share = weights(at.offset, width)
     total, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, share, width)
     velocity, factor = spatial(total), ti.static(INVERSE_MOMENT[width]) * scene.inverse
-    # first moments about the first node, then about the particle: sum w v_i (x_i - x_p)^T / M
-    rate = matrix(
-        spatial(factor * (by_x - at.offset[0] * total)),
-        spatial(factor * (by_y - at.offset[1] * total)),
-        spatial(factor * (by_z - at.offset[2] * total)),
-    )
+    rate = scale(factor, central_moments(at.offset, total, by_x, by_y, by_z))  # sum w v_i (x_i - x_p)^T / M
     rho, mean, place = 0.0 * dt, 0.0 * dt, state[s, w, p, X] + dt * velocity
     if ti.static(variant.law == WATER):
         if p >= scene.robot:

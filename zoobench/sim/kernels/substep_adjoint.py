@@ -13,7 +13,6 @@ from zoobench.sim.kernels.columns import (
     diagonal,
     dot,
     matmul_transposed,
-    matrix,
     scale,
     spatial,
     transpose,
@@ -48,6 +47,7 @@ from zoobench.sim.kernels.substep import is_robot, linear_motion, mirror_image, 
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
+    central_moments,
     gather_adjoint,
     gather_value,
     scatter_adjoint,
@@ -179,8 +179,8 @@ def update_node_adjoint(
 
 @ti.func
 def motion_adjoint(
-    state: ti.template(), grid_adjoint: ti.template(), field: ti.template(), nodes: ti.template(), at: ti.template(),
-    scene: ti.template(), s, w, p, origin, slope: ti.template(), width: ti.template(),
+    grid_adjoint: ti.template(), field: ti.template(), nodes: ti.template(), at: ti.template(),
+    origin, slope: ti.template(), width: ti.template(),
 ):  # fmt: skip
     """Adjoint of scattering `origin` and `slope`: by offset, momentum and mass, and the affine matrix."""
     share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
@@ -189,12 +189,7 @@ def motion_adjoint(
     )
     # the offset acts through the weights and through origin = momentum - slope offset
     offset_adjoint = offset_adjoint - transposed_matvec(slope, total)
-    by_offset = matrix(
-        spatial(first_x - at.offset[0] * total),
-        spatial(first_y - at.offset[1] * total),
-        spatial(first_z - at.offset[2] * total),
-    )
-    return offset_adjoint, total, by_offset
+    return offset_adjoint, total, central_moments(at.offset, total, first_x, first_y, first_z)
 
 
 @ti.func
@@ -215,18 +210,14 @@ def to_grid_adjoint(
     origin = m * velocity
     origin = origin - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
     origin[3] = m
-    offset_adjoint, total, affine_adjoint = motion_adjoint(
-        state, grid_adjoint, MOMENTUM, nodes, at, scene, s, w, p, origin, slope, width
-    )
+    offset_adjoint, total, affine_adjoint = motion_adjoint(grid_adjoint, MOMENTUM, nodes, at, origin, slope, width)
     mass_adjoint, v_adjoint = total[3], spatial(total)
     rate_adjoint = scale(scene.spacing, affine_adjoint)
     if ti.static(variant.transfer == PIC):
         rate_adjoint = diagonal(0.0 * dt)
     if ti.static(variant.transfer == AFLIP):
         first, motion = linear_motion(state, scene, s, w, p, m, at)
-        more_offset, more, more_affine = motion_adjoint(
-            state, grid_adjoint, BEFORE, nodes, at, scene, s, w, p, first, motion, width
-        )
+        more_offset, more, more_affine = motion_adjoint(grid_adjoint, BEFORE, nodes, at, first, motion, width)
         offset_adjoint += more_offset
         mass_adjoint += more[3]
         v_adjoint += spatial(more)

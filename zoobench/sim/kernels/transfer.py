@@ -11,7 +11,7 @@ selects a field of the grid, `start` its first node there.
 
 import taichi as ti
 
-from zoobench.sim.kernels.columns import zero_lanes
+from zoobench.sim.kernels.columns import matrix, spatial, zero_lanes
 from zoobench.sim.kernels.layout import MOMENTUM
 from zoobench.sim.kernels.splines import pick
 
@@ -69,6 +69,14 @@ def gather(
         if ti.static(i > 0):
             by_x += i * plane
     return total, by_x, by_y, by_z
+
+
+@ti.func
+def central_moments(offset, total, by_x, by_y, by_z):
+    """First moments about the particle, from those about the first node; of the first three lanes, as a matrix."""
+    return matrix(
+        spatial(by_x - offset[0] * total), spatial(by_y - offset[1] * total), spatial(by_z - offset[2] * total)
+    )
 
 
 @ti.func

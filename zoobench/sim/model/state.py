@@ -137,10 +137,6 @@ class Matter:
         """In the order in which the kernels take them."""
         return self.state, self.window
 
-    def slot(self, slot: int) -> "Matter":
-        """A view of one slot."""
-        return Matter(self.state[slot : slot + 1], self.window[slot : slot + 1], self.robot)
-
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
         return Matter(self.state[:, world : world + 1].clone(), self.window[:, world : world + 1].clone(), self.robot)
