@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from zoobench.designs.base import Shape
 from zoobench.designs.block import Block
 from zoobench.designs.caterpillar import Caterpillar
+from zoobench.designs.sampling import Shape
 from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
 
@@ -13,6 +13,7 @@ BALL = Shape(
     inside=lambda points: ((points - (0.0, 0.03, 0.0)) ** 2).sum(axis=1) <= 0.03**2,
     lower=(-0.03, 0.0, -0.03),
     upper=(0.03, 0.06, 0.03),
+    points=2_000_000,
 )
 
 
@@ -23,17 +24,16 @@ def test_the_measured_volume_is_the_closed_form() -> None:
 
 @pytest.mark.parametrize("particles_per_cell", [1, 4, 8, 27])
 def test_particles_share_the_true_volume(particles_per_cell: int) -> None:
-    """The volumes sum up to the ball's, and each is near the cell's share."""
+    """The volumes sum up to the ball's, and inside it each is the cell's share."""
     spacing = 1 / 160
-    positions, volumes = BALL.sample(Fidelity(spacing, particles_per_cell=particles_per_cell))
-    assert len(positions) == len(volumes)
+    volumes = BALL.sample(Fidelity(spacing, particles_per_cell=particles_per_cell)).volumes
     assert volumes.sum() == pytest.approx(4 / 3 * np.pi * 0.03**3, rel=1e-3)
-    assert volumes[0] == pytest.approx(spacing**3 / particles_per_cell, rel=0.06)
+    assert np.isclose(volumes, spacing**3 / particles_per_cell).mean() > 0.3
 
 
 def test_a_symmetric_shape_is_sampled_symmetrically() -> None:
     """The mirror image is the same set of particles."""
-    positions, _ = BALL.sample(Fidelity(1 / 64))
+    positions = BALL.sample(Fidelity(1 / 64)).positions
     mirrored = positions * (1.0, 1.0, -1.0)
     assert {tuple(p) for p in np.round(positions, 9) + 0.0} == {tuple(p) for p in np.round(mirrored, 9) + 0.0}
 

@@ -35,15 +35,15 @@ def cloud(path: Path, **changed: Any) -> CloudDesign:
 
 @pytest.mark.parametrize(("name", "library"), [("a.ply", "trimesh"), ("a.pcd", "pypcd4")])
 def test_an_exported_animal_comes_back(name: str, library: str, tmp_path: Path) -> None:
-    """At the same fidelity: positions, fibres, stiffness, mass, and the muscle of the largest share."""
+    """At the same fidelity: cubes, fibres, stiffness, mass, and the muscle of the largest share."""
     pytest.importorskip(library)
     panda = registry.create(Kind.DESIGN, Ref("panda")).body(PAPER)
-    export(panda, 1 / 256, tmp_path / name)
+    export(panda, tmp_path / name)
     again = registry.create(Kind.DESIGN, Ref("cloud", params=(("path", str(tmp_path / name)),))).body(PAPER)
     assert isinstance(again, Body)
-    shift = again.positions.mean(axis=0) - panda.positions.mean(axis=0)
+    shift = again.sites.mean(axis=0) - panda.sites.mean(axis=0)
     assert again.particle_count == panda.particle_count
-    np.testing.assert_allclose(again.positions - shift, panda.positions, atol=1e-6)
+    np.testing.assert_allclose(again.sites - shift, panda.sites, atol=1e-6)
     np.testing.assert_allclose(again.fibres, panda.fibres, atol=1e-6)
     np.testing.assert_allclose(again.stiffness, panda.stiffness, rtol=1e-6)
     assert again.masses(1000.0).sum() == pytest.approx(panda.masses(1000.0).sum(), rel=0.03)

@@ -27,7 +27,7 @@ def panda() -> Body:
 
 def test_npz_keeps_everything(panda: Body, tmp_path: Path) -> None:
     """Every array by name, bit for bit."""
-    export(panda, EDGE, tmp_path / "a.npz")
+    export(panda, tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as found:
         assert tuple(found["muscles"]) == panda.muscles
         for name in ("positions", "volumes", "stiffness", "muscle_membership", "fibres", "head", "tail"):
@@ -37,9 +37,12 @@ def test_npz_keeps_everything(panda: Body, tmp_path: Path) -> None:
 def test_ply_is_read_by_others(panda: Body, tmp_path: Path) -> None:
     """trimesh reads points and columns."""
     trimesh = pytest.importorskip("trimesh")
-    export(panda, EDGE, tmp_path / "a.ply")
+    export(panda, tmp_path / "a.ply")
     cloud = trimesh.load(tmp_path / "a.ply")
-    np.testing.assert_allclose(cloud.vertices, panda.positions, atol=1e-7)
+    np.testing.assert_allclose(cloud.vertices, panda.sites, atol=1e-7)
+    np.testing.assert_allclose(
+        cloud.metadata["_ply_raw"]["vertex"]["data"]["fill"], np.minimum(panda.volumes / EDGE**3, 1.0), rtol=1e-6
+    )
     rows = cloud.metadata["_ply_raw"]["vertex"]["data"]
     assert rows.dtype.names == COLUMNS
     passive = panda.muscle_membership.sum(axis=1) <= 0.5
@@ -51,8 +54,8 @@ def test_pcd_is_read_by_others(panda: Body, tmp_path: Path) -> None:
     """pypcd4 reads the same values as in the PLY file."""
     pypcd4 = pytest.importorskip("pypcd4")
     trimesh = pytest.importorskip("trimesh")
-    export(panda, EDGE, tmp_path / "a.pcd")
-    export(panda, EDGE, tmp_path / "a.ply")
+    export(panda, tmp_path / "a.pcd")
+    export(panda, tmp_path / "a.ply")
     cloud = pypcd4.PointCloud.from_path(tmp_path / "a.pcd")
     assert cloud.fields == COLUMNS
     assert cloud.points == panda.particle_count
@@ -65,7 +68,7 @@ def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> N
     """Watertight, with the body's volume within 1 % and its box within a particle."""
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("skimage")
-    export(panda, EDGE, tmp_path / "a.stl")
+    export(panda, tmp_path / "a.stl")
     mesh = trimesh.load(tmp_path / "a.stl")
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
@@ -73,11 +76,23 @@ def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> N
     assert mesh.extents == pytest.approx(np.ptp(panda.positions, axis=0) + EDGE, abs=EDGE)
 
 
+def test_stl_of_a_face_centred_lattice(tmp_path: Path) -> None:
+    """Watertight, in one piece, with the body's volume within 1 %."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("skimage")
+    body = registry.create(Kind.DESIGN, Ref("caterpillar")).body(Fidelity(1 / 64, particles_per_cell=4))
+    export(body, tmp_path / "a.stl")
+    mesh = trimesh.load(tmp_path / "a.stl")
+    assert mesh.is_watertight
+    assert mesh.body_count == 1
+    assert mesh.volume == pytest.approx(body.volumes.sum(), rel=0.01)
+
+
 def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
     """The surface, read as a mesh design, has the same mass and position."""
     pytest.importorskip("trimesh")
     pytest.importorskip("skimage")
-    export(panda, EDGE, tmp_path / "a.stl")
+    export(panda, tmp_path / "a.stl")
     ref = Ref("mesh", params=(("length", 0.0), ("path", str(tmp_path / "a.stl")), ("up", "y")))
     again = registry.create(Kind.DESIGN, ref).body(PAPER)
     assert again.masses(1000.0).sum() == pytest.approx(panda.masses(1000.0).sum(), rel=0.01)
@@ -89,4 +104,4 @@ def test_an_exported_body_is_a_body(panda: Body, tmp_path: Path) -> None:
 def test_where_nothing_can_be_written(panda: Body, name: str, tmp_path: Path) -> None:
     """An unknown suffix, none, and a missing folder."""
     with pytest.raises(UsageError, match=r"\.npz, \.pcd, \.ply or \.stl|cannot be written"):
-        export(panda, EDGE, tmp_path / name)
+        export(panda, tmp_path / name)

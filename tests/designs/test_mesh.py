@@ -53,7 +53,6 @@ def test_every_format_is_read_as_the_same_solid(name: str, kind: str, tmp_path: 
     mesh.export(tmp_path / f"a.{kind}")
     found = load(str(tmp_path / f"a.{kind}"))
     assert found.volume() == pytest.approx(mesh.volume, rel=1e-6)
-    assert found.pieces() == 1
     points = np.random.default_rng(0).uniform(*mesh.bounds, size=(3000, 3))
     low, high = mesh.bounds
     middle = points if name != "capsule" else points - (0.0, 0.0, (low[2] + high[2]) / 2)
@@ -134,45 +133,37 @@ def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
 NAMED = {name: registry.create(Kind.FIDELITY, Ref(name)) for name in registry.names(Kind.FIDELITY)}
 
 
-@pytest.mark.parametrize("fins", ["", "flat", "sheet"])
-def test_a_thin_stalk_and_flat_fins_are_kept_with_a_word(fins: str, tmp_path: Path) -> None:
-    """The body is as long and high as the mesh at every fidelity, in one piece, and has a tail."""
+@pytest.mark.parametrize("fins", ["", "flat"])
+def test_a_thin_stalk_and_flat_fins_are_kept(fins: str, tmp_path: Path) -> None:
+    """The body is as long and high as the mesh at every fidelity, has a tail, and the mass of the mesh."""
     made = design(fish(fins=fins), tmp_path / "a.stl")
     height = 0.048 if fins else 0.036
     for name in ("draft", "standard", "paper", "fine"):
         body, edge = made.body(NAMED[name]), NAMED[name].particle_edge
         assert np.ptp(body.positions, axis=0)[:2] + edge == pytest.approx([0.1, height], abs=1.5 * edge)
         assert body.tail.sum() > 10
-        assert "two particles thick" in body.notes[-1]
-        assert "at the rear" in body.notes[-1]
-        assert ("at the top" in body.notes[-1]) == bool(fins)
-        assert body.volumes == pytest.approx(edge**3, rel=0.15), "of the density of the rest"
+        assert body.volumes.sum() == pytest.approx(made.mesh.volume())
 
 
-def test_a_mesh_that_loses_its_tail_is_refused(tmp_path: Path) -> None:
-    """Without its thin parts; the message has the end, its length and what to do."""
-    made = design(fish(), tmp_path / "a.stl", thin="drop")
-    with pytest.raises(SceneError, match=r"30\.5 mm at the rear, 30 % of its length.*thin=keep"):
-        made.body(NAMED["paper"])
+def test_a_fin_without_thickness_is_refused(tmp_path: Path) -> None:
+    """A sheet of a single layer of triangles has no mass; the message has what is lost, and what to do."""
+    with pytest.raises(SceneError, match=r"at the top, 26 % of its height.*some thickness"):
+        design(fish(fins="sheet"), tmp_path / "a.stl").body(DRAFT)
 
 
-def test_a_little_that_is_lost_is_told(tmp_path: Path) -> None:
-    """A spike of 6 mm on a box of 100 mm."""
+def test_a_thin_spike_is_kept(tmp_path: Path) -> None:
+    """A spike of 6 mm, 1 mm thick, on a box of 100 mm."""
     box, spike = trimesh.creation.box(extents=(100, 40, 40)), trimesh.creation.box(extents=(10, 1, 1))
     mesh = trimesh.util.concatenate([box, spike.apply_translation((51.0, 0.3, 0.3))])
-    (note,) = design(mesh, tmp_path / "a.stl", thin="drop").body(Fidelity(1 / 200)).notes
-    assert "lacks 5" in note
-    assert "at the front, 5 % of its length" in note
     assert design(mesh, tmp_path / "b.stl").body(Fidelity(1 / 200)).positions[:, 0].max() > 0.048
 
 
-@pytest.mark.parametrize("thin", ["keep", "drop"])
 @pytest.mark.parametrize("stalk", [2.0, 4.0, 6.0])
-def test_what_one_fidelity_holds_every_finer_one_holds(thin: str, stalk: float, tmp_path: Path) -> None:
+def test_what_one_fidelity_holds_every_finer_one_holds(stalk: float, tmp_path: Path) -> None:
     """A stalk that some lattices meet and others miss was lost by the coarse ones and refused by the next."""
     trunk = [(x, max(high, stalk / 2), max(wide, stalk / 2)) if -43 < x < -20 else (x, high, wide)
              for x, high, wide in TRUNK]  # fmt: skip
-    made = design(fish(trunk=trunk), tmp_path / "a.stl", thin=thin)
+    made = design(fish(trunk=trunk), tmp_path / "a.stl")
     accepted = []
     for fidelity in sorted(NAMED.values(), key=lambda fidelity: -fidelity.grid_spacing):
         try:
@@ -180,7 +171,7 @@ def test_what_one_fidelity_holds_every_finer_one_holds(thin: str, stalk: float, 
         except SceneError:
             accepted.append(False)
     assert accepted == sorted(accepted)
-    assert accepted[-1] or (thin, stalk) == ("drop", 2.0)
+    assert accepted[-1]
 
 
 def _curvature(path: Path, side: str, grouping: str) -> float:
@@ -201,7 +192,7 @@ def test_an_imported_fish_can_bend_to_both_sides(tmp_path: Path) -> None:
     fish().export(path)
     left, right = (_curvature(path, side, "paired") for side in ("left", "right"))
     assert left < -0.2
-    assert right == pytest.approx(-left, rel=1e-3)
+    assert right == pytest.approx(-left, rel=0.01)  # the triangles of its sides are no mirror images
     assert abs(_curvature(path, "left", "axis")) < 0.05 * right
 
 

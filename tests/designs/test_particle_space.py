@@ -31,10 +31,11 @@ def test_a_particle_is_its_own() -> None:
 
 
 def test_the_prior_has_the_muscles_of_the_base() -> None:
-    """And it is firm."""
+    """Where a particle lies mostly in one of them; and it is firm."""
     draws = np.array([SPACE.initial(np.random.default_rng(seed), BODY) for seed in range(50)])
     form = SPACE.form(torch.as_tensor(draws), BODY)
     low, high = np.quantile(form.stiffness, [0.05, 0.95])
     assert 0.5 < low < high < 0.9
-    own = BODY.muscle_membership.argmax(axis=1)
-    assert (form.muscle_membership.argmax(dim=2).numpy() == own).mean() > 0.99
+    own, clear = BODY.muscle_membership.argmax(axis=1), BODY.muscle_membership.max(axis=1) > 0.75
+    assert clear.mean() > 0.7  # the others lie across the border of two
+    assert (form.muscle_membership.argmax(dim=2).numpy() == own)[:, clear].mean() > 0.99

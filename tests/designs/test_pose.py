@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Mask
+from zoobench.arrays import Array, Mask
 from zoobench.designs.pose import Direction, directions, mirror_symmetry, turned
 
 SIZE = np.array([2.0, 5.0, 3.0])

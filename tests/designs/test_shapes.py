@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zoobench.designs.base import Shape
+from zoobench.designs.sampling import Shape
 from zoobench.designs.shapes import (
     UPRIGHT,
     Distance,

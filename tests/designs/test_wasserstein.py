@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-import ot
 import pytest
 import torch
 from numpy.typing import NDArray
@@ -37,6 +36,8 @@ def ours(densities: torch.Tensor, weights: list[float], iterations: int, **optio
 def test_the_barycenter_of_slices_is_that_of_pot(weights: list[float], name: str, options: dict[str, int]) -> None:
     """The same numbers after as many iterations; debiased, with POT's ten refinements in each."""
     densities = slices()
+    import ot  # it loads scikit-learn, for which no other test has to wait
+
     theirs = getattr(ot.bregman, f"convolutional_barycenter2d{name}")(
         densities.numpy(), REGULARISATION, np.array(weights), numItermax=100, stopThr=0.0, stabThr=1e-300, warn=False
     )

@@ -39,7 +39,7 @@ def test_it_is_the_whole_base() -> None:
 
 def test_a_base_may_have_a_version_and_a_parameter() -> None:
     """As on the command line."""
-    long = workspace("caterpillar-v1[length=0.2]", DRAFT)
+    long = workspace("caterpillar-v2[length=0.2]", DRAFT)
     np.testing.assert_array_equal(long.positions, Caterpillar(length=0.2).body(DRAFT).positions)
 
 
@@ -69,10 +69,10 @@ def test_the_box_is_the_body_however_it_is_sampled(base: str) -> None:
 
 def test_the_features_of_a_network() -> None:
     """Coordinates within half a particle of the box's faces, and the distances of the formulas."""
-    body = workspace("block", DRAFT)
+    body = workspace("block[length=0.125,height=0.0625,width=0.0625]", DRAFT)  # of whole cells, 8 x 4 x 4
     seen = features_at(body.positions, body)
     assert seen.shape == (body.particle_count, 7)
-    np.testing.assert_allclose(np.abs(seen[:, :3]).max(axis=0), [11 / 12, 5 / 6, 5 / 6], atol=0.01)
+    np.testing.assert_allclose(np.abs(seen[:, :3]).max(axis=0), [15 / 16, 7 / 8, 7 / 8], rtol=1e-9)
     np.testing.assert_allclose(seen[:, :3].mean(axis=0), 0.0, atol=1e-12)
     for x, y, z, xy, xz, yz, radius in seen[::50]:
         assert xy == pytest.approx((x * x + y * y) ** 0.5)

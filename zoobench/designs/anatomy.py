@@ -1,13 +1,14 @@
 """Animals made of parts: solids with muscles, fibres, stiffness and density, sampled at any resolution."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body, Shape
+from zoobench.designs.base import Body
+from zoobench.designs.sampling import Shape
 from zoobench.designs.shapes import Distance, Point, smooth_union
 from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
@@ -21,6 +22,8 @@ THINNEST = 0.017
 STIFF, SOFT, LIGHT = 2.0, 0.5, 0.92
 """Stiffness of fins and skulls and of fat, and density of fat, relative to muscle [-]. Real bone is a thousand times as
 stiff, which would shorten the time step by the root of that."""
+
+_POINTS = 1_000_000  # by which an animal is sampled: it fills a third of its box, and fins are a fiftieth of it
 
 _MARGIN = 0.004  # [m] over which the tissues of two parts blend
 
@@ -142,25 +145,26 @@ class Animal:
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
         length, height, width = (self.scale * edge for edge in self.box)
-        return Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
+        solid = Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
+        return replace(solid, points=_POINTS)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""
-        positions, volumes = self.shape.sample(fidelity)
-        drawn = positions / self.scale
-        density = self._tissue(drawn) @ [part.density_ratio for part in self.parts]
-        return Body(
-            positions=positions,
-            volumes=volumes,
-            stiffness=self.stiffness(positions),
+        sample = self.shape.sample(fidelity)
+        drawn = sample.points / self.scale
+        tissue = self._tissue(drawn)
+        density = sample.mean(tissue @ [part.density_ratio for part in self.parts])
+        shares = self._shares(drawn, tissue)
+        return Body.of(
+            sample,
+            sample.mean(shares),
+            self.muscles,
+            head=sample.mostly(drawn[:, 0] > self.neck),
+            tail=sample.mostly(drawn[:, 0] < self.rump),
+            stiffness=sample.mean(tissue @ [part.stiffness for part in self.parts]),
             # normalised to the mass of the same volume of muscle, so that an animal neither sinks nor rises
-            density_ratio=density / density.mean(),
-            occupancy=np.ones(len(positions)),
-            muscle_membership=self.membership(positions),
-            fibres=self.fibres(positions),
-            head=drawn[:, 0] > self.neck,
-            tail=drawn[:, 0] < self.rump,
-            muscles=self.muscles,
+            density_ratio=density / np.average(density, weights=sample.volumes),
+            fibres=sample.direction(self._directions(drawn, tissue), shares.sum(axis=1)),
         )
 
     def _tissue(self, drawn: Array) -> Array:
@@ -178,16 +182,23 @@ class Animal:
         """Share of each muscle `[n, muscle_count]` [-] at points `[n, 3]` [m]; their sum is less than 1 in passive
         tissue."""
         drawn = points / self.scale
-        tissue = self._tissue(drawn)
+        return self._shares(drawn, self._tissue(drawn))
+
+    def _shares(self, drawn: Array, tissue: Array) -> Array:
+        """Share of each muscle `[n, muscle_count]` [-], from that of each part `[n, part_count]` [-]."""
         return np.hstack([tissue[:, [n]] * part.muscles.shares(drawn) for n, part in enumerate(self.parts)])
 
     def fibres(self, points: Array) -> Array:
         """Unit directions of contraction `[n, 3]`, the mean over the tissues, at points `[n, 3]` [m]."""
         drawn = points / self.scale
+        return self._directions(drawn, self._tissue(drawn))
+
+    def _directions(self, drawn: Array, tissue: Array) -> Array:
+        """Unit directions `[n, 3]`, from the share of each part `[n, part_count]` [-]."""
         directions = np.array([part.fibre for part in self.parts])
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         mirror = np.stack([np.ones(len(drawn)), np.ones(len(drawn)), np.sign(np.round(drawn[:, 2], 9))], axis=1)
-        mean = (self._tissue(drawn) @ directions) * mirror
+        mean = (tissue @ directions) * mirror
         mean[np.linalg.norm(mean, axis=1) < 1e-6] = (1.0, 0.0, 0.0)
         found: Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return found

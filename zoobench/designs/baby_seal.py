@@ -36,7 +36,7 @@ _HIND = mirrored(
 )  # fmt: skip
 
 
-@register(Kind.DESIGN, "baby-seal", version=2, tags=("animal", "land"))
+@register(Kind.DESIGN, "baby-seal", version=3, tags=("animal", "land"))
 def baby_seal(*, length: float = 0.10) -> Animal:
     """A fat crawler on its belly with four flippers, 0.10 m long, with ten muscles.
 

@@ -1,12 +1,13 @@
 """The block: a box of muscle, the default workspace of design spaces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask, Shape, check_size
+from zoobench.arrays import Array, Mask
+from zoobench.designs.base import Body, check_size
+from zoobench.designs.sampling import Shape
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
@@ -17,7 +18,7 @@ _END = 0.25  # of the length: head and tail
 _MOST_ROWS = 8
 
 
-@register(Kind.DESIGN, "block", version=2, tags=("land", "water"))
+@register(Kind.DESIGN, "block", version=3, tags=("land", "water"))
 @dataclass(frozen=True, kw_only=True)
 class Block:
     """A box with muscles in rows, left and right, bottom and top: eight of them, 0.10 m long.
@@ -60,22 +61,27 @@ class Block:
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
-        positions, volumes = self.shape.sample(fidelity)
-        membership, along, end = self._membership(positions), positions[:, 0], (0.5 - _END) * self.length
-        return Body.uniform((positions, volumes), membership, self.muscles, head=along > end, tail=along < -end)
+        sample = self.shape.sample(fidelity)
+        # its faces lie along the lattice, where points measure volumes worst, and its volume is known
+        volume = self.length * self.height * self.width
+        sample = replace(sample, volumes=sample.volumes * (volume / sample.volumes.sum()))
+        along, end = sample.points[:, 0], (0.5 - _END) * self.length
+        membership = sample.mean(self.membership(sample.points))
+        head, tail = sample.mostly(along > end), sample.mostly(along < -end)
+        return Body.of(sample, membership, self.muscles, head=head, tail=tail)
 
     def _inside(self, points: Array) -> Mask:
         unit = points / (self.length, self.height, self.width) - (0.0, 0.5, 0.0)
         return np.asarray((np.abs(unit) < 0.5 - 1e-9).all(axis=1))
 
-    def _membership(self, positions: Array) -> Array:
-        """The share of each muscle `[particle_count, muscle_count]`."""
-        unit = positions / (self.length, self.height, self.width) + (0.5, 0.0, 0.5)
+    def membership(self, points: Array) -> Array:
+        """The share of each muscle `[n, muscle_count]` at points `[n, 3]` [m]."""
+        unit = points / (self.length, self.height, self.width) + (0.5, 0.0, 0.5)
         along, up, across = (
             _bands(unit[:, axis], count) for axis, count in enumerate((self.rows, self.layers, self.columns))
         )
         found: Array = np.einsum("nr,nc,nl->nrcl", along, across, up)
-        return found.reshape(len(positions), -1)
+        return found.reshape(len(points), -1)
 
 
 def _bands(unit: Array, count: int) -> Array:

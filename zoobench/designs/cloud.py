@@ -7,12 +7,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask, Shape
+from zoobench.arrays import Array, Mask
+from zoobench.designs.base import Body
 from zoobench.designs.cloud_file import Points, load_points
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
 from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
-from zoobench.designs.thin_parts import NEAR, Sampler, Thin, clumps
+from zoobench.designs.sampling import Shape
+from zoobench.designs.thin_parts import whole_sample
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind, register
@@ -23,26 +24,27 @@ _END = 0.25  # of the length: head and tail
 _GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 
 
-@register(Kind.DESIGN, "cloud", version=2, tags=("file",))
+@register(Kind.DESIGN, "cloud", version=3, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class CloudDesign:
     """A body from a point cloud in a file (PLY, PCD or NPZ), with the muscles and fibres given there.
 
     A PLY file has the vertex properties, and a PCD file the fields, x, y, z, muscle (a number from 0, or -1 for none),
-    fx, fy, fz, and optionally stiffness and density_ratio; an NPZ file has the arrays `positions` [n, 3], `muscle` [n]
-    and `fibres` [n, 3], and optionally the other two. `zoobench design export` writes such PLY and PCD files.
+    fx, fy, fz, and optionally stiffness, density_ratio and fill; an NPZ file has the arrays `positions` [n, 3],
+    `muscle` [n] and `fibres` [n, 3], and optionally the other three. `zoobench design export` writes such PLY and PCD
+    files.
 
     Instead of muscles and fibres, a PLY or PCD file may have colours, as the published benchmark's annotated bodies:
     every colour is a muscle, whose fibres run along its longest direction, and black is passive.
 
     Each point represents a cube as wide as the distance of neighbouring points, or twice that if they are scattered at
-    random; particles in the cube have the properties of the point.
+    random, of which the share `fill`, or all, is solid with the properties of the point.
 
     * `path`: of the file; its content becomes part of the run's key.
     * `length`: of the body along `ahead` [m]; 0 if the file is in metres.
     * `grouping`: `file` for the muscles or colours of the file, or `paired` if it has none; otherwise as for a mesh.
     * `muscles`: number of groups, if they are not the file's.
-    * `ahead`, `up`, `thin`: as for a mesh, see `zoobench show mesh`.
+    * `ahead`, `up`: as for a mesh, see `zoobench show mesh`.
     """
 
     path: InputFile
@@ -51,7 +53,6 @@ class CloudDesign:
     muscles: int = 12
     ahead: Direction = "x"
     up: Direction = "y"
-    thin: Thin = "keep"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.length < np.inf:
@@ -131,23 +132,19 @@ class CloudDesign:
     def shape(self) -> Shape:
         """The solid, standing on y = 0."""
         size = np.ptp(self._points.positions, axis=0) + self._edge
-        return Shape.standing(lambda points: self._nearest(points)[1], *size)
+        return Shape.standing(self._solid, *size)
 
-    @cached_property
-    def _sampler(self) -> Sampler:
-        points = self._points.positions - self._foot
-
-        def pieces() -> int:
-            return int(clumps(points, NEAR * self._edge).max()) + 1
-
-        return Sampler(self.path, self.shape, self.shape.volume(), lambda _: points, pieces, self.thin, None)
+    def _solid(self, points: Array) -> Array:
+        """The share of space that is solid at points `[n, 3]` [m]."""
+        own, inside = self._nearest(points)
+        return np.where(inside, self._points.fill[own], 0.0)
 
     @cached_property
     def groups(self) -> Grouping:
         """The muscle groups, if they are not the file's; they do not depend on the fidelity."""
         spacing = (self.shape.volume() / _GROUPING_POINTS) ** (1 / 3)
-        points, _ = self.shape.sample(Fidelity(spacing, particles_per_cell=1))
-        return group(self._scheme, points, self.muscles)
+        lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
+        return group(self._scheme, lattice[self._nearest(lattice)[1]], self.muscles)
 
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution.
@@ -155,32 +152,31 @@ class CloudDesign:
         Raises:
             SceneError: an end of the body is lost, or a muscle has no particle.
         """
-        positions, volumes, thin_notes = self._sampler.sample(fidelity)
-        own, _ = self._nearest(positions)
+        sample = whole_sample(self.path, self.shape, fidelity)
+        own, _ = self._nearest(sample.points)
         points = self._points
-        notes = (*pose_notes(self.up, self._directions), *thin_notes)
+        notes = (*pose_notes(self.up, self._directions), *sample.notes)
         if self.grouping == "file" and points.muscle is not None:
             count = int(points.muscle.max()) + 1
-            membership = np.eye(count + 1)[points.muscle[own], :count]  # -1 selects the last row, which is zero
+            shares = np.eye(count + 1)[points.muscle[own], :count]  # -1 selects the last row, which is zero
             names = tuple(f"muscle-{number + 1}" for number in range(count))
             fibres, notes = points.fibres[own], (*points.notes, *notes)
         else:
-            membership, names = self.groups.membership(positions), self.groups.names
-            fibres = self.groups.fibres(positions)
+            shares, names = self.groups.membership(sample.points), self.groups.names
+            fibres = self.groups.fibres(sample.points)
             if self.grouping == "file":
                 notes = (f"The file has no muscles: {len(names)} in rows of four were made (grouping=paired).", *notes)
+        membership = sample.mean(shares)
         check_used(membership, names, fidelity, self.path)
-        reach = (1.0 - 2.0 * _END) * self.shape.upper[0]
-        return Body(
-            positions=positions,
-            volumes=volumes,
-            stiffness=points.stiffness[own],
-            density_ratio=points.density_ratio[own],
-            occupancy=np.ones(len(positions)),
-            muscle_membership=membership,
-            fibres=fibres,
-            head=positions[:, 0] > reach,
-            tail=positions[:, 0] < -reach,
-            muscles=names,
+        along, end = sample.points[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
+        return Body.of(
+            sample,
+            membership,
+            names,
+            head=sample.mostly(along > end),
+            tail=sample.mostly(along < -end),
+            stiffness=sample.mean(points.stiffness[own]),
+            density_ratio=sample.mean(points.density_ratio[own]),
+            fibres=sample.direction(fibres, shares.sum(axis=1)),
             notes=notes,
         )

@@ -24,6 +24,7 @@ class Points:
     """The checked columns of a file; see `CloudDesign`.
 
     Attributes:
+        fill: the share of each point's cube that is solid.
         muscle: the number of each point's muscle, or -1; None if the file has neither muscles nor colours.
         notes: what was made of colours, as sentences.
     """
@@ -33,6 +34,7 @@ class Points:
     fibres: Array
     stiffness: Array
     density_ratio: Array
+    fill: Array
     notes: tuple[str, ...] = ()
 
     @property
@@ -66,6 +68,7 @@ def load_points(name: str) -> Points:
             np.array(columns.get("fibres", np.tile([1.0, 0.0, 0.0], (len(positions), 1))), float),
             np.array(columns.get("stiffness", ones), float),
             np.array(columns.get("density_ratio", ones), float),
+            np.array(columns.get("fill", ones), float),
         )
         for column, other in (("muscle", "fibres"), ("fibres", "muscle")):
             if column in columns and other not in columns:
@@ -88,6 +91,7 @@ def load_points(name: str) -> Points:
 def _check(points: Points, name: str) -> None:
     count = len(points.positions)
     shapes = {"positions": (count, 3), "fibres": (count, 3), "stiffness": (count,), "density_ratio": (count,)}
+    shapes["fill"] = (count,)
     shapes |= {} if points.muscle is None else {"muscle": (count,)}
     for column, shape in shapes.items():
         values = getattr(points, column)
@@ -97,6 +101,8 @@ def _check(points: Points, name: str) -> None:
             )
     if min(points.stiffness.min(), points.density_ratio.min()) <= 0.0:
         raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
+    if not 0.0 < points.fill.min() <= points.fill.max() <= 1.0:
+        raise UsageError(f"{name!r} has a fill that is not a share of a cube. Give numbers above 0, up to 1.")
     if points.muscle is None:
         return
     if points.muscle.min() < -1 or set(range(points.muscle.max() + 1)) - set(points.muscle.tolist()):

@@ -16,16 +16,14 @@ _EXISTS = 0.5  # least occupancy of an exported particle
 _SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
 
 
-def export(body: Body, edge: float, path: Path) -> None:
+def export(body: Body, path: Path) -> None:
     """Write a body in the format given by the suffix of the path, in metres, x ahead and y up.
 
     * `npz`: the arrays of `Body` by name.
-    * `ply`: the existing particles as vertices x, y, z, muscle (-1 for none), fx, fy, fz, stiffness, density_ratio.
+    * `ply`: the cubes of the existing particles as vertices x, y, z (their centres), muscle (-1 for none), fx, fy, fz,
+      stiffness, density_ratio, fill (the share of a cube that is solid).
     * `pcd`: the same columns as fields of the Point Cloud Library's format 0.7, in binary.
     * `stl`: the closed surface around them, which encloses the body's volume.
-
-    Args:
-        edge: of the cube that a particle represents [m]; for `stl`, the lattice spacing of the particles.
 
     Raises:
         UsageError: another suffix, a file that cannot be written, or no scikit-image for `stl`.
@@ -35,18 +33,18 @@ def export(body: Body, edge: float, path: Path) -> None:
         raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .npz, .pcd, .ply or .stl.")
     writer = {"npz": _npz, "pcd": _pcd, "ply": _ply, "stl": _stl}[kind]
     try:
-        writer(body, edge, path)
+        writer(body, path)
     except OSError as error:
         raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
 
 
-def _npz(body: Body, edge: float, path: Path) -> None:
+def _npz(body: Body, path: Path) -> None:
     arrays: dict[str, Any] = {name: value for name, value in vars(body).items() if isinstance(value, np.ndarray)}
     with path.open("wb") as file:
-        np.savez_compressed(file, muscles=np.array(body.muscles), edge=edge, **arrays)
+        np.savez_compressed(file, muscles=np.array(body.muscles), edge=body.edge, **arrays)
 
 
-def _ply(body: Body, edge: float, path: Path) -> None:
+def _ply(body: Body, path: Path) -> None:
     rows = _rows(body)
     names = "".join(f"comment muscle {number} {name}\n" for number, name in enumerate(body.muscles))
     columns = "".join(f"property {'int' if name == 'muscle' else 'float'} {name}\n" for name in COLUMNS)
@@ -54,7 +52,7 @@ def _ply(body: Body, edge: float, path: Path) -> None:
     path.write_bytes(header.encode("ascii") + rows.tobytes())
 
 
-def _pcd(body: Body, edge: float, path: Path) -> None:
+def _pcd(body: Body, path: Path) -> None:
     rows = _rows(body)
     names = "".join(f"# muscle {number} {name}\n" for number, name in enumerate(body.muscles))
     fields = {
@@ -73,7 +71,7 @@ def _pcd(body: Body, edge: float, path: Path) -> None:
     path.write_bytes(header.encode("ascii") + rows.tobytes())
 
 
-COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio")
+COLUMNS = ("x", "y", "z", "muscle", "fx", "fy", "fz", "stiffness", "density_ratio", "fill")
 """Columns of a PLY or PCD file."""
 
 
@@ -84,15 +82,17 @@ def _rows(body: Body) -> "np.ndarray[tuple[int, ...], np.dtype[np.void]]":
     active = shares.sum(axis=1) > 0.5
     rows = np.zeros(int(own.sum()), dtype=[(name, "<i4" if name == "muscle" else "<f4") for name in COLUMNS])
     for number, name in enumerate("xyz"):
-        rows[name] = body.positions[own, number]
+        rows[name] = body.sites[own, number]
         rows[f"f{name}"] = body.fibres[own, number]
     rows["muscle"] = np.where(active, shares.argmax(axis=1), -1) if shares.shape[1] else -1
     rows["stiffness"], rows["density_ratio"] = body.stiffness[own], body.density_ratio[own]
+    # the sliver that a full cube has taken over finds no place in it
+    rows["fill"] = np.minimum(body.volumes[own] / body.edge**3, 1.0)
     return rows
 
 
-def _stl(body: Body, edge: float, path: Path) -> None:
-    vertices, faces = surface(body, edge)
+def _stl(body: Body, path: Path) -> None:
+    vertices, faces = surface(body)
     triangles = vertices[faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
@@ -102,7 +102,7 @@ def _stl(body: Body, edge: float, path: Path) -> None:
     path.write_bytes(header + np.uint32(len(faces)).tobytes() + rows.tobytes())
 
 
-def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np.int64]]"]:
+def surface(body: Body) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np.int64]]"]:
     """A closed surface around the existing particles: vertices `[n, 3]` [m] and faces `[m, 3]`, normals outwards.
 
     Marching cubes (Lorensen and Cline 1987) on the filtered lattice of particles, at the level that encloses the body's
@@ -121,11 +121,11 @@ def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...]
 
     marching_cubes: Any = measure.marching_cubes  # has no types
     own = body.occupancy > _EXISTS
-    positions = body.positions[own]
-    lower = positions.min(axis=0) - 4 * edge
-    cells = np.round((positions - lower) / edge).astype(int)
+    sites, edge = body.sites[own], _spacing(body)
+    lower = sites.min(axis=0) - 4 * edge
+    cells = np.round((sites - lower) / edge).astype(int)
     filled = np.zeros(cells.max(axis=0) + 5)
-    filled[tuple(cells.T)] = 1.0
+    filled[tuple(cells.T)] = body.volumes[own] / body.edge**3
     field = gaussian_filter(filled, _SOFTNESS)
     target = float((body.occupancy * body.volumes)[own].sum())
     low, high = (
@@ -140,3 +140,9 @@ def surface(body: Body, edge: float) -> tuple[Array, "np.ndarray[tuple[int, ...]
     found: Array = vertices.astype(np.float64) + lower
     turned = faces if volume > 0.0 else faces[:, ::-1]
     return found, turned.astype(np.int64)
+
+
+def _spacing(body: Body) -> float:
+    """Edge of the cubic lattice that holds the sites of a body [m]; on the face-centred lattice, half of them."""
+    steps = np.concatenate([np.diff(np.unique(axis)) for axis in body.sites.T])
+    return float(steps[steps > 0.1 * body.edge].min(initial=body.edge))

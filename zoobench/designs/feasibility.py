@@ -7,8 +7,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask
+from zoobench.arrays import Array, Mask
+from zoobench.designs.base import Body
 from zoobench.designs.space import Form
 
 Indices = NDArray[np.int64]
@@ -49,8 +49,7 @@ def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasib
     """
     import torch
 
-    lattice = _lattice(body.positions.tobytes())
-    edge = float(np.cbrt(body.volumes.mean()))
+    lattice = _lattice(body.sites.tobytes())
     keep, reports = [], []
     for occupancy in form.occupancy.detach().numpy():
         solid = occupancy > SOLID
@@ -59,7 +58,9 @@ def feasible(form: Form, body: Body, connected: bool) -> tuple[Form, list[Feasib
         piece, components = _largest_piece(lattice, thick, masses)
         thickness = lattice.thickness(piece if components else solid)
         mass_kept = float(masses[piece].sum() / masses[thick].sum()) if components else 0.0
-        reports.append(Feasibility(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, edge)))
+        reports.append(
+            Feasibility(components, mass_kept, thickness, _fault(float(occupancy.max()), thickness, body.edge))
+        )
         keep.append((piece if connected else thick) | ~solid)
     return replace(form, occupancy=form.occupancy * torch.as_tensor(np.array(keep))), reports
 
@@ -139,7 +140,7 @@ class _Lattice:
 
 @lru_cache(maxsize=8)
 def _lattice(content: bytes) -> _Lattice:
-    """The neighbours on a cubic or face-centred lattice of positions `[particle_count, 3]`, given as bytes."""
+    """The neighbours on a cubic or face-centred lattice of sites `[particle_count, 3]`, given as bytes."""
     from scipy.spatial import KDTree
 
     positions = np.frombuffer(content).reshape(-1, 3)

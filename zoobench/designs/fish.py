@@ -33,7 +33,7 @@ _SIDE_FINS = mirrored(
 )
 
 
-@register(Kind.DESIGN, "fish", version=2, tags=("animal", "water"))
+@register(Kind.DESIGN, "fish", version=3, tags=("animal", "water"))
 def fish(*, length: float = 0.10) -> Animal:
     """A swimmer that bends from side to side, 0.10 m long, with eight muscles.
 

@@ -5,11 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from zoobench.designs.base import Body, Shape
+from zoobench.designs.base import Body
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
 from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
+from zoobench.designs.sampling import Shape
 from zoobench.designs.solid_mesh import Mesh, load
-from zoobench.designs.thin_parts import Sampler, Thickness, Thin, lattice_within
+from zoobench.designs.thin_parts import Thickness, lattice_within, whole_sample
 from zoobench.errors import SceneError, UsageError
 from zoobench.inputs import InputFile
 from zoobench.registry import Kind, register
@@ -17,10 +18,11 @@ from zoobench.sim.model.fidelity import Fidelity
 
 _SMALLEST, _LARGEST = 0.01, 1.0  # [m] range of the body's length
 _GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
+_POINTS = 1_000_000  # by which a mesh is sampled: some of them lie in a fin of a millimetre
 _END = 0.25  # of the length: head and tail
 
 
-@register(Kind.DESIGN, "mesh", version=2, tags=("file",))
+@register(Kind.DESIGN, "mesh", version=3, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class MeshDesign:
     """A body from a mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
@@ -39,8 +41,9 @@ class MeshDesign:
       most symmetric goes from side to side, the longer of the others ahead, the last up, z among equals. With
       `ahead=auto`, the longest axis other than `up` is ahead, x among equals. A body that then faces the wrong way
       needs `ahead=-x`.
-    * `thin`: what is thinner than a particle is made two particles thick by `keep` and left out by `drop`, with what
-      hangs on it; a body that so loses more than a tenth of its length, height or width is refused.
+
+    What is thinner than a particle is there with its mass, in particles of small volume; a body that is too thin for
+    the grid in more than half of its volume is refused.
     """
 
     path: InputFile
@@ -49,7 +52,6 @@ class MeshDesign:
     grouping: Scheme = "paired"
     ahead: Direction = "auto"
     up: Direction = "z"
-    thin: Thin = "keep"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.length < np.inf:
@@ -97,9 +99,8 @@ class MeshDesign:
         return _shape(self.mesh)
 
     @cached_property
-    def _sampler(self) -> Sampler:
-        thickness = Thickness.of(*lattice_within(self.shape, self._volume))
-        return Sampler(self.path, self.shape, self._volume, self.mesh.surface, self.mesh.pieces, self.thin, thickness)
+    def _thickness(self) -> Thickness:
+        return Thickness.of(*lattice_within(self.shape, self._volume))
 
     @cached_property
     def groups(self) -> Grouping:
@@ -114,15 +115,24 @@ class MeshDesign:
         Raises:
             SceneError: the body is too thin for the grid, an end of it is lost, or a muscle has no particle.
         """
-        positions, volumes, thin_notes = self._sampler.sample(fidelity)
-        membership = self.groups.membership(positions)
+        self._thickness.check(fidelity, self.path)
+        sample = whole_sample(self.path, self.shape, fidelity)
+        sample = replace(sample, volumes=sample.volumes * (self._volume / sample.volumes.sum()))
+        shares = self.groups.membership(sample.points)
+        membership = sample.mean(shares)
         check_used(membership, self.groups.names, fidelity, self.path)
-        along, end = positions[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
-        body = Body.uniform((positions, volumes), membership, self.groups.names, head=along > end, tail=along < -end)
-        notes = (*pose_notes(self.up, self._directions), *self.mesh.repairs, *thin_notes)
-        return replace(body, fibres=self.groups.fibres(positions), notes=notes)
+        along, end = sample.points[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
+        return Body.of(
+            sample,
+            membership,
+            self.groups.names,
+            head=sample.mostly(along > end),
+            tail=sample.mostly(along < -end),
+            fibres=self.groups.fibres(sample.positions),  # they vary smoothly
+            notes=(*pose_notes(self.up, self._directions), *self.mesh.repairs, *sample.notes),
+        )
 
 
 def _shape(mesh: Mesh) -> Shape:
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]))
+    return Shape(mesh.inside, (low[0], low[1], low[2]), (high[0], high[1], high[2]), _POINTS)

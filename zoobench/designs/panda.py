@@ -5,7 +5,7 @@ from zoobench.designs.shapes import capsule, ellipsoid, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = ellipsoid((-0.014, 0.032, 0.0), (0.035, 0.0210, 0.0235))
-_BELLY = ellipsoid((-0.016, 0.018, 0.0), (0.022, 0.0105, 0.0165))
+_BELLY = ellipsoid((-0.016, 0.0185, 0.0), (0.022, 0.0105, 0.0165))
 _HEAD = ellipsoid((0.029, 0.038, 0.0), (0.0180, 0.0175, 0.0205))
 _SNOUT = ellipsoid((0.044, 0.0335, 0.0), (0.0060, 0.0065, 0.0080))
 _EARS = mirrored(ellipsoid((0.026, 0.0520, 0.0160), (0.0080, 0.0080, 0.0080)))
@@ -23,7 +23,7 @@ def _leg(end: str) -> BodyPart:
     )
 
 
-@register(Kind.DESIGN, "panda", version=2, tags=("animal", "land"))
+@register(Kind.DESIGN, "panda", version=3, tags=("animal", "land"))
 def panda(*, length: float = 0.10) -> Animal:
     """A walker on four stout legs, 0.10 m long, with ten muscles.
 

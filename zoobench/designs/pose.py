@@ -6,8 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Mask
+from zoobench.arrays import Array, Mask
 from zoobench.errors import UsageError
 
 Direction = Literal["auto", "x", "y", "z", "-x", "-y", "-z"]

@@ -13,10 +13,11 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.designs.anatomy import Animal
 from zoobench.designs.base import Body
+from zoobench.designs.sampling import SolidSample
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.lattice import fill_box, particle_volume
+from zoobench.sim.model.lattice import fill_box
 from zoobench.spec import Ref
 
 if TYPE_CHECKING:
@@ -132,11 +133,11 @@ class Primitives:
         count, names = len(positions), self.muscles
         neck = np.mean([animal.scale * animal.neck for animal in self.animals])
         rump = np.mean([animal.scale * animal.rump for animal in self.animals])
-        volumes = np.full(count, particle_volume(fidelity.grid_spacing, fidelity.particles_per_cell))
         membership = np.full((count, len(names)), 1.0 / len(names))
         head, tail = positions[:, 0] > neck, positions[:, 0] < rump
         # a form has the density of muscle
-        body = Body.uniform((positions, volumes), membership, names, head=head, tail=tail)
+        sample = SolidSample.filled(positions, fidelity.particle_edge)
+        body = Body.of(sample, membership, names, head=head, tail=tail)
         return replace(body, stiffness=np.full(count, self.stiffest), malleable=True)
 
     def tissues(self, body: Body) -> Tissues:

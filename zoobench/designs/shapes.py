@@ -103,15 +103,14 @@ def _polygon(corners: Array, points: Array) -> Array:
     """Signed distance `[n]` of points `[n, 2]` to a closed polygon `[m, 2]`: nearest edge, sign by crossing number."""
     nearest = np.full(len(points), np.inf)  # squared
     inside = np.zeros(len(points), bool)
-    height = points[:, 1]
+    across, up = points.T.copy()  # one coordinate at a time is twice as fast as points of two
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        edge, offset = end - start, points - start
-        share = np.minimum(np.maximum(offset @ edge / (edge @ edge), 0.0), 1.0)
-        along, across = offset[:, 0] - share * edge[0], offset[:, 1] - share * edge[1]
-        nearest = np.minimum(nearest, along * along + across * across)
+        edge, x, y = end - start, across - start[0], up - start[1]
+        share = np.minimum(np.maximum((x * edge[0] + y * edge[1]) / (edge @ edge), 0.0), 1.0)
+        nearest = np.minimum(nearest, (x - share * edge[0]) ** 2 + (y - share * edge[1]) ** 2)
         if edge[1] != 0.0:
-            crosses = (height < start[1]) != (height < end[1])
-            inside ^= crosses & (offset[:, 0] < offset[:, 1] * edge[0] / edge[1])
+            crosses = (up < start[1]) != (up < end[1])
+            inside ^= crosses & (x < y * (edge[0] / edge[1]))
     distance: Array = np.sqrt(nearest)
     return np.where(inside, -distance, distance)
 

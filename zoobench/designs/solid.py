@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Body, Mask
+from zoobench.arrays import Array, Mask
+from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID, Feasibility, feasible
 from zoobench.designs.space import DesignSpace, Form
 from zoobench.errors import SceneError, Unbuildable

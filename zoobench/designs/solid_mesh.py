@@ -6,10 +6,8 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.arrays import Array
-from zoobench.designs.base import Mask
+from zoobench.arrays import Array, Mask
 from zoobench.designs.mesh_repair import repaired, trimesh_or_advice
-from zoobench.designs.triangles import points_on
 from zoobench.errors import UsageError
 from zoobench.inputs import path_of, read
 
@@ -34,21 +32,6 @@ class Mesh:
         """Volume by the divergence theorem: the sum of the signed tetrahedra from the origin to every face."""
         a, b, c = (self.vertices[self.faces[:, n]] for n in range(3))
         return float((a * np.cross(b, c)).sum() / 6.0)
-
-    def pieces(self) -> int:
-        """Number of connected surfaces."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        ends = np.vstack([self.faces[:, [0, 1]], self.faces[:, [1, 2]]])
-        count = len(self.vertices)
-        graph = coo_array((np.ones(len(ends)), ends.T), shape=(count, count))
-        labels = connected_components(graph, directed=False)[1]
-        return len(np.unique(labels[self.faces]))
-
-    def surface(self, distance: float) -> Array:
-        """Points on the surface `[n, 3]`, corners included, whose neighbours are no farther apart than this."""
-        return points_on(self.vertices, self.faces, distance)
 
     def inside(self, points: Array) -> Mask:
         """Whether points `[n, 3]` lie inside.

@@ -1,22 +1,18 @@
-"""Parts of a body that are thinner than a particle: found, kept two particles thick, or missed with a word."""
+"""Bodies that are thin for a grid: how thick how much of them is, and the ends that no particle holds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.designs.base import Mask, Shape
+from zoobench.designs.sampling import Shape, SolidSample
 from zoobench.errors import SceneError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import Ref
-
-Thin = Literal["keep", "drop"]
-"""What becomes of parts that are thinner than a particle."""
 
 NEAR = 1.75
 """Distance of neighbours, diagonals of a square included [particle edges]."""
@@ -27,96 +23,32 @@ THICK = 1.5
 _MOST = 0.5  # share of the volume that has to be that thick
 _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
 _SIDES = (("rear", "front"), ("bottom", "top"), ("left", "right"))
-# [particle edges] from a surface to the next particle: in solid matter it is less, since every cube of one edge within
-# holds a particle, and is so near to the surface even where that is as curved as a ball of one edge
-_MISSED = 1.5
 _MEASURING_POINTS = 30_000  # about, from which thickness and symmetry are measured
 _FINEST = 1 / 200  # of the longest edge: the least spacing of such points
 _SPANS = np.arange(1, 65)  # [voxels] edges of the cubes that are tried
 
 
-@dataclass(frozen=True)
-class Sampler:
-    """The particles of a solid at any resolution, with its thin parts or without.
+def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
+    """The sample of a solid from a file, with a note if it lacks a little of the solid's length, height or width.
 
-    Attributes:
+    Args:
         name: of the body in messages.
-        volume: of the solid [m^3].
-        surface: gives points of the solid, no farther apart than a distance [m], that cover all its thin parts.
-        pieces: gives the number of its connected pieces.
-        thin: `keep` makes what is thinner than a particle two particles thick, `drop` leaves it out.
-        thickness: how thick how much of it is; None if it need not be thick.
+        shape: the solid.
+        fidelity: the resolution.
+
+    Raises:
+        SceneError: an end of the body is lost.
     """
-
-    name: str
-    shape: Shape
-    volume: float
-    surface: Callable[[float], Array]
-    pieces: Callable[[], int]
-    thin: Thin
-    thickness: "Thickness | None"
-
-    def sample(self, fidelity: Fidelity) -> tuple[Array, Array, tuple[str, ...]]:
-        """Positions `[particle_count, 3]` [m], volumes `[particle_count]` [m^3], and what became of thin parts.
-
-        Raises:
-            SceneError: most of the body is too thin for the grid, or an end of it is lost.
-        """
-        if self.thickness is not None:
-            self.thickness.check(fidelity, self.name)
-        lattice = self.shape.lattice(fidelity)
-        inside = self.shape.inside(lattice)
-        if not inside.any():
-            finer = coarsest(lambda grid: bool(self.shape.inside(self.shape.lattice(grid)).any()))
-            raise SceneError(
-                f"The body of {self.name!r} holds no particle at a grid spacing of {fidelity.grid_spacing:.4g} m. "
-                f"Use {finer}, or a larger length."
-            )
-        kept = self._kept(lattice, inside, fidelity)
-        notes = self._notes(lattice, inside, kept, fidelity)
-        # thin parts weigh what they have become: at another density the body would float or sink
-        volumes = np.full(kept.sum(), self.volume / min(kept.sum(), inside.sum()))
-        return lattice[kept], volumes, notes
-
-    def _kept(self, lattice: Array, inside: Mask, fidelity: Fidelity) -> Mask:
-        """The places of particles `[place_count]`, with thin parts or without what hangs on them."""
-        distance = reach(fidelity)
-        if self.thin == "keep":
-            return thickened(lattice, inside, self.surface(distance / 2), distance)
-        return largest_piece(lattice, inside, self.pieces(), distance)
-
-    def _notes(self, lattice: Array, inside: Mask, kept: Mask, fidelity: Fidelity) -> tuple[str, ...]:
-        """What became of thin parts, as sentences.
-
-        Raises:
-            SceneError: an end of the body is lost.
-        """
-        distance, grid = reach(fidelity), f"at a grid spacing of {fidelity.grid_spacing:.4g} m"
-        words, is_end = losses(lattice[kept], self.shape, distance)
-        if is_end:
-            raise SceneError(
-                f"The body of {self.name!r} loses {words} {grid}: what is thinner than {1e3 * distance:.2g} mm holds "
-                f"no particle. Use thin=keep, {coarsest(self._has_ends)}, or a larger length."
-            )
-        if words:
-            return (f"The body is smaller than in its file {grid}: it lacks {words}.",)
-        if not (added := int((kept & ~inside).sum())):
-            return ()
-        words, _ = losses(lattice[inside], self.shape, distance)
-        without = f"; without, it would lack {words}" if words else ""
-        share = 100 * added / kept.sum()
-        return (
-            f"What is thinner than {1e3 * distance:.2g} mm is two particles thick {grid}, {share:.0f} % of the body's "
-            f"mass{without}.",
+    sample, grid = shape.sample(fidelity), f"at a grid spacing of {fidelity.grid_spacing:.4g} m"
+    words, is_end = losses(sample, shape)
+    if is_end:
+        raise SceneError(
+            f"The body of {name!r} loses {words} {grid}: it is too thin there to be found. Give it some thickness, a "
+            "finer fidelity or a larger length."
         )
-
-    def _has_ends(self, fidelity: Fidelity) -> bool:
-        """Whether the body has its ends at a fidelity as it is."""
-        if self.thickness is not None and not self.thickness.is_enough(fidelity):
-            return False
-        lattice = self.shape.lattice(fidelity)
-        kept = self._kept(lattice, self.shape.inside(lattice), fidelity)
-        return bool(kept.any()) and not losses(lattice[kept], self.shape, reach(fidelity))[1]
+    if not words:
+        return sample
+    return replace(sample, notes=(*sample.notes, f"The body is smaller than in its file {grid}: it lacks {words}."))
 
 
 def lattice_within(shape: Shape, volume: float) -> tuple[Array, float]:
@@ -132,46 +64,6 @@ def lattice_within(shape: Shape, volume: float) -> tuple[Array, float]:
 def reach(fidelity: Fidelity) -> float:
     """Distance of neighbouring particles along an axis [m]: every cube of this edge holds a place for a particle."""
     return float(fidelity.grid_spacing / np.floor(np.cbrt(fidelity.particles_per_cell) + 1e-9))
-
-
-def distant(points: Array, particles: Array, distance: float) -> Array:
-    """The points `[n, 3]` on a body that are farther than this from all of its particles along some axis [m]."""
-    from scipy.spatial import KDTree
-
-    if not len(particles):
-        return points
-    gap = KDTree(particles).query(points, p=np.inf, distance_upper_bound=distance * (1.0 + 1e-6))[0]
-    found: Array = points[~np.isfinite(gap)]
-    return found
-
-
-def thickened(lattice: Array, inside: Mask, points: Array, distance: float) -> Mask:
-    """The places `[place_count]` of a body with its thin parts, which become two particles thick.
-
-    Args:
-        lattice: places for particles `[place_count, 3]` [m].
-        inside: which of them lie in the body.
-        points: on the surface of the body, no farther apart than half the distance `[n, 3]` [m].
-        distance: of neighbouring places along an axis [m].
-    """
-    from scipy.spatial import KDTree
-
-    thin = distant(points, lattice[inside], _MISSED * distance)
-    if not len(thin):
-        return inside
-    gap = KDTree(thin).query(lattice, p=np.inf, distance_upper_bound=distance)[0]
-    found: Mask = inside | np.isfinite(gap)
-    return found
-
-
-def largest_piece(lattice: Array, inside: Mask, pieces: int, distance: float) -> Mask:
-    """The places `[place_count]` inside a body of so many pieces; the largest piece alone if there are more."""
-    labels = clumps(lattice[inside], NEAR * distance)
-    if labels.max() < pieces:
-        return inside
-    found = np.zeros(len(inside), bool)
-    found[np.flatnonzero(inside)[labels == np.bincount(labels).argmax()]] = True
-    return found
 
 
 def clumps(points: Array, near: float) -> NDArray[np.int64]:
@@ -248,14 +140,14 @@ def coarsest(holds: Callable[[Fidelity], bool]) -> str:
     return "a finer fidelity than those with a name, as in reference[grid_spacing=0.002]"
 
 
-def losses(positions: Array, shape: Shape, distance: float) -> tuple[str, bool]:
-    """What particles lack of the box around a shape, in words, and whether it is a whole end; empty if nothing.
+def losses(sample: SolidSample, shape: Shape) -> tuple[str, bool]:
+    """What a sample lacks of the box around a shape, in words, and whether it is a whole end; empty if nothing.
 
-    Less than a particle, whose edge is the distance [m], is not counted.
+    Less than a particle is not counted.
     """
     low, high = np.array(shape.lower), np.array(shape.upper)
-    gaps = np.stack([positions.min(axis=0) - low, high - positions.max(axis=0)], axis=1) - distance / 2
-    gaps = np.where(gaps > distance, gaps, 0.0)
+    gaps = np.stack([sample.points.min(axis=0) - low, high - sample.points.max(axis=0)], axis=1)
+    gaps = np.where(gaps > sample.edge, gaps, 0.0)
     shares = gaps / (high - low)[:, None]
     words = [
         f"{1e3 * gaps[axis, side]:.3g} mm at the {_SIDES[axis][side]}, {100 * shares[axis, side]:.0f} % of its {name}"

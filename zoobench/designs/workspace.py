@@ -78,9 +78,8 @@ class BasedSpace:
 
 
 def extent(body: Body) -> tuple[Array, Array]:
-    """Centre and half extent of the box around the particles as cubes, `[3]` each [m]."""
-    edge = np.cbrt(body.volumes.mean())
-    low, high = body.positions.min(axis=0) - edge / 2, body.positions.max(axis=0) + edge / 2
+    """Centre and half extent of the box around the workspace, `[3]` each [m]."""
+    low, high = body.box
     return (low + high) / 2, (high - low) / 2
 
 
