@@ -15,18 +15,22 @@ def _name(name: str, spacing: float, summary: str) -> None:
     def fidelity(
         *,
         grid_spacing: float = spacing,
-        courant: float = 0.5,
+        courant: float = 0.7,
         particles_per_cell: int = 8,
         precision: Literal[32, 64] = 32,
         step: float = 0.0,
-        transfer: Transfer = "apic",
+        transfer: Transfer = "aflip",
+        medium_transfer: Transfer = "apic",
         kernel: Kernel = "quadratic",
         shift: float = 0.0,
+        sleep: float = 0.0,
     ) -> Fidelity:
-        return Fidelity(grid_spacing, courant, particles_per_cell, precision, step, transfer, kernel, shift)
+        return Fidelity(
+            grid_spacing, courant, particles_per_cell, precision, step, transfer, medium_transfer, kernel, shift, sleep
+        )
 
     fidelity.__doc__ = summary
-    register(Kind.FIDELITY, name)(fidelity)
+    register(Kind.FIDELITY, name, version=2, added=("sleep",))(fidelity)
 
 
 _name("smoke", 1 / 32, "Two cells across a robot: for tests of the software; the results are meaningless.")

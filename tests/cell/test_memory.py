@@ -66,7 +66,7 @@ def _outcome(size: str, design: str) -> tuple[object, int, int]:
 
 @pytest.mark.usefixtures("_own_environment")
 @pytest.mark.parametrize(
-    ("design", "little"), [("caterpillar", "300KB"), pytest.param("voxel", "800KB", marks=pytest.mark.slow)]
+    ("design", "little"), [("caterpillar", "600KB"), pytest.param("voxel", "800KB", marks=pytest.mark.slow)]
 )
 def test_no_result_depends_on_the_memory(design: str, little: str) -> None:
     """Bit for bit: neither scores, gradients and what is charged, nor how far a budget in substeps goes."""

@@ -79,7 +79,7 @@ def test_the_costliest_episode_is_that_of_one_world() -> None:
 
 def test_the_cost_of_a_diverged_episode_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     """A diverged episode is short."""
-    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.0005)
     problem = Problem(cell(frames=20))
     evaluation = problem.evaluate(40.0 * _draws(problem, 1)[0])
     assert evaluation.failure is not None
@@ -193,7 +193,7 @@ def test_what_is_watched_is_what_is_simulated() -> None:
 
 def test_a_divergence_is_an_evaluation_without_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """A diverged world has a NaN gradient; the world beside it is unaffected."""
-    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.002)
+    monkeypatch.setattr("zoobench.sim.model.diagnostics.LARGEST_COURANT", 0.0005)
     problem = Problem(cell(frames=20))
     wild, calm = 40.0 * _draws(problem, 1)[0], np.zeros(problem.parameter_count)
     (bad, bad_gradient), (good, good_gradient) = problem.loss_and_grad_batch([wild, calm])

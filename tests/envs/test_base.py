@@ -13,6 +13,7 @@ from zoobench.envs.ice import ice
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.ground_skin import heights_above
 from zoobench.sim.model.matter import SandMaterial
 from zoobench.sim.model.scene import Effect
 from zoobench.spec import Ref
@@ -76,13 +77,26 @@ def _hilly(name: str) -> Environment:
     return env
 
 
-@pytest.mark.parametrize("name", LAND)
+@pytest.mark.parametrize("name", LAND[:2])
+def test_the_skin_of_hills_carries_the_robot(name: str) -> None:
+    """Its whole weight, as on a plane: the fewer particles reach the ground, the deeper they are."""
+    for env in (_hilly(name), made(name)):
+        scene = env.scene(Caterpillar().body(QUICK), QUICK)
+        assert scene.ground is not None
+        gap, normal = heights_above(scene.robot.positions, scene.ground.terrain)
+        force = scene.ground.skin.force(gap, QUICK.particle_edge) / normal[:, 1]  # friction bears the rest
+        weight = -scene.gravity[1] * scene.robot.material.density * scene.robot.volumes.sum()
+        assert scene.robot.volumes @ force == pytest.approx(weight, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", LAND[2:])
 def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
-    """The closest particle is as near to the ground, or to the bed, as on a plane."""
+    """On a bed, the closest particle is as near to the ground below it as on a plane."""
     scene, level = (env.scene(Caterpillar().body(QUICK), QUICK) for env in (_hilly(name), made(name)))
     assert scene.ground is not None
     assert scene.ground.terrain is not None
-    above = scene.robot.positions[:, 1] - scene.ground.terrain.heights_below(scene.robot.positions)
+    robot, terrain = scene.robot, scene.ground.terrain
+    above = robot.positions[:, 1] - terrain.heights_below(robot.positions)
     assert above.min() == pytest.approx(level.robot.positions[:, 1].min(), abs=1e-12)
 
 
@@ -123,18 +137,30 @@ def test_effects_derived_from_the_scene_are_those_of_table_6(name: str, effects:
 
 @pytest.mark.parametrize("name", ["shallow-water", "ocean"])
 def test_water_makes_room_for_the_robot(name: str) -> None:
-    """No water particle is inside the robot; the displaced volume is the robot's up to a layer of particles."""
+    """No water is left where the robot is solid, and the displaced volume is that of the robot below the surface.
+
+    A bed particle gives up the share of its place that lies in a robot's cube, (1 - |d|/e) along each axis; it is left
+    with half of its place only beyond a distance of sqrt(3) (1 - 2^(-1/3)) e = 0.357 e from a full one. What a particle
+    with less than 2 % of its place loses besides is 1 % of the body's volume at most. Layers that are
+    a e apart, a < 1, give a cube up to a (3 - 2 a) of its volume, which is 9/8 at most.
+    """
     env = made(name)
     body = Caterpillar().body(QUICK)
     scene = env.scene(body, QUICK)
+    bed = env.bed
     assert scene.medium is not None
-    assert env.bed is not None
-    gaps = np.linalg.norm(scene.medium.positions[:, None] - scene.robot.positions[None], axis=2)
-    assert gaps.min() > 0.7 * QUICK.grid_spacing / 2
-    below = scene.robot.volumes[scene.robot.positions[:, 1] < env.bed.thickness].sum()
-    full = env.bed.thickness * env.arena[0] * env.arena[2]
-    displaced = full - scene.medium.volumes.sum()
-    assert displaced == pytest.approx(below, abs=body.volumes.sum() / 2)
+    assert bed is not None
+    edge = QUICK.particle_edge
+    alone = bed.fill(np.array(env.arena), 9.81, QUICK)
+    whole = body.volumes > 0.999 * edge**3
+    mostly = scene.medium.volumes > 0.5 * alone.volumes.max()
+    gaps = np.linalg.norm(scene.medium.positions[mostly][:, None] - scene.robot.positions[whole][None], axis=2)
+    assert gaps.min() > np.sqrt(3.0) * (1.0 - 0.5 ** (1.0 / 3.0)) * edge
+    bottoms = (body.sites + scene.robot.positions - body.positions)[:, 1] - edge / 2
+    below = body.volumes @ ((bed.thickness - bottoms) / edge).clip(0.0, 1.0)
+    # in places: water at depth is denser than in the tank at rest
+    displaced = (alone.volumes * alone.history).sum() - (scene.medium.volumes * scene.medium.history).sum()
+    assert displaced == pytest.approx(below, rel=0.01 if name == "ocean" else 0.125)
 
 
 def test_the_swimmer_is_clear_of_floor_and_surface() -> None:

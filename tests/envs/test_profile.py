@@ -19,6 +19,7 @@ from zoobench.sim.model.lattice import fill_box, particle_volume
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
@@ -142,7 +143,7 @@ def _block(terrain: Terrain, place: float, angle: float = 0.0) -> ElasticBody:
 def _run(terrain: Terrain, body: ElasticBody, friction: float, frames: int) -> Rollout:
     top = float(terrain.heights.max()) + 0.3
     scene = Scene(body, (0.0, 0.0, 0.0), (SIZE[0], top, SIZE[1]), ground=Ground(friction, terrain))
-    rollout = Solver(scene, DRAFT).run(np.zeros((frames, 1, 0)))
+    rollout = Solver(standing(scene, DRAFT.particle_edge), DRAFT).run(np.zeros((frames, 1, 0)))
     assert not rollout.divergences
     return rollout
 

@@ -25,6 +25,8 @@ from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import BodyState, Solver
 
 SPACING = 1 / 32
+EDGE = SPACING / 2
+"""Of the cubes that particles stand for, eight in a cell [m]."""
 ARENA = (0.75, 0.75, 0.75)
 NO_GRAVITY = (0.0, 0.0, 0.0)
 SOFT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
@@ -53,11 +55,17 @@ COMBINATIONS: list[tuple[Transfer, Kernel]] = [(t, k) for t in get_args(Transfer
 
 
 def fidelity(
-    precision: int = 64, courant: float = 0.5, transfer: Transfer = "apic", kernel: Kernel = "quadratic"
+    precision: int = 64,
+    courant: float = 0.5,
+    transfer: Transfer = "apic",
+    kernel: Kernel = "quadratic",
+    medium_transfer: Transfer = "apic",
 ) -> Fidelity:
     """The grid of all small scenes."""
     bits: Literal[32, 64] = 64 if precision == 64 else 32
-    return Fidelity(SPACING, courant=courant, precision=bits, transfer=transfer, kernel=kernel)
+    return Fidelity(
+        SPACING, courant=courant, precision=bits, transfer=transfer, medium_transfer=medium_transfer, kernel=kernel
+    )
 
 
 def steady(
@@ -124,6 +132,14 @@ def medium_scene(name: str = "sand") -> Scene:
     return Scene(body, (0.0, 0.0, 0.0), ARENA, ground=Ground(0.5), medium=medium_bed(name), gravity=(0.5, -9.81, 0.2))
 
 
+def interface_scene() -> Scene:
+    """The muscle cube pressed a little into sand, which it meets in a velocity field of its own."""
+    scene = medium_scene("sand")
+    assert scene.medium is not None
+    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 0.1 * SPACING, 0.0]))
+    return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.3))
+
+
 def damped_scene() -> Scene:
     """The muscle cube on the ground, of viscous matter."""
     scene = ground_scene()
@@ -134,6 +150,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "flight": flight_scene,
     "ground": ground_scene,
     "damped": damped_scene,
+    "interface": interface_scene,
 } | {name: partial(medium_scene, name) for name in MEDIA}
 
 

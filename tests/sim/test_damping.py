@@ -42,8 +42,8 @@ def test_bar_rings_down_as_a_kelvin_voigt_bar_does(viscosity: float) -> None:
 
 def test_viscosity_shortens_the_step() -> None:
     """The declared and the chosen step keep w dt^2 + 2 d dt <= 4 with the viscosity of the lightest particle."""
-    scene = scenes.damped_scene()
-    calm = scenes.ground_scene()
+    calm = scenes.flight_scene()
+    scene = replace(calm, robot=replace(calm.robot, material=replace(calm.robot.material, viscosity=20.0)))
     thick, thin = Solver(scene, scenes.fidelity()), Solver(calm, scenes.fidelity())
     assert thick.limit.dt_iso < thin.limit.dt_iso
     lightest = 1000.0 * scene.robot.density_ratio.min()

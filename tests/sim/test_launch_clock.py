@@ -43,7 +43,9 @@ class FakeLauncher:
 
 def plan_of(substeps: int) -> LaunchPlan:
     """For one world."""
-    return LaunchPlan(torch.tensor([[0, substeps]], dtype=torch.int32), torch.ones(1))
+    plan = LaunchPlan.none(1, torch.float32, "cpu")
+    plan.set(np.zeros(1, np.int64), np.array([substeps]), np.ones(1))
+    return plan
 
 
 def test_calls_are_split_into_loading_launching_and_kernels() -> None:

@@ -65,8 +65,8 @@ def test_water_holds_no_strain_and_no_stress() -> None:
 def test_serial_driver_holds_one_grid_for_all_worlds() -> None:
     """The worlds are taken in turn through one slab; the parallel driver needs one each."""
     scene = scenes.ground_scene()
-    assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (2, 31**3, 4)
-    assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (2, 3 * 31**3, 4)
+    assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (3, 31**3, 4)
+    assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (3, 3 * 31**3, 4)
 
 
 def test_grid_beyond_memory_is_refused() -> None:

@@ -35,7 +35,7 @@ def test_it_is_the_episode_that_begins_at_the_equilibrated_state() -> None:
 
 
 def test_a_body_goes_on_until_it_rests() -> None:
-    """After one equilibration it still moves; after as many as it takes it does not."""
+    """After one equilibration it still moves; after as many as it takes it only creeps down its slope of 3 degrees."""
     scene = scenes.ground_scene()
 
     def speed(solver: Solver) -> float:
@@ -47,17 +47,17 @@ def test_a_body_goes_on_until_it_rests() -> None:
     rested = Solver(scene, scenes.fidelity())
     state = come_to_rest(rested, 40)
     assert not state.v.any()
-    assert speed(once) > 1e-5 > 1e-6 > speed(rested)
+    assert speed(once) > 1e-5 > 2e-6 > speed(rested)
 
 
 def test_worlds_come_to_rest_independently() -> None:
     """A soft and a firm body side by side are stopped at their own times, each as if alone."""
     scene = scenes.ground_scene()
-    pair = BodyState(stiffness=np.repeat([[0.3], [1.0]], scene.robot.particle_count, axis=1))
+    pair = BodyState(stiffness=np.repeat([[0.1], [1.0]], scene.robot.particle_count, axis=1))
     solver = Solver(scene, scenes.fidelity(), worlds=2)
     both = solver.run(np.zeros((FRAMES, 2, solver.muscle_count)), pair, equilibration=REST)
     assert (both.stops[:, 0] != both.stops[:, 1]).any()
-    for world, stiffness in enumerate((0.3, 1.0)):
+    for world, stiffness in enumerate((0.1, 1.0)):
         alone = Solver(scene, scenes.fidelity())
         rollout = alone.run(np.zeros((FRAMES, 1, solver.muscle_count)), _body(stiffness), equilibration=REST)
         np.testing.assert_array_equal(both.positions[:, world], rollout.positions[:, 0])

@@ -1,8 +1,6 @@
 """Taichi's life in a process: start, restart, cache folder and its lock."""
 
 import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -101,14 +99,3 @@ def test_an_error_in_a_kernel_quotes_its_line() -> None:
 def _line_of(text: str) -> int:
     lines = Path(__file__).read_text().splitlines()
     return next(number for number, line in enumerate(lines, 1) if text in line)
-
-
-def test_process_that_just_ends_keeps_what_it_compiled(tmp_path: Path) -> None:
-    """Nobody has to stop the runtime: the end of the process does, and the cache is written."""
-    program = "from tests.sim import scenes; from zoobench.sim.solver import Solver; s = scenes.flight_scene(); "
-    program += "Solver(s, scenes.fidelity()).substeps(1)"
-    environment = os.environ | {"ZOOBENCH_CACHE": str(tmp_path)}
-    subprocess.run(
-        [sys.executable, "-c", program], cwd=Path(__file__).parents[2], env=environment, check=True, timeout=120
-    )
-    assert list((tmp_path / "kernels").rglob("*.tic"))

@@ -1,6 +1,7 @@
 """Closed forms and conservation laws, worlds, repeatability and the solver's own checks."""
 
 import hashlib
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -182,15 +183,18 @@ def _fingerprint() -> str:
     return digest.hexdigest()
 
 
-def test_float32_episode_repeats_bit_for_bit() -> None:
-    """Two runs in this process and one in another give the same bits in trajectory and gradient."""
+def test_float32_episode_repeats_bit_for_bit(tmp_path: Path) -> None:
+    """Two runs in this process and one in another give the same bits in trajectory and gradient.
+
+    The other keeps what it compiled, though it just ends: nobody has to stop the runtime.
+    """
     first = _fingerprint()
     assert _fingerprint() == first
-    script = "from tests.sim.test_solver import _fingerprint; print(_fingerprint())"
-    ended = "from zoobench.sim import runtime; runtime.stop()"
-    command = [sys.executable, "-c", f"{script}; {ended}"]
-    other = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=300)
+    command = [sys.executable, "-c", "from tests.sim.test_solver import _fingerprint; print(_fingerprint())"]
+    environment = os.environ | {"ZOOBENCH_CACHE": str(tmp_path)}
+    other = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True, timeout=300)
     assert other.stdout.strip() == first
+    assert list((tmp_path / "kernels").rglob("*.tic"))
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench import registry
-from zoobench.arrays import Array
+from zoobench.arrays import Array, Mask
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.controllers.stored_gait import Gait
-from zoobench.designs.base import Body, Design, Mask, check_ends
+from zoobench.designs.base import Body, Design, check_ends
 from zoobench.designs.feasibility import Feasibility
 from zoobench.designs.solid import body_for, buildable, solid_body, subset
 from zoobench.designs.space import DesignSpace, Form, SiteSpace

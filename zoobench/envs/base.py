@@ -10,12 +10,14 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, sharing, without_overlap
 from zoobench.envs.hills import Hills
-from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
+from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 
 LAND_ROBOT = LAND.robot
@@ -66,6 +68,7 @@ class Environment:
         gravity: [m/s^2].
         terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
             water is level, its thickness above the lowest ground.
+        skin: of the ground, by which it carries a robot outside water.
     """
 
     robot: ElasticMaterial
@@ -77,6 +80,7 @@ class Environment:
     equilibration_frames: int = 0
     gravity: tuple[float, float, float] = EARTH_GRAVITY
     terrain: Terrain | None = None
+    skin: GroundSkin = SKIN
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.friction < np.inf:
@@ -108,14 +112,16 @@ class Environment:
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
         robot = ElasticBody.placed(self.robot, body, positions)
-        return Scene(
+        sites = body.sites + place + np.array([0.0, floor, 0.0])
+        scene = Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),
             upper=self.arena,
-            medium=self._fill(size, robot, fidelity, shared=body.malleable),
-            ground=Ground(self.friction, self.terrain),
+            medium=self._fill(size, robot, sites, fidelity, shared=body.malleable),
+            ground=Ground(self.friction, self.terrain, self.skin),
             gravity=self.gravity,
         )
+        return standing(scene, fidelity.particle_edge)
 
     def _rise(self, positions: Array) -> float:
         """Height by which a body that stands on y = 0 is lifted so that no particle is closer to the terrain [m]."""
@@ -138,14 +144,21 @@ class Environment:
             )
         return rise + max(0.0, room / 2)
 
-    def _fill(self, size: Array, robot: ElasticBody, fidelity: Fidelity, *, shared: bool) -> MediumBed | None:
-        """The medium, without particles at the robot's place, or with particles that share it."""
+    def _fill(
+        self, size: Array, robot: ElasticBody, sites: Array, fidelity: Fidelity, *, shared: bool
+    ) -> MediumBed | None:
+        """The medium, without the robot's volume in cubes about `sites` `[n, 3]` [m], or with particles that share it.
+
+        The cubes are a lattice, so that their volumes fill none of the bed's places twice; their particles are not.
+        """
         if self.bed is None:
             return None
         bed = self.bed.fill(size, -self.gravity[1], fidelity, self.terrain)
         if self.stance is Stance.STANDING:
             return bed
-        bed = without_overlap(bed, robot.positions[robot.occupancy > 0.5], fidelity)
+        # with a shared place, guests have what the robot leaves of it
+        taken = robot.volumes if shared else robot.occupancy * robot.volumes
+        bed = without_overlap(bed, sites, taken, fidelity)
         if not shared:
             return bed
         hosts = np.flatnonzero(robot.positions[:, 1] < self.bed.thickness)
@@ -153,7 +166,9 @@ class Environment:
         return sharing(bed, guests, hosts)
 
 
-def firm_environment(*, friction: float, hills: Hills, profile: Profile, physics: Physics) -> Environment:
+def firm_environment(
+    *, friction: float, hills: Hills, profile: Profile, physics: Physics, contact: Contact
+) -> Environment:
     """A land robot on firm ground, level or not, far from walls."""
     length, height, width = OPEN_ARENA
     terrain = profile.terrain((length, width), length / 2, hills)
@@ -164,6 +179,7 @@ def firm_environment(*, friction: float, hills: Hills, profile: Profile, physics
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
         terrain=terrain,
+        skin=contact.skin,
     )
 
 

@@ -14,7 +14,7 @@ from zoobench.sim.model.matter import SMALLEST_RATIO, ClayMaterial, Medium, MudM
 from zoobench.sim.model.scene import MediumBed
 from zoobench.sim.model.terrain import Terrain
 
-_ROOM = 0.75  # [particle spacings] least distance of bed and body: between overlapping lattices and a gap
+_LEAST_ROOM = 0.02  # of a bed particle's volume: what has less is left out
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,13 @@ class Bed:
 
     Attributes:
         thickness: [m].
+        robot_friction: Coulomb coefficient between it and the robot [-]; None where both share a velocity field, as in
+            water.
     """
 
     material: Medium
     thickness: float
+    robot_friction: float | None = None
 
     def check(self, gravity: float) -> None:
         """Refuse water that downward `gravity` [m/s^2] compresses beyond what its law is made for.
@@ -88,7 +91,7 @@ class Bed:
         strains = rest_strains(self.material, load)
         if isinstance(self.material, WaterMaterial):
             room = room / np.exp(strains.sum(axis=1))
-        return MediumBed.at_rest(self.material, positions, room, strains)
+        return replace(MediumBed.at_rest(self.material, positions, room, strains), friction=self.robot_friction)
 
 
 def rest_strains(material: Medium, load: Array) -> Array:
@@ -119,18 +122,25 @@ def lifted(bed: MediumBed, terrain: Terrain) -> MediumBed:
     return replace(bed, positions=bed.positions + rise)
 
 
-def without_overlap(bed: MediumBed, body: Array, fidelity: Fidelity) -> MediumBed:
-    """The bed without particles at the place of the body's particles `[n, 3]` [m].
+def without_overlap(bed: MediumBed, positions: Array, volumes: Array, fidelity: Fidelity) -> MediumBed:
+    """The bed without the volume of a body in cubes about `positions` `[n, 3]` [m] that hold `volumes` `[n]` [m^3].
 
-    A bed particle is removed if it is nearer to a body particle than `_ROOM` particle spacings: then the lattices
-    neither overlap nor leave a gap wider than a particle.
+    Each takes its volume from the bed particles around it, shared out linearly by their distance along every axis, so
+    that a body displaces its own volume, and there is neither overlap nor gap between two lattices. Bed particles
+    without room are left out.
     """
     from scipy.spatial import KDTree
 
     edge = fidelity.particle_edge
-    distance, _ = KDTree(body).query(bed.positions, distance_upper_bound=edge)
-    kept = ~(distance < _ROOM * edge)
-    return replace(bed, **{name: value[kept] for name, value in _arrays(bed).items()})
+    near = KDTree(bed.positions).query_ball_point(positions, edge, p=np.inf)
+    taker = np.repeat(np.arange(len(positions)), [len(row) for row in near])
+    giver = np.concatenate(near).astype(int) if len(taker) else taker
+    shares = (1.0 - np.abs(bed.positions[giver] - positions[taker]) / edge).clip(0.0).prod(axis=1)
+    taken = np.bincount(giver, shares * volumes[taker], bed.particle_count) / edge**3
+    room = 1.0 - np.minimum(taken, 1.0)
+    kept = room > _LEAST_ROOM
+    arrays = _arrays(bed) | {"volumes": bed.volumes * room}
+    return replace(bed, **{name: value[kept] for name, value in arrays.items()})
 
 
 def sharing(bed: MediumBed, guests: MediumBed, hosts: NDArray[np.int64]) -> MediumBed:

@@ -12,10 +12,12 @@ from zoobench.sim.model.matter import ClayMaterial
 CLAY = Elasticity(medium_density=1800.0)
 
 
-@register(Kind.ENV, "clay", version=3, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "clay", version=4, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
 def clay(
     *,
     friction: float = 0.5,
+    slip: bool = False,
+    robot_friction: float = 0.5,
     thickness: float = 0.02,
     length: float = 0.3125,
     width: float = 0.1875,
@@ -30,11 +32,18 @@ def clay(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the clay [-].
+    * `slip`: whether robot and clay have velocity fields of their own, or the clay sticks to the robot.
+    * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; 200 in SoftZoo's reference.
     """
     material = ClayMaterial(*elasticity.constants, yield_stress=yield_stress)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+        Bed(material, thickness, robot_friction if slip else None),
+        friction=friction,
+        size=(length, width),
+        physics=physics,
+        hills=hills,
+        profile=profile,
     )

@@ -12,10 +12,12 @@ from zoobench.sim.model.matter import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", version=2, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "desert", version=3, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,
+    slip: bool = False,
+    robot_friction: float = 0.5,
     thickness: float = 0.02,
     length: float = 0.3125,
     width: float = 0.1875,
@@ -32,11 +34,18 @@ def desert(
     spot. It is a whole number of cells at the fidelities draft and paper.
 
     * `friction`: Coulomb coefficient of the ground under the sand [-].
+    * `slip`: whether robot and sand have velocity fields of their own, or the sand sticks to the robot.
+    * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `friction_angle`: of the sand, in triaxial compression [degrees]; 45 in SoftZoo's reference.
     """
     material = SandMaterial(*elasticity.constants, friction_angle=friction_angle)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+        Bed(material, thickness, robot_friction if slip else None),
+        friction=friction,
+        size=(length, width),
+        physics=physics,
+        hills=hills,
+        profile=profile,
     )

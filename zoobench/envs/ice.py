@@ -2,17 +2,22 @@
 
 from zoobench.envs.base import Environment, firm_environment
 from zoobench.envs.hills import LEVEL, Hills
-from zoobench.envs.physics import LAND, Physics
+from zoobench.envs.physics import LAND, SKINNED, Contact, Physics
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ice", version=2, tags=("land",), added=("physics", "profile"))
+@register(Kind.ENV, "ice", version=3, tags=("land",), added=("physics", "profile", "contact"))
 def ice(
-    *, friction: float = 0.05, hills: Hills = LEVEL, profile: Profile = LEVEL_WAY, physics: Physics = LAND
+    *,
+    friction: float = 0.05,
+    hills: Hills = LEVEL,
+    profile: Profile = LEVEL_WAY,
+    physics: Physics = LAND,
+    contact: Contact = SKINNED,
 ) -> Environment:
     """Firm, slippery ground.
 
     * `friction`: Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6.
     """
-    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics)
+    return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics, contact=contact)

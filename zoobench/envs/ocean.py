@@ -21,7 +21,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=7, tags=("water", "fluid"), added=("water", "hills", "profile", "physics"),
+    Kind.ENV, "ocean", version=8, tags=("water", "fluid"), added=("water", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from zoobench.errors import UsageError
+from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 
 
@@ -51,6 +52,26 @@ LAND = Physics()
 # A swimmer is stiffer, as in the reference implementation, since it has to push water. The damping by water alone is
 # insufficient at h = 1/128: under square waves of full strength the robot tore in the 197th frame.
 SWIMMER = Physics(youngs_modulus=1e5, muscle_strength=1.5e4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """The skin of firm ground: a compliant layer that pushes on the robot, with Coulomb friction.
+
+    * `skin_thickness`: within which the ground is felt [m].
+    * `skin_stiffness`: K [Pa]; matter that fills the layer feels the pressure K / 2 at the ground.
+    """
+
+    skin_thickness: float = SKIN.thickness
+    skin_stiffness: float = SKIN.stiffness
+
+    @property
+    def skin(self) -> GroundSkin:
+        """The layer; raises SceneError unless both are positive."""
+        return GroundSkin(self.skin_thickness, self.skin_stiffness)
+
+
+SKINNED = Contact()
 
 
 @dataclass(frozen=True, kw_only=True)

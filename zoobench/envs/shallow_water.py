@@ -14,7 +14,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "shallow-water", version=6, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
+    Kind.ENV, "shallow-water", version=7, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def shallow_water(

@@ -15,13 +15,15 @@ SNOW = Elasticity(medium_density=400.0)
 @register(
     Kind.ENV,
     "snow",
-    version=3,
+    version=4,
     tags=("land", "plastic"),
     added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )
 def snow(
     *,
     friction: float = 0.5,
+    slip: bool = False,
+    robot_friction: float = 0.5,
     thickness: float = 0.02,
     length: float = 0.3125,
     width: float = 0.1875,
@@ -38,6 +40,8 @@ def snow(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the snow [-].
+    * `slip`: whether robot and snow have velocity fields of their own, or the snow sticks to the robot.
+    * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `hardening`: xi of Stomakhin et al. 2013 [-]; 1 in SoftZoo's reference.
@@ -51,5 +55,10 @@ def snow(
         hardening=hardening,
     )
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+        Bed(material, thickness, robot_friction if slip else None),
+        friction=friction,
+        size=(length, width),
+        physics=physics,
+        hills=hills,
+        profile=profile,
     )

@@ -12,10 +12,12 @@ from zoobench.sim.model.matter import MudMaterial
 MUD = Elasticity(medium_density=1400.0)
 
 
-@register(Kind.ENV, "wetland", version=3, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "wetland", version=4, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
 def wetland(
     *,
     friction: float = 0.5,
+    slip: bool = False,
+    robot_friction: float = 0.5,
     thickness: float = 0.02,
     length: float = 0.3125,
     width: float = 0.1875,
@@ -31,6 +33,8 @@ def wetland(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the mud [-].
+    * `slip`: whether robot and mud have velocity fields of their own, or the mud sticks to the robot.
+    * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
@@ -38,5 +42,10 @@ def wetland(
     """
     material = MudMaterial(*elasticity.constants, yield_stress=yield_stress, viscosity=viscosity)
     return bed_environment(
-        Bed(material, thickness), friction=friction, size=(length, width), physics=physics, hills=hills, profile=profile
+        Bed(material, thickness, robot_friction if slip else None),
+        friction=friction,
+        size=(length, width),
+        physics=physics,
+        hills=hills,
+        profile=profile,
     )

@@ -4,7 +4,6 @@ The parts are those of `serial.advance` and call the same functions. Each reads 
 half of the grid), so that every repetition does the same work. Arrays are those of `kernels.layout`.
 """
 
-import math
 from enum import IntEnum
 
 import taichi as ti
@@ -34,6 +33,7 @@ from zoobench.sim.kernels.splines import stencil, weights
 from zoobench.sim.kernels.substep import is_robot, linear_motion, particle_stress, to_grid
 from zoobench.sim.kernels.symmetric import eigen_symmetric
 from zoobench.sim.kernels.transfer import AFLIP, gather, gather_value
+from zoobench.sim.kernels.two_fields import layer, layers
 from zoobench.sim.model.matter import DECOMPOSED
 from zoobench.sim.model.state import empty_matter, lazy_zeros
 from zoobench.sim.simulation import Simulation
@@ -65,7 +65,7 @@ def particle_part(
     scene: ti.template(), dt, w, p, variant: ti.template(), part: ti.template(),
 ):  # fmt: skip
     """One particle's share of one part."""
-    at = stencil(state[0, w, p, X], scene, nodes, variant.width)
+    at = stencil(state[0, w, p, X], scene, layer(nodes, scene, p, variant), variant.width)
     if ti.static(part == STRESS):
         put_columns(state, 1, w, p, C, particle_stress(state, body, scene, 0, w, p, variant))
     if ti.static(part == SCATTER):
@@ -76,7 +76,7 @@ def particle_part(
         share = weights(at.offset, variant.width)
         velocity, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, share, variant.width)
         state[1, w, p, X] = state[0, w, p, X] + dt * velocity
-        if ti.static(variant.transfer == AFLIP):
+        if ti.static(variant.uses(AFLIP)):
             velocity += gather_value(grid, BEFORE, nodes, spare + at.node, share, variant.width)
         state[1, w, p, V] = velocity
         put_columns(state, 1, w, p, C, matrix(by_x, by_y, by_z))
@@ -112,13 +112,14 @@ def repeat_part(
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         nodes, spare = box(window, 0, w), grid.shape[1] // 2
+        size = layers(variant) * nodes.size
         for _ in range(count):
             if ti.static(part == CLEAR):
-                clear(grid, spare, nodes.size, variant)
+                clear(grid, spare, size, variant)
             elif ti.static(part == NODES):
                 update_nodes(grid, window, 0, nodes, scene, dt, 0, w, terrain, variant)
-                if ti.static(variant.transfer == AFLIP):
-                    for m in range(nodes.size):
+                if ti.static(variant.uses(AFLIP)):
+                    for m in range(size):
                         grid[BEFORE, spare + m] = grid[BEFORE, m]
                         divide_node(grid, spare + m)
             else:
@@ -134,7 +135,7 @@ class Ablation:
         real, device = sim.matter.state.dtype, str(sim.matter.state.device)
         self._matter = empty_matter(sim.scene, 2, sim.worlds, real, device)
         self._matter.load_slot(0, sim.matter)
-        self._grid = lazy_zeros((sim.launcher.fields, 2 * math.prod(sim.launcher.shape), 4), real, device)
+        self._grid = lazy_zeros((sim.launcher.fields, 2 * sim.launcher.nodes_of_a_world, 4), real, device)
         for part in (SubstepPart.SCATTER, SubstepPart.NODES):
             self.repeat(part, 1, sim.limit.dt)
 

@@ -7,6 +7,7 @@ took, so that the recomputed states are those of the episode bit for bit. One th
 halves, the later one first, from a state in its middle.
 """
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,7 +15,7 @@ import torch
 
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.segmentation import Part, halves, share
-from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter
+from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter, memory
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.tape import Tape
 
@@ -110,28 +111,30 @@ class Adjoint:
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
         sim.set_tension(self._rollout, part.frame)
+        sim.put_to_sleep(self._rollout.asleep[part.frame])
         sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
         sim.meter.recomputed += int(part.counts.sum())
 
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
         sim.set_tension(self._rollout, part.frame)
-        for world in np.flatnonzero(part.stops).tolist():
+        for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
+        sim.put_to_sleep(self._rollout.asleep[part.frame])
         plan = sim.plan(first, part.counts, self._counts[part.frame])
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
-        sim.meter.count("backward", int(part.counts.sum()), at_rest=part.frame < self._rollout.equilibration)
+        sim.meter.count("backward", plan.world_substeps, at_rest=part.frame < self._rollout.equilibration)
 
     def _seed(self, positions: FloatArray, velocities: FloatArray) -> None:
         """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each."""
-        sim, count = self._sim, self._sim.robot_count
-        alive = sim.alive[:, None, None]
-        self._state.x[0, :, :count] += sim.tensor(positions) * alive
-        self._state.v[0, :, :count] += sim.tensor(velocities) * alive
+        sim, state = self._sim, self._state.memory
+        alive = sim.is_alive()[:, None, None]
+        for row, adjoint in enumerate((positions, velocities)):
+            state[0, :, : sim.robot_count, row, :3] += memory(sim.tensor(adjoint * alive))
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
-        if self._fault or torch.isfinite(self._state.state.sum()):  # one look at all of them
+        if self._fault or math.isfinite(self._state.memory.sum()):  # one look at all of them
             return
         for name in ("x", "v", "C", "F"):
             broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
@@ -145,10 +148,12 @@ class Adjoint:
         """From the adjoint of a frame's tension, add to those of its actuation and of the muscle membership."""
         sim, body = self._sim, self._rollout.body
         if sim.muscle_count:
-            activity = self._parameters.tension.cpu().double().numpy() * sim.scene.robot.material.muscle_strength
+            tension = memory(self._parameters.body)[:, : sim.robot_count, 0, 3]
+            activity = np.array(tension if sim.alive.is_cpu else tension.cpu(), float)
+            activity *= sim.scene.robot.material.muscle_strength
             self._actuation[frame] += np.einsum("wpk,wp->wk", body["muscle_membership"], activity)
             self._membership += activity[:, :, None] * self._rollout.actuation[frame][:, None, :]
-            self._parameters.tension.zero_()
+            tension[...] = 0.0
 
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body

@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import io
 import platform
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,7 @@ def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds
     """
     if not frames:
         return None
+    fidelity = replace(fidelity, sleep=0.0)  # all matter moves until it rests
     path = state_folder() / f"{_key(scene, fidelity, frames, frame_seconds)}.npz"
     kept = _read(path)
     if kept is None:

@@ -27,7 +27,7 @@ class Launch:
 
     At every launch Taichi examines every argument, which takes longer than a thousand particles' substep. A launch with
     the arguments of an earlier one, the same tensors and equal other values, repeats that one as it was prepared. What
-    the tensors hold may have changed, but not where they hold it.
+    the tensors hold may have changed, but not where they hold it. A launch is forgotten with the first of its tensors.
 
     On CUDA, where a context serves one launch, and with bounds checked, every launch is Taichi's own.
 
@@ -50,11 +50,9 @@ class Launch:
         if self._generation != runtime.generation():  # contexts end with the runtime
             self._prepared.clear()
             self._generation = runtime.generation()
-        tensors = [each for each in arguments if type(each) is Tensor]  # isinstance is far slower on a number
-        key = (*map(id, tensors), *[each for each in arguments if type(each) is not Tensor])
-        prepared = self._prepared.get(key)
-        # another tensor may have the id of one that is gone
-        if prepared and all(kept() is given for kept, given in zip(prepared.arrays, tensors, strict=True)):
+        # isinstance is far slower on a number
+        key = tuple([id(each) if type(each) is Tensor else each for each in arguments])
+        if prepared := self._prepared.get(key):
             impl.get_runtime().prog.launch_kernel(prepared.kernel, prepared.context)
             return
         with _seen_launches() as seen, runtime.vector_lanes(optimised=self._optimised):
@@ -62,7 +60,20 @@ class Launch:
         while len(self._prepared) >= _MOST_KEPT:
             self._prepared.pop(next(iter(self._prepared)))
         (launched,) = seen
-        self._prepared[key] = _Prepared(*launched, tuple(map(ref, tensors)))
+        forget = self._forget(key)
+        self._prepared[key] = _Prepared(
+            *launched, tuple(ref(each, forget) for each in arguments if type(each) is Tensor)
+        )
+
+    def _forget(self, key: tuple[Any, ...]) -> Callable[[object], None]:
+        """A callback that forgets a launch: another tensor may come to have the id of one that is gone."""
+        launch = ref(self)  # what it is kept by must not keep it in a circle
+
+        def forget(_: object) -> None:
+            if alive := launch():
+                alive._prepared.pop(key, None)
+
+        return forget
 
 
 @contextmanager

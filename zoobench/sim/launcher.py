@@ -7,16 +7,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from zoobench.errors import SceneError
+from zoobench.errors import SceneError, UsageError
 from zoobench.sim import launch_clock
-from zoobench.sim.kernels import half_step, parallel, serial, survey
+from zoobench.sim.kernels import half_step, parallel, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, RATIO, VELOCITY, Variant
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
+from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
-from zoobench.sim.model.scene import Effect, Scene
+from zoobench.sim.model.scene import Effect, Scene, has_skin
 from zoobench.sim.model.state import LARGEST_ARRAY, LaunchPlan, Matter, Parameters, lazy_zeros
 
 LARGEST_GRID = 2**28
@@ -25,7 +26,7 @@ _TRANSFERS: dict[Transfer, int] = {"apic": APIC, "pic": PIC, "aflip": AFLIP}
 
 
 class Launcher:
-    """Owns the grid and launches the substep, its reverse and the survey.
+    """Owns the grid and launches the substep, its reverse, the survey and the search for what may sleep.
 
     Args:
         parallel: all worlds at once with atomic adds (CUDA); else in turn on one thread.
@@ -33,7 +34,7 @@ class Launcher:
     Attributes:
         shape: grid nodes in x, y, z.
         fields: number of fields of every node, see `layout`.
-        constants: `[17]` the kernels' scalars, see `layout.CONSTANTS`.
+        constants: `[20]` the kernels' scalars, see `layout.CONSTANTS`.
         variant: what the kernels are compiled for.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
@@ -51,19 +52,25 @@ class Launcher:
         launch_clock.watch(self)
         self.constants = self._list_constants()
         law = int(scene.medium.material.law) if scene.medium else 0
-        self._work = [str(effect) for effect in sorted(scene.effects)]
-        if law in DECOMPOSED:
-            self._work.append("decomposition")
+        work = [str(effect) for effect in sorted(scene.effects)] + ["decomposition"] * (law in DECOMPOSED)
+        self._work = {way: [f"{way} {each}" for each in work] for way in ("forward", "reverse")}
         self.variant = Variant(
             muscle=Effect.MUSCLE in scene.effects,
             damping=Effect.DAMPING in scene.effects,
             law=law,
             ground=self._ground_kind(),
+            skin=has_skin(scene),
             width=fidelity.spline.width,
             transfer=_TRANSFERS[fidelity.transfer],
+            medium_transfer=_TRANSFERS[fidelity.medium_transfer],
+            sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER),
+            two_fields=Effect.CONTACT in scene.effects,
         )
+        if parallel and self.variant.sleep:
+            raise UsageError("Matter cannot sleep where all worlds are simulated at once. Use sleep=0 there.")
+        self._layers = 2 if self.variant.two_fields else 1
         self.terrain = self._sample_terrain()
-        self.fields = RATIO + 1 if law == Law.WATER else BEFORE + (self.variant.transfer == AFLIP)
+        self.fields = 1 + max(self._fields())
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
@@ -71,11 +78,24 @@ class Launcher:
         self._advance, self._reverse, self._survey = (
             Launch(kernel, optimised=law == 0) for kernel in (serial.advance, serial.reverse, survey.survey)
         )
+        self._find_sleepers = Launch(sleep_survey.find_sleepers)
+        self._cells = lazy_zeros((2, math.prod(self.shape) * self.variant.sleep), torch.int32, device)
+        self._asleep = torch.zeros((worlds, scene.particle_count), dtype=torch.int32, device=device)
+
+    @property
+    def _own_nodes(self) -> int:
+        """Nodes of the grid without those that are kept: a slab of the arena for every world that is simulated at the
+        same time, and one for matter asleep."""
+        return ((self._worlds if self._parallel else 1) + self.variant.sleep) * self.nodes_of_a_world
+
+    @property
+    def nodes_of_a_world(self) -> int:
+        """Nodes of the grid for one world, in two fields those of both."""
+        return self._layers * math.prod(self.shape)
 
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
-        slab = math.prod(self.shape)
-        room = (LARGEST_ARRAY // (4 * self.fields) - slab) // self._worlds
+        room = (LARGEST_ARRAY // (4 * self.fields) - self._own_nodes) // self._worlds
         nodes = 0 if self._parallel else max(min(nodes, room), 0)
         if nodes != self._kept:
             self._kept = nodes
@@ -84,7 +104,7 @@ class Launcher:
 
     def first_kept(self) -> Tensor:
         """The first node that is kept of every world `[worlds]`, for the window of a tape's first slot."""
-        return math.prod(self.shape) + self._kept * torch.arange(self._worlds, dtype=torch.int32, device=self._device)
+        return self.nodes_of_a_world + self._kept * torch.arange(self._worlds, dtype=torch.int32, device=self._device)
 
     def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world, every result `stride` slots further (0: in place).
@@ -97,7 +117,7 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max())):
                 parallel.advance_parallel(*arrays, n, stride, self.variant)
         else:
-            self._advance(*arrays, stride, self._kept if stride else 0, self.variant)
+            self._advance(*arrays, plan.order, stride, self._kept if stride else 0, self.variant)
 
     def reverse(
         self,
@@ -119,35 +139,42 @@ class Launcher:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
                 parallel.reverse_parallel(*arrays, n, self.variant)
         else:
-            self._reverse(*arrays, self.variant)
+            self._reverse(*arrays, plan.order, self.variant)
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
         self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant)
 
+    def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
+        """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""
+        self._find_sleepers(
+            matter.state, parameters.body, self.constants, self._cells, self._asleep, self._fidelity.sleep, reach
+        )
+        return self._asleep
+
     def momenta(self, matter: Matter, parameters: Parameters, dt: float) -> Tensor:
         """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
-        from slot 0, before gravity and contact: `[nx, ny, nz, 4]`, a copy of the window."""
+        from slot 0, before gravity and contact: `[layers, nx, ny, nz, 4]`, a copy of the window; the layers are one, or
+        robot and medium."""
         Launch(half_step.scatter_first)(
             *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
         )
         return self._field(MOMENTUM, matter.window[0, 0])
 
     def nodes(self, window: Tensor) -> Tensor:
-        """A copy of the nodes of a window `[8]` of the first world: velocity [m/s] and mass [kg] after a substep."""
+        """Velocity [m/s] and mass [kg] of the nodes of the first world in a window `[8]`, after a substep."""
         return self._field(VELOCITY, window)
 
     def _field(self, field: int, window: Tensor) -> Tensor:
         x0, y0, z0, x1, y1, z1 = window[:6].tolist()
-        shape = (x1 - x0, y1 - y0, z1 - z0)
+        shape = (self._layers, x1 - x0, y1 - y0, z1 - z0)
         return self._grid[field, : math.prod(shape)].reshape(*shape, 4).clone()
 
     def _note(self, direction: str, plan: LaunchPlan) -> None:
         self.launches[f"{direction} launches"] += 1
-        substeps = plan.world_substeps
-        for work in self._work:
-            self.launches[f"{direction} {work}"] += substeps
+        for work in self._work[direction]:
+            self.launches[work] += plan.world_substeps
 
     def _list_constants(self) -> Tensor:
         """The scalars that the kernels share, in the order of `layout.CONSTANTS`."""
@@ -155,17 +182,33 @@ class Launcher:
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
+        skin = scene.ground.skin if scene.ground else GroundSkin()
+        full = self._fidelity.grid_spacing**3
+        slip = (scene.medium.friction if scene.medium else None) or 0.0
+        density = scene.medium.material.density if scene.medium else 0.0
         listed = (
             self._fidelity.grid_spacing, mu, lam, scene.robot.material.viscosity, *medium, *scene.gravity, friction,
-            *self.shape, scene.robot.particle_count,
+            *self.shape, scene.robot.particle_count, skin.thickness, skin.rate, self._fidelity.particle_edge, slip,
+            scene.robot.material.density * full, density * full,
         )  # fmt: skip
         return torch.tensor(listed, dtype=self._real, device=self._device)
 
+    def _fields(self) -> set[int]:
+        """The fields of the grid that the kernels use, see `layout`."""
+        found = {MOMENTUM, VELOCITY}
+        if self.variant.uses(AFLIP):
+            found.add(BEFORE)
+        if self.variant.skin:
+            found.add(PUSH)
+        if self.variant.law == Law.WATER:
+            found.add(RATIO)
+        return found
+
     def _ground_kind(self) -> int:
-        """The kernels' ground; a plane without friction is one of the arena's walls."""
+        """The kernels' ground; a plane without friction and skin is one of the arena's walls."""
         if self._scene.ground is not None and self._scene.ground.terrain is not None:
             return TERRAIN
-        return PLANE if Effect.FRICTION in self._scene.effects else NONE
+        return PLANE if Effect.FRICTION in self._scene.effects or has_skin(self._scene) else NONE
 
     def _sample_terrain(self) -> Tensor:
         """Height [cells] above the grid's first node and normal of the ground in every node column; empty without."""
@@ -176,19 +219,21 @@ class Launcher:
         x, z = (np.arange(self.shape[d], dtype=np.float64) * h - WALL_NODES * h for d in (0, 2))
         height = ground.terrain.heights_at(x, z) / h + WALL_NODES
         columns = np.concatenate([height[..., None], ground.terrain.normals_at(x, z)], axis=-1)
-        return torch.as_tensor(np.ascontiguousarray(columns), dtype=self._real, device=self._device)
+        # a copy, since kernels load whole rows, for which NumPy's memory is not aligned
+        return torch.tensor(columns, dtype=self._real, device=self._device)
 
     def _new_grid(self, kept: int = 0) -> Tensor:
-        """A zeroed grid `[fields, nodes, 4]`, a slab for every world that is simulated at the same time, and `kept`
-        more nodes; a wide arena takes memory only where the robot has been."""
-        slabs = self._worlds if self._parallel else 1
-        return lazy_zeros((self.fields, slabs * math.prod(self.shape) + kept, 4), self._real, self._device)
+        """A zeroed grid `[fields, nodes, 4]` with `kept` more nodes; a wide arena takes memory only where the robot has
+        been."""
+        return lazy_zeros((self.fields, self._own_nodes + kept, 4), self._real, self._device)
 
 
 def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     """Fields of the grid that are kept for the reverse."""
     water = scene.medium is not None and scene.medium.material.law == Law.WATER
-    return 1 + (fidelity.transfer == "aflip") + water
+    before = fidelity.transfer == "aflip" or (scene.medium is not None and fidelity.medium_transfer == "aflip")
+    layers = 2 if Effect.CONTACT in scene.effects else 1
+    return layers * (1 + before + has_skin(scene) + water)
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:

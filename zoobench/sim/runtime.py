@@ -6,9 +6,11 @@ import contextlib
 import functools
 import os
 import sys
+import textwrap
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Literal
 
 import numpy as np
@@ -124,10 +126,12 @@ def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
 def _remember_answers() -> None:
     """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
 
-    Those are the source of a function, whether torch is there, and which of Taichi's types one of torch's is.
+    Those are the source of a function, its lines without tabs, whether torch is there, and which of Taichi's types one
+    of torch's is.
     """
     for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
         setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
+    kernel_impl.textwrap = SimpleNamespace(**vars(textwrap) | {"fill": functools.cache(textwrap.fill)})
 
 
 def _drop_stale_lock() -> None:

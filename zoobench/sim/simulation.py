@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
@@ -22,9 +23,9 @@ from zoobench.sim.model.state import (
     Parameters,
     initial_matter,
     medium_share,
-    put,
 )
 from zoobench.sim.model.step_limits import StepLimit
+from zoobench.sim.muscle_energy import MuscleEnergy
 
 LARGEST_PLACE = 2.0**30
 """Distance from the grid's first node [cells] up to which it is a whole number to the kernels."""
@@ -79,8 +80,14 @@ class Simulation:
             self.start_at(start)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
-        self._plan = LaunchPlan.none(worlds, self._real, device)
+        order = self.particle_count if self.launcher.variant.sleep else 0
+        self._plan = LaunchPlan.none(worlds, self._real, device, order)
+        self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self.set_body(BodyState().filled(scene, worlds))
+
+    def is_alive(self) -> IntArray:
+        """`[worlds]` 0 for a world that has diverged, on the host."""
+        return self.alive.cpu().numpy()
 
     def check_runtime(self) -> None:
         """Refuse to go on after the runtime was restarted.
@@ -116,6 +123,16 @@ class Simulation:
         self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1))
         return self._plan
 
+    @property
+    def sleepers(self) -> int:
+        """Number of the medium's particles if they may sleep, else 0."""
+        return self.particle_count - self.robot_count if self.launcher.variant.sleep else 0
+
+    def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
+        """Have some of the medium's particles `[worlds, sleepers]` sleep in the launches to come."""
+        if self.sleepers:
+            self._plan.put_to_sleep(np.pad(asleep, ((0, 0), (self.robot_count, 0))))
+
     def advance(
         self, matter: Matter, first: IntArray, counts: IntArray, stride: int, whole: IntArray | None = None
     ) -> None:
@@ -123,7 +140,8 @@ class Simulation:
         self.launcher.advance(matter, self.parameters, self.plan(first, counts, whole), stride)
 
     def substeps(self, count: int, dt: float) -> None:
-        """Move `matter` on in place by `count` steps of `dt` [s] in every world."""
+        """Move `matter` on in place by `count` steps of `dt` [s] in every world, all of it awake."""
+        self.put_to_sleep(np.zeros((self.worlds, self.sleepers), np.bool_))
         self._plan.set(np.zeros(self.worlds, np.int64), np.full(self.worlds, count), np.full(self.worlds, dt))
         self.launcher.advance(self.matter, self.parameters, self._plan, 0)
 
@@ -150,8 +168,7 @@ class Simulation:
         self.parameters.mass[:, :count] = self.tensor(mass)
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[:] = self.tensor(arrays["fibres"])
-        strength, held = 0.5 * robot.material.muscle_strength, self.parameters
-        self._fibres_and_energy = held.fibre.double(), strength * held.volume[:, :count].double()
+        self._muscle_energy.set_body(self.parameters)
         if medium is not None:
             room = medium.volumes * medium_share(medium, arrays["occupancy"])
             self.parameters.volume[:, count:] = self.tensor(room)
@@ -161,23 +178,25 @@ class Simulation:
         """Apply a control frame's actuation: the active stress of every robot particle."""
         if self.muscle_count:
             share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
-            put(self.parameters.tension, share * self.scene.robot.material.muscle_strength)
+            self.parameters.set_tension(share * self.scene.robot.material.muscle_strength)
 
-    def record(self, rollout: Rollout, frame: int) -> None:
-        """Write the robot's present state into the rollout as that at the beginning of a frame."""
-        count = self.robot_count
-        rollout.positions[frame] = self.matter.x[0, :, :count].cpu().numpy() + self.origin
-        rollout.velocities[frame] = self.matter.v[0, :, :count].cpu().numpy()
+    def record(self, rollout: Rollout, frame: int, *, goes_on: bool = False) -> None:
+        """Write the robot's present state into the rollout as that at the beginning of a frame.
+
+        If more is to be recorded, the muscles' energy may be missing until the last record or `finish_records`.
+        """
+        self.record_motion(rollout, frame)
         if self.muscle_count:
-            rollout.muscle_potential[frame] = self._muscle_potential(rollout)
+            self._muscle_energy.note(rollout, frame, self.matter)
+        if not goes_on:
+            self.finish_records()
 
-    def _muscle_potential(self, rollout: Rollout) -> Array:
-        """Active energy per unit of activity, `[worlds, muscles]` [J]; see `Rollout.muscle_work`."""
-        F, (fibre, energy) = self.matter.F[0].double(), self._fibres_and_energy
-        # sums and products of our own: the libraries' products are rounded by the processor's make
-        x, y, z = (F[..., j] * fibre[..., j, None] for j in range(3))
-        stretched = (x + y + z) ** 2
-        square = stretched[..., 0] + stretched[..., 1] + stretched[..., 2]
-        density = energy * square
-        potential: Array = (rollout.body["muscle_membership"] * density.cpu().numpy()[:, :, None]).sum(axis=1)
-        return potential
+    def record_motion(self, rollout: Rollout, frame: int) -> None:
+        """Write only places and velocities."""
+        rows = self.matter.on_host()[0, :, : self.robot_count, :2, :3]
+        rollout.positions[frame] = rows[:, :, 0] + self.origin
+        rollout.velocities[frame] = rows[:, :, 1]
+
+    def finish_records(self) -> None:
+        """Complete the rollout that was recorded last."""
+        self._muscle_energy.finish()

@@ -132,15 +132,17 @@ class Solver:
             if frame < equilibration:
                 rollout.stops[frame] = relaxation.damp(is_last=frame == equilibration - 1)
                 control.recorder.stop(frame)
-            self.simulation.record(rollout, frame + 1)
+            self.simulation.record(rollout, frame + 1, goes_on=True)
             if frame == equilibration - 1:
                 control.ready(equilibration)
             if progress is not None and frame >= equilibration - 1:
                 progress(frame + 1 - equilibration)
-            if not self.simulation.alive.any():
+            if not self.simulation.is_alive().any():
+                self.simulation.finish_records()
                 for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
                     recorded[frame + 2 :] = recorded[frame + 1]
                 break
+        self.simulation.finish_records()
         return rollout
 
     def begin(
@@ -302,6 +304,7 @@ class Solver:
             guarded=np.zeros(self.worlds, np.int64),
             smallest_j=np.full(self.worlds, np.inf),
             stops=np.zeros((frames, self.worlds), bool),
+            asleep=np.zeros((frames, self.worlds, self.simulation.sleepers), bool),
             equilibration=equilibration,
         )
 
@@ -338,5 +341,6 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
 
 
 def _trajectory_bytes(scene: Scene, fidelity: Fidelity, frames: int) -> int:
-    """Memory of the trajectory of one world, and of its adjoints in double precision [bytes]."""
-    return 2 * (frames + 1) * scene.robot.particle_count * 3 * (fidelity.precision // 8 + 8)
+    """Memory of the trajectory of one world, of its adjoints in double precision, and of what slept [bytes]."""
+    trajectory = 2 * (frames + 1) * scene.robot.particle_count * 3 * (fidelity.precision // 8 + 8)
+    return trajectory + (frames * scene.particle_count if fidelity.sleep else 0)

@@ -42,7 +42,7 @@ class StateRecorder:
         """
         self._leave_tape_if_full(frame, counts)
         if self._tape is not None:
-            worlds = np.flatnonzero(counts)
+            worlds = counts.nonzero()[0]
             self._slots[worlds] = (self._at_start + counts)[worlds]
             self._sim.advance(self._tape.states, self._at_start, counts, stride=1)
             self._sim.matter.load_worlds(worlds, self._tape.states, self._slots[worlds])

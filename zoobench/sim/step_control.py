@@ -9,6 +9,7 @@ from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
 from zoobench.sim.simulation import Simulation
+from zoobench.sim.sleep import choose_sleepers
 from zoobench.sim.state_recorder import StateRecorder
 from zoobench.sim.tape import Tape
 
@@ -91,6 +92,9 @@ class StepControl:
         """One control frame of every world alive; one that diverges is put back to before it and marked dead."""
         sim, rollout = self._sim, self._rollout
         self._before.load_slot(0, sim.matter)
+        if frame >= rollout.equilibration:
+            rollout.asleep[frame] = choose_sleepers(sim)
+        sim.put_to_sleep(rollout.asleep[frame])
         counts = self._choose(frame)
         rollout.counts[frame] = counts
         pending = counts
@@ -117,7 +121,7 @@ class StepControl:
     def _close_loop(self, frame: int) -> None:
         """The feedback's actuation of a frame that is about to begin; none in a world whose state is not finite."""
         if self._feedback is not None:
-            self._sim.record(self._rollout, frame)
+            self._sim.record_motion(self._rollout, frame)
             state = self._rollout.positions[frame], self._rollout.velocities[frame]
             self._rollout.actuation[frame] = np.nan_to_num(self._feedback(frame, *state))
 
@@ -144,7 +148,7 @@ class StepControl:
     def _choose(self, frame: int) -> IntArray:
         """Substeps of every world in this frame, 0 for a dead one."""
         sim, counts = self._sim, np.zeros(self._sim.worlds, np.int64)
-        for world in np.flatnonzero(sim.alive.cpu().numpy()):
+        for world in sim.is_alive().nonzero()[0]:
             if self._schedule is not None:
                 counts[world] = self._schedule[frame, world]
             else:
@@ -162,7 +166,8 @@ class StepControl:
             return
         present = rollout.body["occupancy"][world] > 0.5
         now = sim.matter.x[0, world, : sim.robot_count].cpu().double().numpy()
-        if finding := torn(separation(sim.scene.robot.positions[present], now[present]), sim.fidelity):
+        growth = separation(sim.scene.robot.positions[present], now[present], sim.fidelity.particle_edge)
+        if finding := torn(growth, sim.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())
             rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
 
@@ -170,7 +175,7 @@ class StepControl:
         """The finding of every world alive whose state after the frame is refused."""
         sim = self._sim
         failures = {}
-        alive = sim.alive.tolist()
+        alive = sim.is_alive()
         for world, condition in enumerate(self._conditions):
             if alive[world]:
                 dt = sim.frame_seconds / int(self._rollout.counts[frame, world])

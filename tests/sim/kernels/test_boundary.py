@@ -18,8 +18,10 @@ from zoobench.sim.kernels.boundary import (
     press,
     press_adjoint,
 )
+from zoobench.sim.model.ground_skin import SKIN
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
+from zoobench.sim.model.standing import standing
 from zoobench.sim.solver import Solver
 
 Vectors = ti.types.ndarray(dtype=ti.types.vector(3, float))
@@ -35,8 +37,8 @@ def _contact(
 ):  # fmt: skip
     for p in range(v.shape[0]):
         index, shape = ti.Vector([i, j, k]), ti.Vector([NODE_COUNT, NODE_COUNT, NODE_COUNT])
-        after[p] = contact(v[p], index, shape, mu, terrain, ground, tight)
-        back[p] = contact_adjoint(v[p], adjoint[p], index, shape, mu, terrain, ground, tight)
+        after[p] = contact(v[p], index, shape, mu, terrain, ground, tight, 0)
+        back[p] = contact_adjoint(v[p], adjoint[p], index, shape, mu, terrain, ground, tight, 0)
 
 
 def _apply(
@@ -171,7 +173,7 @@ def _incline(degrees: float, friction: float, frames: int) -> tuple[Solver, Roll
     body = scenes.passive_block((0.2, 0.0, 0.3), (6, 3, 3), np.zeros(3))
     gravity = (9.81 * float(np.sin(angle)), -9.81 * float(np.cos(angle)), 0.0)
     scene = Scene(body, (0, 0, 0), (3.0, 0.4, 0.75), ground=Ground(friction), gravity=gravity)
-    solver = Solver(scene, scenes.fidelity())
+    solver = Solver(standing(scene, scenes.EDGE), scenes.fidelity())
     rollout = solver.run(np.zeros((frames, 1, 0)))
     assert not rollout.divergences
     return solver, rollout, rollout.positions[:, 0].mean(1)
@@ -196,9 +198,9 @@ def test_block_slides_the_analytic_distance(degrees: float, friction: float) -> 
 
 
 def test_separating_body_leaves_the_ground_freely() -> None:
-    """A block launched from the ground follows the ballistic path exactly: contact only pushes."""
+    """A block launched from the skin's surface follows the ballistic path exactly: contact only pushes."""
     start = np.array([0.4, 1.2, 0.0])
-    body = scenes.passive_block((0.2, 0.0, 0.3), (3, 3, 3), start)
+    body = scenes.passive_block((0.2, SKIN.thickness, 0.3), (3, 3, 3), start)
     scene = Scene(body, (0, 0, 0), scenes.ARENA, ground=Ground(0.9))
     solver = Solver(scene, scenes.steady(scene))
     frames = 14

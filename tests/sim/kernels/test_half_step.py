@@ -22,7 +22,7 @@ def test_the_nodes_hold_what_the_substep_then_makes_velocities_of(transfer: Tran
     there = held[..., 3] > 0.0
     np.testing.assert_allclose(held[there][:, :3], (after[..., :3] * after[..., 3:])[there], rtol=1e-9, atol=1e-15)
     assert held[..., 3].sum() == pytest.approx(mass.sum())
-    np.testing.assert_allclose(held[..., :3].sum((0, 1, 2)), mass @ velocity, rtol=1e-9)
+    np.testing.assert_allclose(held[..., :3].sum((0, 1, 2, 3)), mass @ velocity, rtol=1e-9)
 
 
 @pytest.mark.parametrize("medium", ["sand", "water"])

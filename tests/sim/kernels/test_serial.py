@@ -82,7 +82,11 @@ def test_an_escaped_particle_writes_nothing_out_of_bounds(name: str, place: floa
 
 @pytest.mark.parametrize(
     "name",
-    ["sand", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", "clay", "mud", "snow", "water"))],
+    [
+        "sand",
+        "interface",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", "clay", "mud", "snow", "water")),
+    ],
 )
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
     """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""

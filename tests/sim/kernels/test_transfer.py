@@ -238,6 +238,45 @@ def test_gradient_matches_central_differences(
         assert probe.error(gradient, group, direction, tolerance) <= tolerance, group
 
 
+MIXED = [("aflip", "apic"), ("apic", "aflip"), ("aflip", "pic"), ("pic", "apic")]
+
+mixtures = pytest.mark.parametrize(
+    ("robot", "medium"), [pytest.param(*pair, marks=_unless(pair == MIXED[0])) for pair in MIXED]
+)
+
+
+@mixtures
+def test_robot_and_medium_have_transfers_of_their_own(robot: Transfer, medium: Transfer) -> None:
+    """On a bed the gradient is that of differences in every group, and both drivers agree."""
+    fidelity = scenes.fidelity(transfer=robot, medium_transfer=medium)
+    probe = Probe(scenes.medium_scene(), 5, fidelity=fidelity)
+    gradient = probe.gradient()
+    for group in GROUPS:
+        direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[group].shape)
+        assert probe.error(gradient, group, direction, 1e-4) <= 1e-4, group
+    scenes.compare_drivers(scenes.medium_scene(), 4, fidelity)
+
+
+@mixtures
+def test_different_transfers_keep_the_common_momentum(robot: Transfer, medium: Transfer) -> None:
+    """A robot and a medium that collide in free flight: what a particle keeps, the nodes have not."""
+    scene = replace(scenes.medium_scene(), ground=None, gravity=scenes.NO_GRAVITY)
+    lift = np.array([0.0, 6 * scenes.SPACING, 0.0])
+    assert scene.medium is not None
+    scene = replace(
+        scene,
+        robot=replace(scene.robot, positions=scene.robot.positions + lift),
+        medium=replace(scene.medium, positions=scene.medium.positions + lift),
+    )
+    solver = Solver(scene, scenes.fidelity(transfer=robot, medium_transfer=medium))
+    solver.reset()
+    mass, v = solver.parameters.mass[0].numpy(), solver.matter.v[0, 0].numpy()
+    before, met = mass @ v, v[solver.robot_count :].copy()
+    solver.substeps(60)
+    assert np.abs(mass @ v - before).max() <= 1e-12 * np.abs(before).max()
+    assert np.abs(v[solver.robot_count :] - met).max() > 0.01
+
+
 @hardest_first
 def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, kernel: Kernel) -> None:
     """Bit for bit: nothing of a substep is kept on the grid that the next one would miss."""

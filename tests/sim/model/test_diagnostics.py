@@ -199,8 +199,9 @@ def test_one_strained_particle_does_not_tear_a_robot() -> None:
 def test_separation_is_that_of_neighbours(per_cell: int) -> None:
     """A lattice drawn out in x has its ratio; the two halves of a body that is cut have the gap's."""
     rest = fill_box(np.zeros(3), np.full(3, 0.4), 0.1, per_cell)
-    assert separation(rest, 1.3 * rest) == pytest.approx(1.3)
+    edge = 0.1 / per_cell ** (1 / 3)
+    assert separation(rest, 1.3 * rest, edge) == pytest.approx(1.3)
     along = rest[:, 0]
     apart = rest + np.where(along > along.mean(), 0.5, 0.0)[:, None] * np.array([1.0, 0.0, 0.0])
-    assert separation(rest, apart) > 0.5 / 0.1
-    assert separation(rest[:1], rest[:1]) == 1.0
+    assert separation(rest, apart, edge) > 0.5 / 0.1
+    assert separation(rest[:1], rest[:1], edge) == 1.0

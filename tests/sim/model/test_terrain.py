@@ -9,6 +9,7 @@ from tests.sim import scenes
 from tests.sim.test_adjoint import Probe
 from zoobench.errors import SceneError
 from zoobench.sim.model.scene import ElasticBody, Ground, Scene
+from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.solver import Solver
 
@@ -63,7 +64,7 @@ def test_block_slides_down_a_slope_as_on_an_incline(friction: float) -> None:
     points = 0.1 * np.arange(21)
     slope = Terrain(np.repeat((1.8 - points)[:, None], 21, axis=1).clip(0.0), 0.1)
     scene = Scene(body, (0, 0, 0), (2.0, 2.0, 0.75), ground=Ground(friction, slope))
-    solver = Solver(scene, scenes.fidelity())
+    solver = Solver(standing(scene, scenes.EDGE), scenes.fidelity())
     frames, first = 60, 20
     rollout = solver.run(np.zeros((frames, 1, 0)))
     assert not rollout.divergences

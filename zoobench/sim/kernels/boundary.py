@@ -56,22 +56,22 @@ def coulomb_adjoint(v, u_adjoint, normal, friction):
 
 
 @ti.func
-def surface(terrain: ti.template(), index, ground: ti.template()):
-    """True for a node at or below the ground, and the ground's unit normal there."""
-    below, normal = index[1] <= WALL_NODES, ti.Vector([0.0, 1.0, 0.0])
+def surface(terrain: ti.template(), index, ground: ti.template(), depth: ti.template()):
+    """True for a node at or below the ground, or so many nodes under it, and the ground's unit normal there."""
+    below, normal = index[1] <= WALL_NODES - depth, ti.Vector([0.0, 1.0, 0.0])
     if ti.static(ground == TERRAIN):
         column = terrain[index[0], index[2]]
         # a plane at a node's own height includes that node, whatever the rounding
-        below = index[1] <= column[0] + 1e-4
+        below = index[1] <= column[0] - depth + 1e-4
         normal = ti.Vector([column[1], column[2], column[3]])
     return below, normal
 
 
 @ti.func
-def hits_wall(v, index, count, d: ti.template(), ground: ti.template()):
+def hits_wall(v, index, count, d: ti.template(), ground: ti.template(), depth: ti.template()):
     """True if a wall stops the node's velocity in direction d; the ground is not a wall."""
     low = index <= WALL_NODES and v < 0.0
-    if ti.static(ground == PLANE and d == 1):
+    if ti.static(d == 1 and (ground == PLANE or depth > 0)):
         low = False
     return low or (index >= count - 1 - WALL_NODES and v > 0.0)
 
@@ -90,36 +90,42 @@ def behind_wall(index, count, d: ti.template(), ground: ti.template()):
 
 
 @ti.func
-def contact(v, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template()):
+def contact(
+    v, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template(),
+    depth: ti.template(),
+):  # fmt: skip
     """Node velocity after ground and walls. `index` and `shape` are the node's and the grid's, `[3]`.
+
+    The ground constrains nodes from so many nodes below it on; 0 includes those at the ground.
 
     Where walls are `tight`, `press` sets the normal velocity of the first nodes behind them.
     """
     u = v
     if ti.static(ground != NONE):
-        below, normal = surface(terrain, index, ground)
+        below, normal = surface(terrain, index, ground, depth)
         if below:
             u = coulomb(v, normal, friction)
     for d in ti.static(range(3)):
         if ti.static(tight):
             if behind_wall(index[d], shape[d], d, ground) != 0:
                 u[d] = v[d]
-            elif hits_wall(u[d], index[d], shape[d], d, ground):
+            elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
                 u[d] = 0.0
-        elif hits_wall(u[d], index[d], shape[d], d, ground):
+        elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
             u[d] = 0.0
     return u
 
 
 @ti.func
 def contact_adjoint(
-    v, u_adjoint, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template()
+    v, u_adjoint, index, shape, friction, terrain: ti.template(), ground: ti.template(), tight: ti.template(),
+    depth: ti.template(),
 ):  # fmt: skip
     """Adjoint of `contact` at the velocity v before it."""
     below, normal = False, 0.0 * v
     u = v
     if ti.static(ground != NONE):
-        below, normal = surface(terrain, index, ground)
+        below, normal = surface(terrain, index, ground, depth)
         if below:
             u = coulomb(v, normal, friction)
     v_adjoint, free_adjoint = u_adjoint, 0.0 * u_adjoint
@@ -129,9 +135,9 @@ def contact_adjoint(
                 # this component by-passes friction: u[d] = v[d]
                 free_adjoint[d] = u_adjoint[d]
                 v_adjoint[d] = 0.0
-            elif hits_wall(u[d], index[d], shape[d], d, ground):
+            elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
                 v_adjoint[d] = 0.0
-        elif hits_wall(u[d], index[d], shape[d], d, ground):
+        elif hits_wall(u[d], index[d], shape[d], d, ground, depth):
             v_adjoint[d] = 0.0
     if ti.static(ground != NONE):
         if below:

@@ -4,7 +4,9 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.layout import box, scene_constants
-from zoobench.sim.kernels.serial import scatter_all
+from zoobench.sim.kernels.serial import clear
+from zoobench.sim.kernels.substep import contribution, to_grid
+from zoobench.sim.kernels.two_fields import layers
 
 
 @ti.kernel
@@ -16,4 +18,7 @@ def scatter_first(
     for _ in range(1):
         scene = scene_constants(constants)
         nodes = box(window, 0, 0)
-        scatter_all(state, body, grid, 0, nodes, scene, dt, 0, 0, variant)
+        clear(grid, 0, layers(variant) * nodes.size, variant)
+        for p in range(state.shape[2]):
+            given = contribution(state, body, nodes, scene, dt, 0, 0, p, variant)
+            to_grid(state, body, grid, 0, nodes, scene, 0, 0, p, given, variant)

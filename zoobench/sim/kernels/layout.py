@@ -4,10 +4,13 @@
     window     [slots, worlds, 8] first and past-the-last grid node that any particle touches, where the nodes' momenta
                of the substep from this slot are kept in `grid`, and whether they are
     body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0)
-    plan       [worlds, 2] first slot and number of substeps, with dt [worlds]: every world takes its own steps
-    constants  [17] of the scene, below
+    plan       [worlds, 3] first slot, number of substeps, and of particles awake, with dt [worlds]: every world takes
+               its own steps
+    order      [worlds, particles] the particles awake, then those asleep; empty where none may sleep
+    constants  [23] of the scene, below
     terrain    [nx, nz] height of the ground above the grid's first node [cells] and its normal; empty for a plane
-    grid       [fields, nodes] fields of the nodes, below; a window's nodes follow each other without gaps
+    grid       [fields, nodes] fields of the nodes, below; a window's nodes follow each other without gaps, in two
+               fields those of the medium behind those of the robot
 
 The fourth lane of vectors is zero. A 3x3 matrix is three columns. A symmetric tensor is (xx yy zz xy xz yz).
 
@@ -35,19 +38,23 @@ HISTORY_LANE = 2
 MASS, VOLUME, STIFFNESS, TENSION = 0, 1, 2, 3
 """Lanes of a particle's first row of `body`; the second holds its fibre."""
 
-MOMENTUM, VELOCITY, BEFORE, RATIO = 0, 1, 2, 3
-"""Fields of the grid: (momentum, mass), (velocity, mass), the same of the motion before forces (AFLIP), and (mass times
-J, mass) of water. `grid_adjoint` has the same fields, its momenta and velocities in the place of MOMENTUM."""
+MOMENTUM, VELOCITY, PUSH, BEFORE, RATIO = 0, 1, 2, 3, 4
+"""Fields of the grid: (momentum, mass), (velocity, mass), (impulse, 0) of the ground's skin, (momentum, mass) and then
+(velocity, mass) of the motion before forces (AFLIP), and (mass times J, mass) of water. `grid_adjoint` has the same
+fields, its momenta and velocities in the place of MOMENTUM."""
 
 START, KEPT = 6, 7
 """Of a window: node in `grid` where the momenta of the slot's substep are kept, and 1 if they are."""
 
 CONSTANTS = (
     "spacing", "mu", "lam", "eta", "m0", "m1", "m2", "m3", "m4", "g_x", "g_y", "g_z", "friction",
-    "nodes_x", "nodes_y", "nodes_z", "robot_count",
+    "nodes_x", "nodes_y", "nodes_z", "robot_count", "skin_thickness", "skin_rate", "edge", "interface_friction",
+    "robot_full", "medium_full",
 )  # fmt: skip
 """Names of the constants in their order: grid spacing [m], Lame parameters and viscosity of the robot, the medium's
-constants, gravity [m/s^2], friction of the ground, and counts."""
+constants, gravity [m/s^2], friction of the ground, counts; of the ground's skin thickness [m], gradient of the force
+per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot and medium and the
+mass of a node in the midst of either [kg]."""
 
 
 @dataclass(frozen=True)
@@ -58,16 +65,27 @@ class Variant:
         muscle, damping: whether the robot has muscles, and viscosity.
         law: of the medium, see `media`; 0 for none.
         ground: see `boundary`.
+        skin: whether the ground pushes on the robot by its skin, see `skin_contact`.
         width: nodes of a spline in each direction.
-        transfer: see `transfer`.
+        transfer, medium_transfer: of the robot and of the medium, see `transfer`.
+        sleep: whether matter may sleep, see `sleepers`.
+        two_fields: whether robot and medium have nodes of their own, see `two_fields`.
     """
 
     muscle: bool
     damping: bool
     law: int
     ground: int
+    skin: bool
     width: int
     transfer: int
+    medium_transfer: int
+    sleep: bool
+    two_fields: bool
+
+    def uses(self, transfer: int) -> bool:
+        """Whether any matter has this transfer."""
+        return self.transfer == transfer or (self.law != 0 and self.medium_transfer == transfer)
 
 
 @ti.func
@@ -89,6 +107,12 @@ def scene_constants(constants: ti.template()):
         nodes_y=ti.cast(constants[14], ti.i32),
         nodes_z=ti.cast(constants[15], ti.i32),
         robot=ti.cast(constants[16], ti.i32),
+        skin_thickness=constants[17],
+        skin_rate=constants[18],
+        edge=constants[19],
+        interface_friction=constants[20],
+        robot_full=constants[21],
+        medium_full=constants[22],
     )
 
 

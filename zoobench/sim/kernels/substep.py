@@ -26,6 +26,7 @@ from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
     MOMENTUM,
+    PUSH,
     RATIO,
     STIFFNESS,
     TENSION,
@@ -41,6 +42,7 @@ from zoobench.sim.kernels.layout import (
 )
 from zoobench.sim.kernels.media import WATER, deform_medium, medium_stress
 from zoobench.sim.kernels.shifting import particle_shift
+from zoobench.sim.kernels.skin_contact import STOP_NODES, rub
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, first_node, stencil, weights
 from zoobench.sim.kernels.transfer import (
     AFLIP,
@@ -50,6 +52,7 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     scatter,
 )
+from zoobench.sim.kernels.two_fields import layer
 from zoobench.sim.kernels.water import correction_share, density_factor, room
 
 
@@ -62,11 +65,25 @@ def is_robot(scene: ti.template(), p, variant: ti.template()):
 
 
 @ti.func
+def has_transfer(scene: ti.template(), p, variant: ti.template(), transfer: ti.template()):
+    """True for a particle with this transfer; known at compile time where all matter has the same or there is one."""
+    if ti.static(variant.law == 0 or variant.transfer == variant.medium_transfer):
+        return variant.transfer == transfer
+    if ti.static(variant.transfer == transfer):
+        return p < scene.robot
+    if ti.static(variant.medium_transfer == transfer):
+        return p >= scene.robot
+    return False
+
+
+@ti.func
 def clear_node(grid: ti.template(), node, variant: ti.template()):
     """Zero the fields that particles are scattered into."""
     grid[MOMENTUM, node] = zero_lanes()
-    if ti.static(variant.transfer == AFLIP):
+    if ti.static(variant.uses(AFLIP)):
         grid[BEFORE, node] = zero_lanes()
+    if ti.static(variant.skin):
+        grid[PUSH, node] = zero_lanes()
     if ti.static(variant.law == WATER):
         grid[RATIO, node] = zero_lanes()
 
@@ -107,14 +124,14 @@ def contribution(
     variant: ti.template(),
 ):  # fmt: skip
     """What a particle adds to its stencil: momentum and mass at the first node and their slopes."""
-    at = stencil(state[s, w, p, X], scene, nodes, variant.width)
+    at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), variant.width)
     q = body[w, p, 0]
     m = q[MASS]
     # momentum of the internal forces, -dt V0 tau M^-1 (x_i - x_p) w (Hu et al. 2018, eq. 18); with Kirchhoff stress it
     # is the rest volume, as V sigma = V0 tau
     factor = -ti.static(INVERSE_MOMENT[variant.width]) * dt * scene.inverse * q[VOLUME]
     slope = scale(factor, particle_stress(state, body, scene, s, w, p, variant))
-    if ti.static(variant.transfer != PIC):
+    if not has_transfer(scene, p, variant, PIC):
         slope = add(slope, scale(m * scene.spacing, columns(state, s, w, p, C)))
     origin = at_first_node(m * state[s, w, p, V], m, slope, at.offset)
     return ti.Struct(node=at.node, offset=at.offset, origin=origin, slope=slope)
@@ -128,9 +145,10 @@ def to_grid(
     """Scatter one particle's `contribution`."""
     share = weights(given.offset, variant.width)
     scatter(grid, MOMENTUM, start, nodes, given.node, share, given.origin, given.slope, variant.width)
-    if ti.static(variant.transfer == AFLIP):
-        origin, motion = linear_motion(state, scene, s, w, p, body[w, p, 0][MASS], given)
-        scatter(grid, BEFORE, start, nodes, given.node, share, origin, motion, variant.width)
+    if ti.static(variant.uses(AFLIP)):
+        if has_transfer(scene, p, variant, AFLIP):
+            origin, motion = linear_motion(state, scene, s, w, p, body[w, p, 0][MASS], given)
+            scatter(grid, BEFORE, start, nodes, given.node, share, origin, motion, variant.width)
     if ti.static(variant.law == WATER):
         if p >= scene.robot:
             mass = body[w, p, 0][MASS]
@@ -148,7 +166,13 @@ def update_node(
         r = 1.0 / q[3]
         free = ti.Vector([q[0] * r + dt * scene.g_x, q[1] * r + dt * scene.g_y, q[2] * r + dt * scene.g_z])
         count = ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
-        held = contact(free, ti.Vector([i, j, k]), count, scene.friction, terrain, variant.ground, variant.law == WATER)
+        if ti.static(variant.skin):
+            pushed = ti.Vector([r * grid[PUSH, m][0], r * grid[PUSH, m][1], r * grid[PUSH, m][2]])
+            free = rub(free + pushed, pushed, scene.friction)
+        held = contact(
+            free, ti.Vector([i, j, k]), count, scene.friction, terrain, variant.ground, variant.law == WATER,
+            STOP_NODES * variant.skin,
+        )  # fmt: skip
         after = ti.Vector([held[0], held[1], held[2], q[3]])
     grid[VELOCITY, node] = after
 
@@ -214,9 +238,10 @@ def from_grid(
             mean = mean_ratio(grid, nodes, start + at.node, share, J, width)
             correction = correction_share(scene.inverse, dt, scene.medium)
             place += particle_shift(grid, nodes, at, scene, J, rho, correction, width)
-    if ti.static(variant.transfer == AFLIP):
-        before = spatial(gather_value(grid, BEFORE, nodes, start + at.node, share, width))
-        velocity += FLIP_SHARE * (state[s, w, p, V] - before)
+    if ti.static(variant.uses(AFLIP)):
+        if has_transfer(scene, p, variant, AFLIP):
+            before = spatial(gather_value(grid, BEFORE, nodes, start + at.node, share, width))
+            velocity += FLIP_SHARE * (state[s, w, p, V] - before)
     state[t, w, p, X] = place
     state[t, w, p, V] = velocity
     put_columns(state, t, w, p, C, rate)

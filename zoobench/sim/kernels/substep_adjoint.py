@@ -26,6 +26,7 @@ from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
     MOMENTUM,
+    PUSH,
     STIFFNESS,
     TENSION,
     VELOCITY,
@@ -42,8 +43,9 @@ from zoobench.sim.kernels.layout import (
 )
 from zoobench.sim.kernels.media import WATER, deform_medium_adjoint, medium_stress_adjoint
 from zoobench.sim.kernels.shifting import particle_shift_adjoint
+from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
 from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivatives, weights
-from zoobench.sim.kernels.substep import is_robot, linear_motion, mirror_image, particle_stress
+from zoobench.sim.kernels.substep import has_transfer, is_robot, linear_motion, mirror_image, particle_stress
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
@@ -54,6 +56,7 @@ from zoobench.sim.kernels.transfer import (
     scatter_value,
     value_derivative,
 )
+from zoobench.sim.kernels.two_fields import layer
 from zoobench.sim.kernels.water import correction_share, density_factor, room, room_adjoint
 
 
@@ -100,7 +103,7 @@ def from_grid_adjoint(
     for the share that the particle kept.
     """
     width = ti.static(variant.width)
-    at = stencil(state[s, w, p, X], scene, nodes, width)
+    at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), width)
     share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
     rate, rate_adjoint = columns(state, t, w, p, C), columns(adjoint, 0, w, p, C)
     new_x_adjoint, v_adjoint = adjoint[0, w, p, X], adjoint[0, w, p, V]
@@ -137,11 +140,12 @@ def from_grid_adjoint(
                     grid, start + at.node, grid_adjoint, at.node, nodes, share, slopes, mean, mean_adjoint, width
                 )
     velocity = state[t, w, p, V]
-    if ti.static(variant.transfer == AFLIP):
-        velocity = spatial(gather_value(grid, VELOCITY, nodes, at.node, share, width))
-        kept_adjoint = -FLIP_SHARE * v_adjoint
-        scatter_value(grid_adjoint, BEFORE, nodes, at.node, share, kept_adjoint, width)
-        offset_adjoint += value_derivative(grid, BEFORE, nodes, start + at.node, share, slopes, kept_adjoint, width)
+    if ti.static(variant.uses(AFLIP)):
+        if has_transfer(scene, p, variant, AFLIP):
+            velocity = spatial(gather_value(grid, VELOCITY, nodes, at.node, share, width))
+            kept_adjoint = -FLIP_SHARE * v_adjoint
+            scatter_value(grid_adjoint, BEFORE, nodes, at.node, share, kept_adjoint, width)
+            offset_adjoint += value_derivative(grid, BEFORE, nodes, start + at.node, share, slopes, kept_adjoint, width)
     # adjoint of the weighted velocity at a node: origin + slopes; of the weighted mass there: mass_adjoint
     slope = scale(ti.static(INVERSE_MOMENT[width]) * scene.inverse, rate_adjoint)
     origin = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
@@ -163,18 +167,31 @@ def update_node_adjoint(
     """
     q = grid[MOMENTUM, m]
     before = ti.Vector([0.0, 0.0, 0.0, 0.0])  # an empty node is at rest whatever its momentum: it has no derivative
+    push_adjoint = before
     if q[3] > 0.0:
         r = 1.0 / q[3]
         free = ti.Vector([q[0] * r, q[1] * r, q[2] * r])
         fallen = ti.Vector([free[0] + dt * scene.g_x, free[1] + dt * scene.g_y, free[2] + dt * scene.g_z])
         stored = grid_adjoint[MOMENTUM, node]
         count = ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
+        rubbed, pushed = fallen, 0.0 * fallen
+        if ti.static(variant.skin):
+            pushed = ti.Vector([r * grid[PUSH, m][0], r * grid[PUSH, m][1], r * grid[PUSH, m][2]])
+            fallen = fallen + pushed
+            rubbed = rub(fallen, pushed, scene.friction)
         a = r * contact_adjoint(
-            fallen, ti.Vector([stored[0], stored[1], stored[2]]), ti.Vector([i, j, k]), count, scene.friction,
-            terrain, variant.ground, variant.law == WATER,
+            rubbed, ti.Vector([stored[0], stored[1], stored[2]]), ti.Vector([i, j, k]), count, scene.friction,
+            terrain, variant.ground, variant.law == WATER, STOP_NODES * variant.skin,
         )  # fmt: skip
-        before = ti.Vector([a[0], a[1], a[2], stored[3] - (a[0] * free[0] + a[1] * free[1] + a[2] * free[2])])
+        mass_adjoint = stored[3]
+        if ti.static(variant.skin):
+            a, by_push = rub_adjoint(fallen, pushed, a, scene.friction)
+            push_adjoint = ti.Vector([a[0] + by_push[0], a[1] + by_push[1], a[2] + by_push[2], 0.0])
+            mass_adjoint -= dot(push_adjoint, pushed)
+        before = ti.Vector([a[0], a[1], a[2], mass_adjoint - (a[0] * free[0] + a[1] * free[1] + a[2] * free[2])])
     grid_adjoint[MOMENTUM, node] = before
+    if ti.static(variant.skin):
+        grid_adjoint[PUSH, node] = push_adjoint
 
 
 @ti.func
@@ -199,13 +216,13 @@ def to_grid_adjoint(
 ):  # fmt: skip
     """Adjoint of `to_grid`: state adjoints at slot s, and additions to those of the parameters that have one."""
     width = ti.static(variant.width)
-    at = stencil(state[s, w, p, X], scene, nodes, width)
+    at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), width)
     q, velocity, rate = body[w, p, 0], state[s, w, p, V], columns(state, s, w, p, C)
     m = q[MASS]
     stress = particle_stress(state, body, scene, s, w, p, variant)
     factor = -ti.static(INVERSE_MOMENT[width]) * dt * scene.inverse
     slope = scale(factor * q[VOLUME], stress)
-    if ti.static(variant.transfer != PIC):
+    if not has_transfer(scene, p, variant, PIC):
         slope = add(slope, scale(m * scene.spacing, rate))
     origin = m * velocity
     origin = origin - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
@@ -213,19 +230,21 @@ def to_grid_adjoint(
     offset_adjoint, total, affine_adjoint = motion_adjoint(grid_adjoint, MOMENTUM, nodes, at, origin, slope, width)
     mass_adjoint, v_adjoint = total[3], spatial(total)
     rate_adjoint = scale(scene.spacing, affine_adjoint)
-    if ti.static(variant.transfer == PIC):
-        rate_adjoint = diagonal(0.0 * dt)
-    if ti.static(variant.transfer == AFLIP):
-        first, motion = linear_motion(state, scene, s, w, p, m, at)
-        more_offset, more, more_affine = motion_adjoint(grid_adjoint, BEFORE, nodes, at, first, motion, width)
-        offset_adjoint += more_offset
-        mass_adjoint += more[3]
-        v_adjoint += spatial(more)
-        rate_adjoint = add(rate_adjoint, scale(scene.spacing, more_affine))
+    if ti.static(variant.uses(PIC)):
+        if has_transfer(scene, p, variant, PIC):
+            rate_adjoint = diagonal(0.0 * dt)
+    if ti.static(variant.uses(AFLIP)):
+        if has_transfer(scene, p, variant, AFLIP):
+            first, motion = linear_motion(state, scene, s, w, p, m, at)
+            more_offset, more, more_affine = motion_adjoint(grid_adjoint, BEFORE, nodes, at, first, motion, width)
+            offset_adjoint += more_offset
+            mass_adjoint += more[3]
+            v_adjoint += spatial(more)
+            rate_adjoint = add(rate_adjoint, scale(scene.spacing, more_affine))
     # adjoints of the momentum m v and of m C so far
     mass_adjoint += dot(v_adjoint, velocity) + contract(rate_adjoint, rate)
     v_adjoint *= m
-    if ti.static(variant.transfer == AFLIP):
+    if has_transfer(scene, p, variant, AFLIP):
         v_adjoint += FLIP_SHARE * adjoint[0, w, p, V]
     adjoint[0, w, p, V] = v_adjoint
     put_columns(adjoint, 0, w, p, C, scale(m, rate_adjoint))

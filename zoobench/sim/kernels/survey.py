@@ -59,7 +59,7 @@ def survey(
         nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
-        guarded, widest, square, robot, medium, viscosity = 0, 0, 0.0, 0.0, 0.0, 0.0
+        guarded, widest, square, robot, medium, viscosity, ground = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
         for p in range(state.shape[2] * alive[w]):
             q = body[w, p, 0]
             if q[MASS] > 0.0:
@@ -83,6 +83,8 @@ def survey(
                         square = stretched
                         widest = p
                     viscosity = ti.max(viscosity, scene.eta * per_mass)
+                    if ti.static(variant.skin):
+                        ground = ti.max(ground, scene.skin_rate * per_mass)
                     # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
                     active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * stretched
                     robot = ti.max(robot, (active + 3.0 * k * scene.lam) * per_mass)
@@ -105,3 +107,4 @@ def survey(
         report[w, 6] = robot
         report[w, 7] = medium
         report[w, 8] = viscosity
+        report[w, 9] = ground

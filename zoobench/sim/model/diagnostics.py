@@ -70,8 +70,11 @@ def largest_separation(fidelity: Fidelity) -> float:
     return float(max(2.0, fidelity.particles_per_cell ** (1 / 3)))
 
 
-def separation(rest: Array, now: Array) -> float:
-    """Largest ratio of two lattice neighbours' distance now to that at rest [-], of places `[count, 3]`.
+def separation(rest: Array, now: Array, edge: float) -> float:
+    """Largest ratio of two neighbours' distance now to that at rest [-], of places `[count, 3]`.
+
+    Particles that are nearer at rest than those of a lattice, as on the surface of a body, count as its neighbours: by
+    their own distance, a ratio of several would be no gap.
 
     A single particle's F is no measure of it: the grid does not resolve differences between the particles of one cell,
     and F there may be stretched by 2 where its neighbours are 1.3 times as far away as at rest.
@@ -81,7 +84,7 @@ def separation(rest: Array, now: Array) -> float:
     if len(rest) < 2:
         return 1.0
     tree = cKDTree(rest)
-    spacing = float(np.median(tree.query(rest, k=2)[0][:, 1]))
+    spacing = max(edge, float(np.median(tree.query(rest, k=2)[0][:, 1])))
     one, other = tree.query_pairs(1.01 * spacing, output_type="ndarray").T
     before, after = (np.linalg.norm(place[one] - place[other], axis=1) for place in (rest, now))
-    return float((after / before).max(initial=0.0))
+    return float((after / np.maximum(before, edge)).max(initial=0.0))

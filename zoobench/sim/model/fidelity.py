@@ -40,12 +40,15 @@ class Fidelity:
         precision: 32 or 64 bits for every real number of the simulation.
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
-        transfer: of velocity between particles and grid: `apic` an affine velocity field (Jiang et al. 2015), `pic`
-            the velocity alone, which damps heavily, `aflip` an affine field and 99 % of the velocity that the grid does
-            not resolve (Fei et al. 2021), which damps least.
+        transfer: of the robot's velocity between particles and grid: `apic` an affine velocity field (Jiang et al.
+            2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and 99 % of the velocity that
+            the grid does not resolve (Fei et al. 2021), which damps least.
+        medium_transfer: the same of a medium.
         kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes or `cubic` over 4 in each direction.
         shift: displacement of the robot on the grid [cells] along x, and `SHIFT_ASIDE` times it along z. A converged
             simulation does not depend on it; the scatter over several shifts is the noise floor.
+        sleep: speed [m/s] below which solid matter of a bed is at rest through a control frame unless something faster
+            is near, see `sim.sleep`; 0 to have all of it move.
     """
 
     grid_spacing: float
@@ -54,8 +57,10 @@ class Fidelity:
     precision: Literal[32, 64] = 32
     step: float = 0.0
     transfer: Transfer = "apic"
+    medium_transfer: Transfer = "apic"
     kernel: Kernel = "quadratic"
     shift: float = 0.0
+    sleep: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:
@@ -70,11 +75,16 @@ class Fidelity:
             raise UsageError(f"A precision of {self.precision} bits is not offered. Choose 32 or 64.")
         if not 0.0 <= self.step < 1.0:
             raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")
-        for name, offered in (("transfer", get_args(Transfer)), ("kernel", get_args(Kernel))):
+        for name, offered in (
+            ("transfer", get_args(Transfer)), ("medium_transfer", get_args(Transfer)), ("kernel", get_args(Kernel))
+        ):  # fmt: skip
             if (given := getattr(self, name)) not in offered:
                 raise UsageError(f"The {name} {given!r} is not offered. Choose one of {', '.join(offered)}.")
         if not -1.0 <= self.shift <= 1.0:
             raise UsageError(f"A shift of {self.shift:g} cells is not between -1 and 1. Give 0 for none.")
+
+        if not 0.0 <= self.sleep < 1.0:
+            raise UsageError(f"A speed of sleep of {self.sleep:g} m/s is not between 0 and 1 m/s. Try 0.001.")
 
     @property
     def spline(self) -> Spline:

@@ -23,6 +23,48 @@ def particle_volume(grid_spacing: float, particles_per_cell: int) -> float:
     return grid_spacing**3 / particles_per_cell
 
 
+def cell_points(sites: Array, middle: Array, grid_spacing: float, particles_per_cell: int, count: int) -> Array:
+    """Points `[site_count, n, 3]` [m] in the part of space nearest to each of the sites `[site_count, 3]` [m].
+
+    That part is a cube; on the face-centred lattice it is a rhombic dodecahedron, and points beyond it are NaN.
+
+    The points of an octant lie on vertical lines by an additive recurrence (Roberts 2018: powers of 1 / the plastic
+    number), at heights that differ from line to line. The recurrence is shifted at random from site to site, so that
+    errors of cubes do not add up. Octants are mirror images of each other, and so are sites on both sides of the
+    middle, so that full cubes have their centre at the site, and symmetric solids symmetric points.
+
+    Args:
+        sites: centres of cubes.
+        middle: the point `[3]` [m] about which x and z are mirrored.
+        grid_spacing: of the lattice [m].
+        particles_per_cell: of the lattice.
+        count: of points to a site, about.
+    """
+    octant = count / (2 if particles_per_cell == 4 else 8)  # a quarter of them lies in the dodecahedron
+    levels = max(1, round(octant ** (1 / 3) / 2))  # few, as heights differ from line to line, and lines must be many
+    line = np.repeat(np.arange(max(1, round(octant / levels))), levels)
+    edge = grid_spacing / (1 if particles_per_cell == 4 else round(particles_per_cell ** (1 / 3)))
+    # sites in quarters of an edge, so that mirror images are equal to the last digit
+    x, y, z = np.round(4.0 * (sites - middle) / edge).T
+    column = 12.9898 * np.abs(x) + 78.233 * np.abs(z)
+    # lines do not depend on y: points above each other share theirs, which makes meshes cheap
+    across = [line * step + _scattered(column + n)[:, None] for n, step in ((1.0, 0.754877666), (2.0, 0.569840291))]
+    heights = (np.arange(len(line)) % levels + line / (line.max() + 1)) / levels
+    up = heights + _scattered(column + 37.719 * y)[:, None]
+    places = np.stack([across[0], up, across[1]], axis=2) % 1.0
+    if particles_per_cell == 4:  # beyond the middle between the site and another at half a cell along two axes
+        places[places.sum(axis=2) - places.min(axis=2) > 1.0] = np.nan
+    signs = 1.0 - 2.0 * np.indices((2, 2, 2)).reshape(3, -1).T
+    found: Array = sites[:, None] + (edge / 2 * signs[:, None] * places[:, None]).reshape(len(sites), -1, 3)
+    return found
+
+
+def _scattered(values: Array) -> Array:
+    """Numbers in [0, 1) that look random, from any numbers, the same for the same."""
+    found: Array = (43758.5453 * np.sin(values)) % 1.0
+    return found
+
+
 def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell: int) -> Array:
     """Lattice particles `[particle_count, 3]` [m] inside the box, in grid-cell order (x slowest).
 

@@ -67,6 +67,7 @@ class Rollout:
         guarded: `[worlds]` particle-frames in which J was below its guard (`elastic.SMALLEST_J`).
         smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
         stops: `[frames, worlds]` whether the world was stopped at the end of the frame, as only equilibration does.
+        asleep: `[frames, worlds, medium]` which of the medium's particles slept through it; empty where none may.
         equilibration: number of frames at the beginning in which the worlds come to rest; see `episode`.
         segmentation, segments: what is stored, and where; None and empty if the solver was made without gradients.
     """
@@ -83,6 +84,7 @@ class Rollout:
     guarded: IntArray
     smallest_j: NDArray[np.float64]
     stops: NDArray[np.bool_]
+    asleep: NDArray[np.bool_]
     equilibration: int = 0
     segmentation: Segmentation | None = None
     segments: list[Segment] = field(default_factory=list)
@@ -97,7 +99,7 @@ class Rollout:
         """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
         first, names = (
             self.equilibration,
-            ("positions", "velocities", "actuation", "muscle_potential", "counts", "stops"),
+            ("positions", "velocities", "actuation", "muscle_potential", "counts", "stops", "asleep"),
         )
         return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
 

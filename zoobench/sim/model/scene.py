@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
+from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws_numpy import principal_stress
 from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
 from zoobench.sim.model.terrain import Terrain
@@ -28,6 +29,7 @@ class Effect(StrEnum):
     PLASTICITY = "plasticity"
     FLUID = "fluid"
     FRICTION = "friction"
+    CONTACT = "contact"
 
 
 _MAY_BE_ZERO = ("muscle_strength", "friction_angle", "viscosity", "hardening")
@@ -127,6 +129,8 @@ class MediumBed:
         velocities: `[particle_count, 3]` [m/s]; None for rest.
         hosts: `[particle_count]` index of the robot particle whose place it shares, -1 for none: its volume is the
             share that the robot's occupancy leaves; None if no particle shares one.
+        friction: Coulomb coefficient between robot and medium, which then have velocity fields of their own [-]; None
+            for one field of both, in which the medium sticks to the robot. Water has None.
     """
 
     material: Medium
@@ -137,6 +141,7 @@ class MediumBed:
     stress: Array
     velocities: Array | None = None
     hosts: NDArray[np.int64] | None = None
+    friction: float | None = None
 
     @property
     def particle_count(self) -> int:
@@ -164,10 +169,18 @@ class MediumBed:
 
 @dataclass(frozen=True)
 class Ground:
-    """The rigid ground with Coulomb friction: the plane y = 0, or a terrain; nodes that separate from it are free."""
+    """Firm ground with Coulomb friction: the plane y = 0, or a terrain.
+
+    Attributes:
+        friction: Coulomb's coefficient [-].
+        terrain: heights of ground that is not level.
+        skin: the compliant layer by which it pushes on a robot. For a medium, and for a robot that shares its velocity,
+            the ground is rigid: it constrains velocities, and what separates from it is free.
+    """
 
     friction: float
     terrain: Terrain | None = None
+    skin: GroundSkin = SKIN
 
 
 @dataclass(frozen=True)
@@ -231,6 +244,8 @@ class Scene:
             found.add(Effect.DAMPING)
         if self.medium is not None:
             found |= _MEDIUM_EFFECTS[self.medium.material.law]
+            if self.medium.friction is not None:
+                found.add(Effect.CONTACT)
         if self.ground is not None and self.ground.friction > 0:
             found.add(Effect.FRICTION)
         return frozenset(found)
@@ -239,6 +254,11 @@ class Scene:
     def particle_count(self) -> int:
         """Particles of all matter together."""
         return self.robot.particle_count + (self.medium.particle_count if self.medium else 0)
+
+
+def has_skin(scene: Scene) -> bool:
+    """Whether the ground pushes on the robot by its skin, see `Ground`: not where it shares a medium's velocity."""
+    return scene.ground is not None and (scene.medium is None or scene.medium.friction is not None)
 
 
 def _check_elastic(body: ElasticBody) -> None:
@@ -281,6 +301,12 @@ def _check_medium(medium: MediumBed) -> None:
         _check_array("medium", name, getattr(medium, name), shape)
     if not count or medium.volumes.min() <= 0:
         raise SceneError("The medium is empty or has particles without volume. Leave it out, or fill a thicker bed.")
+    if medium.friction is not None and not 0 <= medium.friction < np.inf:
+        raise SceneError(
+            f"A friction of {medium.friction:g} between robot and medium is negative or not finite. Give 0 or more."
+        )
+    if medium.friction is not None and medium.material.law == Law.WATER:
+        raise SceneError("A friction between robot and water was given; water shares the robot's velocity. Give none.")
     check_material("medium", medium.material)
 
 

@@ -113,6 +113,8 @@ def _bytes(option: Segmentation, frames: int, slot_bytes: int, state_bytes: int)
 
 def share(counts: IntArray, piece: int, pieces: int) -> IntArray:
     """Substeps of a frame's piece in every world `[worlds]`, equal to within one."""
+    if pieces == 1:
+        return counts
     return counts * (piece + 1) // pieces - counts * piece // pieces
 
 

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import torch
@@ -50,9 +50,17 @@ strain, history and stress in place of F."""
 WINDOW_SIZE = 8
 
 
+def memory(tensor: Tensor) -> Any:
+    """What a tensor holds, to be read and written in place: on the CPU an array, else the tensor itself.
+
+    A call of torch costs more than a few hundred numbers do, and several times one of NumPy.
+    """
+    return tensor.numpy() if tensor.is_cpu else tensor
+
+
 def put(target: Tensor, value: Array) -> None:
-    """Write an array into a tensor; on the CPU without torch, whose calls cost more than a few numbers do."""
-    if target.device.type == "cpu":
+    """Write an array into a tensor."""
+    if target.is_cpu:
         target.numpy()[...] = value
     else:
         target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=target.dtype, device=target.device)
@@ -64,6 +72,7 @@ class Matter:
 
     Attributes:
         state: `[slots, worlds, particles, rows, 4]` as `kernels.layout` has it.
+        memory: what it holds, see `memory`.
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
         robot: number of the robot's particles, which come first.
 
@@ -79,6 +88,9 @@ class Matter:
     state: Tensor
     window: Tensor
     robot: int
+
+    def __post_init__(self) -> None:
+        self.memory, self._memory = memory(self.state), tuple(map(memory, self.tensors()))
 
     @classmethod
     def zeros(
@@ -137,6 +149,10 @@ class Matter:
         """In the order in which the kernels take them."""
         return self.state, self.window
 
+    def on_host(self) -> Array:
+        """The state as an array, on the CPU without a copy."""
+        return self.memory if self.state.is_cpu else self.state.cpu().numpy()
+
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
         return Matter(self.state[:, world : world + 1].clone(), self.window[:, world : world + 1].clone(), self.robot)
@@ -147,12 +163,12 @@ class Matter:
 
     def load_slot(self, slot: int, saved: "Matter") -> None:
         """Write a one-slot copy back into a slot, that of a single world into all worlds."""
-        for target, source in zip(self.tensors(), saved.tensors(), strict=True):
+        for target, source in zip(self._memory, saved._memory, strict=True):
             target[slot] = source[0]
 
     def copy_world(self, world: int, saved: "Matter") -> None:
         """Give one world at slot 0 the state that it has at slot 0 of another."""
-        for target, source in zip(self.tensors(), saved.tensors(), strict=True):
+        for target, source in zip(self._memory, saved._memory, strict=True):
             target[0, world] = source[0, world]
 
     def stop(self, slot: int, world: int) -> None:
@@ -182,7 +198,7 @@ class Matter:
     def load_worlds(self, worlds: IntArray, source: "Matter", slots: IntArray) -> None:
         """Give some worlds at slot 0 the states that they have at these slots of another, `[chosen]` each."""
         for world, slot in zip(worlds.tolist(), slots.tolist(), strict=True):
-            for target, given in zip(self.tensors(), source.tensors(), strict=True):
+            for target, given in zip(self._memory, source._memory, strict=True):
                 target[0, world] = given[slot, world]
 
 
@@ -236,34 +252,51 @@ class Parameters:
         """Rest directions of the fibres."""
         return self.body[:, : self.robot, 1, :3]
 
+    def set_tension(self, value: Array) -> None:
+        """Write the active stresses `[worlds, robot]` [Pa]."""
+        tension = memory(self.body)[:, : self.robot, 0, 3]
+        tension[...] = value if self.body.is_cpu else torch.as_tensor(value, dtype=tension.dtype, device=tension.device)
+
 
 @dataclass
 class LaunchPlan:
     """The substeps of a launch in each world.
 
     Attributes:
-        slots: `[worlds, 2]` first slot read and number of substeps; a world with none is unchanged.
+        slots: `[worlds, 3]` first slot read, number of substeps, and of particles awake; a world without substeps is
+            unchanged.
         dt: `[worlds]` step [s].
+        order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
+        world_substeps: of all worlds together.
     """
 
     slots: Tensor
     dt: Tensor
+    order: Tensor
+
+    def __post_init__(self) -> None:
+        self.world_substeps = int(self.slots[:, 1].sum())
 
     @classmethod
-    def none(cls, worlds: int, real: torch.dtype, device: str) -> Self:
-        """Nothing to do in any world."""
-        slots = torch.zeros((worlds, 2), dtype=torch.int32, device=device)
-        return cls(slots, torch.ones(worlds, dtype=real, device=device))
+    def none(cls, worlds: int, real: torch.dtype, device: str, particles: int = 0) -> Self:
+        """Nothing to do in any world, of `particles` that may sleep and are awake."""
+        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (3, particles))
+        plan = cls(slots, torch.ones(worlds, dtype=real, device=device), order)
+        plan.put_to_sleep(np.zeros((worlds, particles), np.bool_))
+        return plan
 
     def set(self, first: IntArray, counts: IntArray, dt: Array) -> None:
         """Give every world its first slot, number of substeps and step [s], `[worlds]` each."""
-        put(self.slots, np.stack([first, counts], axis=1))
+        put(self.slots[:, :2], np.array([first, counts]).T)
         put(self.dt, dt)
+        self.world_substeps = int(counts.sum())
 
-    @property
-    def world_substeps(self) -> int:
-        """Substeps of all worlds together."""
-        return int(self.slots[:, 1].cpu().numpy().sum())
+    def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
+        """Say which particles sleep `[worlds, particles]`; both kinds keep their order."""
+        for world, sleeps in enumerate(asleep):
+            awake = np.flatnonzero(~sleeps)
+            put(self.slots[world, 2], np.asarray(len(awake)))
+            put(self.order[world], np.concatenate([awake, np.flatnonzero(sleeps)]))
 
 
 @dataclass(frozen=True)

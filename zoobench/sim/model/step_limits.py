@@ -16,7 +16,7 @@ from typing import NamedTuple
 from zoobench.errors import StepSizeError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.matter import Medium, MudMaterial, WaterMaterial, lame_parameters
-from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.scene import Scene, has_skin
 
 LARGEST_STRETCH = 1.5
 """Principal stretch of muscle robots up to which the declared step is safe [-]; beyond it, steps become shorter.
@@ -30,6 +30,12 @@ SPEED_ROOM = 0.8
 """Share of `LARGEST_COURANT` that a step is chosen for, as matter may become faster within a frame."""
 
 REFUSED_FRACTION = 0.9
+
+SKIN_FRACTION = 0.7
+"""Largest chosen step by the stable one of matter in the ground's skin [-]."""
+
+SKIN_CROSSING = 0.4
+"""Share of the skin's thickness that matter may cross in a chosen step [-]: an impact gains energy by it."""
 
 MOST_REFINEMENT = 16
 """Largest ratio of the declared step to a repeated one; a world that needs shorter steps has diverged."""
@@ -48,6 +54,7 @@ class Condition(NamedTuple):
         robot_stiffness, medium_stiffness: largest kappa / rho0 [m^2/s^2], at the present actuation, stretch and
             hardening; 0 without such matter.
         robot_viscosity: largest eta / rho0 [m^2/s].
+        ground_stiffness: of the ground's skin on the lightest matter, K / (delta^2 rho0) [1/s^2]; 0 without a skin.
     """
 
     speed: float
@@ -59,6 +66,7 @@ class Condition(NamedTuple):
     robot_stiffness: float
     medium_stiffness: float
     robot_viscosity: float
+    ground_stiffness: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -89,11 +97,21 @@ def isolated_particle_limit(fidelity: Fidelity, stiffness: float, viscosity: flo
     Infinite without either.
     """
     scale = fidelity.spline.inverse_moment / fidelity.grid_spacing**2
-    bound = 2.0 if fidelity.transfer == "pic" else 4.0
+    bound = 2.0 if "pic" in (fidelity.transfer, fidelity.medium_transfer) else 4.0
     damping = 2.0 * viscosity * scale
     # the positive root of scale stiffness dt^2 + 2 damping dt = bound, written without cancellation
     rate = damping + math.sqrt(damping**2 + bound * scale * stiffness)
     return bound / rate if rate > 0.0 else math.inf
+
+
+def skin_limit(fidelity: Fidelity, stiffness: float) -> float:
+    """Largest step [s] on a ground whose skin has this `stiffness` K / (delta^2 rho0) [1/s^2]; infinite without any.
+
+    2 / omega. The skin is linear and never stiffens, so that a chosen step goes up to `SKIN_FRACTION` of it at any
+    Courant fraction.
+    """
+    room = 1.0 if fidelity.step else SKIN_FRACTION / fidelity.courant
+    return room * 2.0 / math.sqrt(stiffness) if stiffness > 0.0 else math.inf
 
 
 def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
@@ -109,6 +127,8 @@ def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_
     density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
     kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
     limits = {"robot": isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)}
+    if scene.ground is not None and has_skin(scene):
+        limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / density)
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, medium.kappa / medium.density)
@@ -147,17 +167,22 @@ def choose_step(
 def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: Condition) -> StepLimit:
     """The step that a world in this condition can take through its next frame.
 
-    `matter` is `speed` (half a cell in a substep) or `velocity gradient` (dt |C| of a half) where these bounds are the
-    tightest; dt_iso is then chosen so that `courant` times it keeps them.
+    `matter` is `speed` (half a cell in a substep), `impact` (the thickness of the ground's skin) or `velocity gradient`
+    (dt |C| of a half) where these bounds are the tightest; dt_iso is then chosen so that `courant` times it keeps them.
     """
     h, courant = fidelity.grid_spacing, fidelity.courant
     limits = {"robot": isolated_particle_limit(fidelity, condition.robot_stiffness, condition.robot_viscosity)}
+    if condition.ground_stiffness > 0.0:
+        limits["ground"] = skin_limit(fidelity, condition.ground_stiffness)
     if scene.medium is not None:
         medium = scene.medium.material
         limits[medium.law.name.lower()] = _medium_limit(medium, fidelity, condition.medium_stiffness)
     room = SPEED_ROOM * LARGEST_COURANT / courant  # the step taken is courant times the limit
     if condition.speed > 0.0:
         limits["speed"] = room * h / condition.speed
+        if scene.ground is not None and has_skin(scene):
+            # what falls through the skin within a step would gain energy there
+            limits["impact"] = SKIN_CROSSING * scene.ground.skin.thickness / condition.speed / courant
     if condition.shear > 0.0:
         limits["velocity gradient"] = room / condition.shear
     matter = min(limits, key=lambda name: limits[name])

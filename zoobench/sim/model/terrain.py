@@ -72,6 +72,14 @@ class Terrain:
         found: Array = self._spline()(*self._inside(positions[:, 0], positions[:, 2]), grid=False)
         return found
 
+    def normals_below(self, positions: Array) -> Array:
+        """Upward unit normal of the ground under points `[n, 3]` [m]: `[n, 3]`."""
+        spline, (x, z) = self._spline(), self._inside(positions[:, 0], positions[:, 2])
+        slope_x, slope_z = spline(x, z, dx=1, grid=False), spline(x, z, dy=1, grid=False)
+        normal = np.stack([-slope_x, np.ones_like(slope_x), -slope_z], axis=-1)
+        unit: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        return unit
+
     def _inside(self, x: Array, z: Array) -> tuple[Array, Array]:
         """Coordinates clamped to the field, which continues level beyond its edge."""
         size_x, size_z = (self.spacing * (count - 1) for count in self.heights.shape)

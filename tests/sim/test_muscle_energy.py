@@ -1,0 +1,73 @@
+"""The muscles' energy at frame boundaries does not depend on how many frames are computed together."""
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+import torch
+
+from zoobench.sim import muscle_energy
+from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.state import Matter, Parameters
+from zoobench.sim.muscle_energy import MuscleEnergy
+
+_FRAMES, _WORLDS, _ROBOT = 7, 2, 37
+
+
+def _energy() -> MuscleEnergy:
+    rng = np.random.default_rng(1)
+    parameters = Parameters.zeros(_WORLDS, _ROBOT, _ROBOT + 3, torch.float32, "cpu")
+    parameters.body.numpy()[:] = rng.normal(size=parameters.body.shape)
+    energy = MuscleEnergy(strength=1e4)
+    energy.set_body(parameters)
+    return energy
+
+
+def _rollout(muscles: int) -> Rollout:
+    membership = np.random.default_rng(2).uniform(size=(_WORLDS, _ROBOT, muscles))
+    potential = np.full((_FRAMES, _WORLDS, muscles), np.nan)
+    return cast("Rollout", SimpleNamespace(muscle_potential=potential, body={"muscle_membership": membership}))
+
+
+def _states() -> list[Matter]:
+    rng = np.random.default_rng(3)
+    states = [Matter.zeros(1, _WORLDS, _ROBOT, 3, solid=True, real=torch.float32, device="cpu") for _ in range(_FRAMES)]
+    for state in states:
+        state.state.numpy()[:] = rng.normal(size=state.state.shape)
+    return states
+
+
+@pytest.mark.parametrize("muscles", [1, 4])
+@pytest.mark.parametrize("most_bytes", [0, 3 * _WORLDS * _ROBOT * 9 * 4, 1 << 30])
+def test_frames_together_give_the_bits_of_each_alone(
+    muscles: int, most_bytes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And those of the definition, to rounding: 1/2 strength sum membership volume |F d|^2."""
+    alone, together = _rollout(muscles), _rollout(muscles)
+    energy = _energy()
+    for frame, state in enumerate(_states()):
+        energy.note(alone, frame, state)
+        energy.finish()
+    monkeypatch.setattr(muscle_energy, "_MOST_BYTES", most_bytes)
+    for frame, state in enumerate(_states()):
+        energy.note(together, frame, state)
+        state.state.zero_()  # the simulation goes on
+    energy.finish()
+    np.testing.assert_array_equal(together.muscle_potential, alone.muscle_potential)
+    state = _states()[4]
+    stretched = np.einsum("wpij,wpj->wpi", state.F[0].double().numpy(), energy._fibre)
+    expected = np.einsum("wpk,wp,wp->wk", alone.body["muscle_membership"], energy._energy, (stretched**2).sum(-1))
+    np.testing.assert_allclose(alone.muscle_potential[4], expected, rtol=1e-12)
+
+
+def test_another_rollout_completes_the_one_before() -> None:
+    """Two solvers' rollouts may be recorded in turn."""
+    first, second = _rollout(2), _rollout(2)
+    energy, state = _energy(), _states()[0]
+    energy.note(first, 0, state)
+    energy.note(second, 1, state)
+    energy.finish()
+    np.testing.assert_array_equal(first.muscle_potential[0], second.muscle_potential[1])
+    assert np.isfinite(first.muscle_potential[0]).all()
+    assert np.isnan(second.muscle_potential[0]).all()

@@ -1,0 +1,143 @@
+"""The skin of firm ground (see `model.ground_skin`): force on particles, friction at the nodes, and adjoints.
+
+The force of the layer on a particle is scattered into a field of its own, PUSH. A node takes this impulse beside those
+of the internal forces; it may then lose tangential momentum of up to friction times the same impulse, by Coulomb's law:
+friction balances the forces of this very substep, so that what sticks does not creep. Constraints of nodes remain as a
+hard stop, `STOP_NODES` below the ground.
+
+All vectors have four lanes. `place` is a particle's, from the grid's first node [m].
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
+from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.layout import PUSH, VOLUME, X
+from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
+from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
+
+STOP_NODES = 2
+"""Nodes between the ground and the hard stop below it. Matter between them feels the layer's linear force."""
+
+
+@ti.func
+def corner(cells, count):
+    """The first of the two node columns about a place [cells] in one direction, kept inside the grid."""
+    return ti.max(0, ti.min(ti.cast(cells, ti.i32), count - 2))
+
+
+@ti.func
+def ground_below(place, scene: ti.template(), terrain: ti.template(), ground: ti.template()):
+    """The ground under a place: distance along its normal [m] and that distance's gradient, the normal and its
+    derivatives by x and z [1/m].
+
+    On a terrain, height and normal are interpolated bilinearly from the node columns; the distance is to first order
+    in the terrain's curvature.
+    """
+    up = ti.Vector([0.0, 1.0, 0.0, 0.0])
+    found = ti.Struct(
+        gap=place[1] - WALL_NODES * scene.spacing, slope=up, normal=up, by_x=zero_lanes(), by_z=zero_lanes()
+    )
+    if ti.static(ground == TERRAIN):
+        x, y, z = place[0] * scene.inverse, place[1] * scene.inverse, place[2] * scene.inverse
+        i, k = corner(x, scene.nodes_x), corner(z, scene.nodes_z)
+        a, b, c, d = terrain[i, k], terrain[i + 1, k], terrain[i, k + 1], terrain[i + 1, k + 1]
+        column = a + (x - i) * (b - a) + (z - k) * (c - a + (x - i) * (d - c - b + a))
+        by_x, by_z = b - a + (z - k) * (d - c - b + a), c - a + (x - i) * (d - c - b + a)
+        above = y - column[0]
+        found.gap = above * column[2] * scene.spacing
+        found.slope = ti.Vector(
+            [above * by_x[2] - column[2] * by_x[0], column[2], above * by_z[2] - column[2] * by_z[0], 0.0]
+        )
+        found.normal = ti.Vector([column[1], column[2], column[3], 0.0])
+        found.by_x = scene.inverse * ti.Vector([by_x[1], by_x[2], by_x[3], 0.0])
+        found.by_z = scene.inverse * ti.Vector([by_z[1], by_z[2], by_z[3], 0.0])
+    return found
+
+
+@ti.func
+def layer_force(gap, scene: ti.template()):
+    """Force per volume [N/m^3] of the layer on a cube whose centre is at `gap` [m], and its derivative [N/m^4]."""
+    lower = ti.max(scene.skin_thickness - gap + 0.5 * scene.edge, 0.0)
+    upper = ti.max(scene.skin_thickness - gap - 0.5 * scene.edge, 0.0)
+    slope = scene.skin_rate / scene.edge * (lower - upper)
+    return 0.5 * slope * (lower + upper), 0.0 - slope
+
+
+@ti.func
+def push(
+    state: ti.template(), body: ti.template(), grid: ti.template(), start, nodes: ti.template(), scene: ti.template(),
+    terrain: ti.template(), dt, s, w, p, variant: ti.template(),
+):  # fmt: skip
+    """Scatter the layer's impulse on one particle."""
+    place = state[s, w, p, X]
+    below = ground_below(place, scene, terrain, variant.ground)
+    if below.gap < scene.skin_thickness + 0.5 * scene.edge:
+        force, _rate = layer_force(below.gap, scene)
+        at = stencil(place, scene, nodes, variant.width)
+        impulse = (dt * body[w, p, 0][VOLUME] * force) * below.normal
+        scatter_value(grid, PUSH, nodes, start + at.node, weights(at.offset, variant.width), impulse, variant.width)
+
+
+@ti.func
+def push_adjoint(
+    state: ti.template(), body: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(),
+    grid_adjoint: ti.template(), nodes: ti.template(), scene: ti.template(), terrain: ti.template(), dt, s, w, p,
+    variant: ti.template(),
+):  # fmt: skip
+    """Adjoint of `push`: adds to those of the place and the volume."""
+    place = state[s, w, p, X]
+    below = ground_below(place, scene, terrain, variant.ground)
+    if below.gap < scene.skin_thickness + 0.5 * scene.edge:
+        force, rate = layer_force(below.gap, scene)
+        at = stencil(place, scene, nodes, variant.width)
+        share, slopes = weights(at.offset, variant.width), weight_derivatives(at.offset, variant.width)
+        size = dt * body[w, p, 0][VOLUME]
+        impulse = (size * force) * below.normal
+        by_weights = value_derivative(grid_adjoint, PUSH, nodes, at.node, share, slopes, impulse, variant.width)
+        held = gather_value(grid_adjoint, PUSH, nodes, at.node, share, variant.width)
+        along = dot(below.normal, held)
+        by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
+        adjoint[0, w, p, X] += (
+            scene.inverse * by_weights + (size * rate * along) * below.slope + (size * force) * by_normal
+        )
+        body_adjoint[w, p, 0] += ti.Vector([0.0, dt * force * along, 0.0, 0.0])
+
+
+@ti.func
+def rub(v, a, friction):
+    """Node velocity after Coulomb friction: v, in which the layer's change of velocity a is included."""
+    size, u = a.norm(), v
+    if friction * size > 0.0:
+        normal = a / size
+        along = v - v.dot(normal) * normal
+        speed = along.norm()
+        lost = 1.0 + 0.0 * speed
+        if speed > friction * size:
+            lost = friction * size / speed
+        u = v - lost * along
+    return u
+
+
+@ti.func
+def rub_adjoint(v, a, u_adjoint, friction):
+    """Adjoints of `rub` by v and a."""
+    size = a.norm()
+    v_adjoint, a_adjoint = u_adjoint, 0.0 * u_adjoint
+    if friction * size > 0.0:
+        normal = a / size
+        approach = v.dot(normal)
+        along = v - approach * normal
+        speed = along.norm()
+        # the velocity lost is all of `along`, or friction size along / |along|
+        along_adjoint = 0.0 * u_adjoint - u_adjoint
+        if speed > friction * size:
+            lost, work = friction * size / speed, along.dot(u_adjoint) / speed
+            along_adjoint = (lost * work / speed) * along - lost * u_adjoint
+            a_adjoint = (0.0 - friction * work) * normal
+        # along = v - (v . n) n, and n = a / |a|
+        into = along_adjoint.dot(normal)
+        v_adjoint = u_adjoint + along_adjoint - into * normal
+        turn = 0.0 * v - into * v - approach * along_adjoint
+        a_adjoint += (turn - turn.dot(normal) * normal) / size
+    return v_adjoint, a_adjoint

@@ -1,0 +1,338 @@
+"""Robot and medium in velocity fields of their own, which meet at the nodes that both fill; and the adjoint.
+
+Every node is there twice, the medium's nodes behind the robot's (`layer`): particles see those of their own matter
+alone. At a node where the volume shares of both add up to nearly one, an inelastic impulse keeps the robot from moving
+into the medium, with Coulomb friction (Bardenhagen, Brackbill and Sulsky 2000). Where they add up to less, there is a
+gap, which a node by itself does not show: the splines of both reach over it by up to a cell. The impulse is equal and
+opposite, and never adds energy.
+
+The normal is the gradient of the medium's mass, by differences between neighbours: a bed is smooth on the scale of the
+grid, while the gradient of a robot of a few cells is tilted along all its edges, on which it would stick. Medium
+without a gradient, deep in the robot or in the midst of splashes, moves with it.
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES, contact, contact_adjoint, coulomb, coulomb_adjoint
+from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
+from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
+
+CLOSING, CLOSED = 0.7, 0.8
+"""Sums of the volume shares at which contact begins and is complete [-].
+
+Two planes that touch have a sum of 1 and with half a cell between them 0.6; a corner on a plane has 0.75. With higher
+ones, feet of half a cell sink by a third of a cell into a rigid bed; with lower ones, a footing of two cells carries
+what one of three should. The step is steep because a contact by halves is no softer, but creeps.
+"""
+
+FLAT = 0.01
+"""Gradient of the medium's volume share [1/cell] below which there is no normal; at a surface it is 0.48."""
+
+LEAST_ROOM = 0.02
+"""Least share of a cell that counts as lying before a wall: that of the first node behind it has 1/48."""
+
+
+@ti.func
+def layers(variant: ti.template()):
+    """How often every node is there."""
+    return ti.static(2 if variant.two_fields else 1)
+
+
+@ti.func
+def layer(nodes: ti.template(), scene: ti.template(), p, variant: ti.template()):
+    """The nodes of a particle's own matter in a box of nodes."""
+    origin = nodes.origin
+    if ti.static(variant.two_fields):
+        if p >= scene.robot:
+            origin += nodes.size
+    return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
+
+
+@ti.func
+def part_before(distance):
+    """Share of a quadratic spline that lies before a wall `distance` cells behind the node."""
+    a = ti.max(-1.5, ti.min(1.5, distance))
+    b = 1.5 - ti.abs(a)
+    share = b * b * b / 6.0  # of the tail beyond
+    if ti.abs(a) < 0.5:
+        share = 0.5 - 0.75 * ti.abs(a) + ti.abs(a) * a * a / 3.0
+    if a > 0.0:
+        share = 1.0 - share
+    return share
+
+
+@ti.func
+def ground_height(terrain: ti.template(), index: ti.template(), ground: ti.template()):
+    """Height of the ground in a node's column above the grid's first node [cells]."""
+    height = ti.cast(WALL_NODES, float)
+    if ti.static(ground == TERRAIN):
+        height = terrain[index[0], index[2]][0]
+    return height
+
+
+@ti.func
+def node_room(scene: ti.template(), index: ti.template(), terrain: ti.template(), ground: ti.template()):
+    """Share of a node's cell that lies in the arena and above the ground, at least `LEAST_ROOM` in each direction."""
+    count = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
+    low = (ti.cast(WALL_NODES, float), ground_height(terrain, index, ground), ti.cast(WALL_NODES, float))
+    room = 1.0 + 0.0 * scene.spacing
+    for d in ti.static(range(3)):
+        place = ti.cast(index[d], float)
+        before = part_before(place - low[d]) * part_before(count[d] - 1.0 - WALL_NODES - place)
+        room *= ti.max(LEAST_ROOM, before)
+    return room
+
+
+@ti.func
+def beside(
+    scene: ti.template(), window: ti.template(), s, w, index: ti.template(), terrain: ti.template(),
+    ground: ti.template(),
+):  # fmt: skip
+    """Factors of the shares' masses at the next and at the last node along each direction in central differences: zero
+    beside the window, and both along a wall's normal on its plane and beyond."""
+    count = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
+    low = (1.0 * WALL_NODES, ground_height(terrain, index, ground), 1.0 * WALL_NODES)
+    up, down = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+    for d in ti.static(range(3)):
+        step = [ti.static(int(d == e)) for e in ti.static(range(3))]
+        if index[d] > low[d] and index[d] < count[d] - 1 - WALL_NODES:
+            if index[d] + 1 < window[s, w, 3 + d]:
+                after = (index[0] + step[0], index[1] + step[1], index[2] + step[2])
+                up[d] = 0.5 / node_room(scene, after, terrain, ground)
+            if index[d] > window[s, w, d]:
+                before = (index[0] - step[0], index[1] - step[1], index[2] - step[2])
+                down[d] = 0.5 / node_room(scene, before, terrain, ground)
+    return up, down
+
+
+@ti.func
+def mass_gradient(grid: ti.template(), m, nodes: ti.template(), up, down):
+    """Gradient of the mass at node m [kg/cell], as if it filled what walls cut off."""
+    slope = ti.Vector([0.0, 0.0, 0.0])
+    for d in ti.static(range(3)):
+        stride = (nodes.sx, nodes.sy, 1)[d]
+        if up[d] > 0.0:
+            slope[d] += up[d] * grid[MOMENTUM, m + stride][3]
+        if down[d] > 0.0:
+            slope[d] += -down[d] * grid[MOMENTUM, m - stride][3]
+    return slope
+
+
+@ti.func
+def mass_gradient_adjoint(grid_adjoint: ti.template(), m, nodes: ti.template(), up, down, adjoint):
+    """Adjoint of `mass_gradient`: adds to those of the neighbours' mass."""
+    for d in ti.static(range(3)):
+        stride = (nodes.sx, nodes.sy, 1)[d]
+        if up[d] > 0.0:
+            grid_adjoint[MOMENTUM, m + stride] += ti.Vector([0.0, 0.0, 0.0, up[d] * adjoint[d]])
+        if down[d] > 0.0:
+            grid_adjoint[MOMENTUM, m - stride] += ti.Vector([0.0, 0.0, 0.0, -down[d] * adjoint[d]])
+
+
+@ti.func
+def closure(total):
+    """Share of a full contact at a sum of volume shares, a smooth step, and its derivative."""
+    t = ti.max(0.0, ti.min(1.0, (total - CLOSING) / (CLOSED - CLOSING)))
+    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / (CLOSED - CLOSING)
+
+
+@ti.func
+def halted(relative, slope, friction):
+    """What a full contact takes from the robot's velocity `relative` to the medium, whose share has a `slope`."""
+    square = slope.dot(slope)
+    taken = relative
+    if square > 0.0:
+        inside = FLAT * FLAT / (FLAT * FLAT + square)
+        # out of the medium, as the normal of a ground
+        taken = relative - (1.0 - inside) * coulomb(relative, (-1.0 / ti.sqrt(square)) * slope, friction)
+    return taken
+
+
+@ti.func
+def coulomb_turn(v, u_adjoint, normal, friction):
+    """Adjoint of `coulomb` by the normal."""
+    adjoint = 0.0 * u_adjoint
+    approach = v.dot(normal)
+    if approach < 0.0:
+        along = v - approach * normal
+        speed = along.norm()
+        if speed > -friction * approach:
+            keep = 1.0 + friction * approach / speed
+            work = along.dot(u_adjoint) / speed
+            turn = friction * approach * work / (speed * speed)
+            slide = keep * u_adjoint - turn * along
+            adjoint = (friction * work - slide.dot(normal)) * v - approach * slide
+    return adjoint
+
+
+@ti.func
+def halted_adjoint(relative, slope, friction, adjoint):
+    """Adjoint of `halted` by the relative velocity and by the gradient of the share."""
+    square = slope.dot(slope)
+    by_velocity, by_slope = adjoint, 0.0 * adjoint
+    if square > 0.0:
+        whole = FLAT * FLAT + square
+        outside = square / whole
+        normal = (-1.0 / ti.sqrt(square)) * slope
+        free = coulomb(relative, normal, friction)
+        free_adjoint = (0.0 - outside) * adjoint
+        by_velocity = adjoint + coulomb_adjoint(relative, free_adjoint, normal, friction)
+        turn = coulomb_turn(relative, free_adjoint, normal, friction)
+        by_slope = (-1.0 / ti.sqrt(square)) * (turn - turn.dot(normal) * normal)
+        by_slope += (-2.0 * FLAT * FLAT / (whole * whole) * free.dot(adjoint)) * slope
+    return by_velocity, by_slope
+
+
+@ti.func
+def free_velocity(q, dt, scene: ti.template()):
+    """Velocity of a node's momentum and mass after gravity; of an empty node that of gravity alone."""
+    v = ti.Vector([dt * scene.g_x, dt * scene.g_y, dt * scene.g_z])
+    if q[3] > 0.0:
+        v += ti.Vector([q[0], q[1], q[2]]) / q[3]
+    return v
+
+
+@ti.func
+def meeting(
+    grid: ti.template(), m, nodes: ti.template(), window: ti.template(), s, w, index: ti.template(), dt,
+    scene: ti.template(), terrain: ti.template(), ground: ti.template(),
+):  # fmt: skip
+    """Velocities of robot and medium at a node after gravity and before the impulse, the impulse from medium to robot,
+    and what the impulse is made of."""
+    q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
+    v, u = free_velocity(q, dt, scene), free_velocity(o, dt, scene)
+    share, rise, reduced = 0.0 * dt, 0.0 * dt, 0.0 * dt
+    slope, taken, impulse = 0.0 * v, 0.0 * v, 0.0 * v
+    if q[3] > 0.0 and o[3] > 0.0:
+        room = node_room(scene, index, terrain, ground)
+        share, rise = closure((q[3] / scene.robot_full + o[3] / scene.medium_full) / room)
+        if share > 0.0:
+            up, down = beside(scene, window, s, w, index, terrain, ground)
+            slope = mass_gradient(grid, m + nodes.size, nodes, up, down) / scene.medium_full
+            taken = halted(v - u, slope, scene.interface_friction)
+            reduced = q[3] * o[3] / (q[3] + o[3])
+            impulse = (0.0 - share * reduced) * taken
+            v += impulse / q[3]
+            u += (-1.0 / o[3]) * impulse
+    return ti.Struct(
+        v=v, u=u, share=share, rise=rise, reduced=reduced, slope=slope, taken=taken, impulse=impulse,
+    )  # fmt: skip
+
+
+@ti.func
+def pushed(grid: ti.template(), m, mass, skin: ti.template()):
+    """Change of velocity by the ground's skin at node m of this mass; none without `skin`."""
+    push = ti.Vector([0.0 * mass, 0.0, 0.0])
+    if ti.static(skin):
+        push = ti.Vector([grid[PUSH, m][0], grid[PUSH, m][1], grid[PUSH, m][2]]) / mass
+    return push
+
+
+@ti.func
+def grounded(
+    v, push, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(), variant: ti.template()
+):
+    """Velocity of a node after the ground: a wall, or a skin that changes it by `push`, above a wall further down."""
+    u = v
+    if ti.static(skin):
+        u = rub(v + push, push, scene.friction)
+    return contact(u, at, count, scene.friction, terrain, variant.ground, False, STOP_NODES * skin)
+
+
+@ti.func
+def grounded_adjoint(
+    v, push, stored, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(),
+    variant: ti.template(),
+):  # fmt: skip
+    """Adjoints of `grounded` by the velocity and by `push`, from that of its result."""
+    u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
+    if ti.static(skin):
+        u = rub(v + push, push, scene.friction)
+    v_adjoint = contact_adjoint(u, given, at, count, scene.friction, terrain, variant.ground, False, STOP_NODES * skin)
+    push_adjoint = 0.0 * v_adjoint
+    if ti.static(skin):
+        v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, scene.friction)
+        push_adjoint += v_adjoint
+    return v_adjoint, push_adjoint
+
+
+@ti.func
+def update_both(
+    grid: ti.template(), m, node, nodes: ti.template(), window: ti.template(), s, w, index: ti.template(), dt,
+    scene: ti.template(), terrain: ti.template(), variant: ti.template(),
+):  # fmt: skip
+    """Momenta of robot and medium at node m to velocities at `node`, with gravity, their contact, and the ground's."""
+    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant.ground)
+    at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
+    for k in ti.static(range(2)):
+        mass, after = grid[MOMENTUM, m + k * nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
+        if mass > 0.0:
+            free = found.v
+            if ti.static(k == 1):
+                free = found.u
+            push = pushed(grid, m, mass, k == 0 and variant.skin)
+            held = grounded(free, push, at, count, scene, terrain, k == 0 and variant.skin, variant)
+            after = ti.Vector([held[0], held[1], held[2], mass])
+        grid[VELOCITY, node + k * nodes.size] = after
+
+
+@ti.func
+def update_both_adjoint(
+    grid: ti.template(), grid_adjoint: ti.template(), m, node, nodes: ti.template(), window: ti.template(), s, w,
+    index: ti.template(), dt, scene: ti.template(), terrain: ti.template(), variant: ti.template(),
+):  # fmt: skip
+    """Adjoint of `update_both`: the velocities' adjoints at `node` become those of momentum (0..2) and mass (3).
+
+    Those of the neighbours' mass are added to; so are all, which is atomic where nodes are taken at once.
+    """
+    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant.ground)
+    at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
+    q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
+    stored, other = grid_adjoint[MOMENTUM, node], grid_adjoint[MOMENTUM, node + nodes.size]
+    v_adjoint, u_adjoint = 0.0 * found.v, 0.0 * found.u
+    q_mass, o_mass = 0.0 * dt, 0.0 * dt
+    push_adjoint = 0.0 * found.v
+    if q[3] > 0.0:
+        push = pushed(grid, m, q[3], variant.skin)
+        v_adjoint, push_adjoint = grounded_adjoint(
+            found.v, push, stored, at, count, scene, terrain, variant.skin, variant
+        )
+        push_adjoint /= q[3]  # of the impulse, from that of the change of velocity
+        q_mass = 0.0 - push_adjoint.dot(push)
+    if o[3] > 0.0:
+        u_adjoint, _none = grounded_adjoint(found.u, found.u, other, at, count, scene, terrain, False, variant)
+    if ti.static(variant.skin):
+        grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
+    if found.share > 0.0:
+        # v' = v + J / q and u' = u - J / o with J = -share reduced taken
+        impulse_adjoint = v_adjoint / q[3] - u_adjoint / o[3]
+        work = found.taken.dot(impulse_adjoint)
+        q_part, o_part = found.reduced / q[3], found.reduced / o[3]
+        room = node_room(scene, index, terrain, variant.ground)
+        by_total = -found.reduced * work * found.rise
+        relative = free_velocity(q, dt, scene) - free_velocity(o, dt, scene)
+        by_velocity, by_slope = halted_adjoint(
+            relative, found.slope, scene.interface_friction, (0.0 - found.share * found.reduced) * impulse_adjoint
+        )
+        # reduced = q o / (q + o)
+        q_mass += by_total / (scene.robot_full * room)
+        o_mass += by_total / (scene.medium_full * room)
+        q_mass += -v_adjoint.dot(found.impulse) / (q[3] * q[3]) - found.share * work * q_part * q_part
+        o_mass += u_adjoint.dot(found.impulse) / (o[3] * o[3]) - found.share * work * o_part * o_part
+        v_adjoint += by_velocity
+        u_adjoint = u_adjoint - by_velocity
+        up, down = beside(scene, window, s, w, index, terrain, variant.ground)
+        mass_gradient_adjoint(grid_adjoint, node + nodes.size, nodes, up, down, by_slope / scene.medium_full)
+    grid_adjoint[MOMENTUM, node] += momentum_adjoint(q, v_adjoint, q_mass, stored)
+    grid_adjoint[MOMENTUM, node + nodes.size] += momentum_adjoint(o, u_adjoint, o_mass, other)
+
+
+@ti.func
+def momentum_adjoint(q, v_adjoint, mass_adjoint, stored):
+    """What is to be added to the `stored` adjoint of a node's velocity so that it becomes that of (momentum, mass)."""
+    change = ti.Vector([0.0 - stored[0], 0.0 - stored[1], 0.0 - stored[2], mass_adjoint])
+    if q[3] > 0.0:
+        a = v_adjoint / q[3]
+        by_mass = (a[0] * q[0] + a[1] * q[1] + a[2] * q[2]) / q[3]
+        change += ti.Vector([a[0], a[1], a[2], 0.0 - by_mass])
+    return change
