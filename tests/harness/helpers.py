@@ -2,6 +2,7 @@
 
 import random
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ import psutil
 
 from zoobench.db.rows import FinalRow, MetricRow, RunRow, RunState
 from zoobench.db.store import Store
+from zoobench.harness.worker import WorkerOrders, work
 from zoobench.harness.worker_pool import run_all
 from zoobench.spec import Budget, Ref, RunSpec
 
@@ -47,6 +49,17 @@ def launch_fakes(
     return run_all(location, ids, jobs=jobs, timeout=timeout, on_update=on_update, child=child or fake())
 
 
+def work_on_fakes(
+    location: str | Path, count: int = 1, *, child: Sequence[str] = (), timeout: float | None = None
+) -> list[RunRow]:
+    """The same by a worker in this process, one run after the other: no worker has to be started."""
+    ids = enqueue(location, count)
+    orders = WorkerOrders(str(location), ids, timeout, tuple(child or fake()))
+    with Store(location) as store:
+        work(store, orders, threading.Event())
+        return store.runs(ids=ids)
+
+
 class Killer:
     """Kills the child process at random moments of its run: after a share of it, and a part of an iteration."""
 
@@ -73,7 +86,7 @@ Numbers = tuple[list[tuple[str, int, float]], list[FinalRow]]
 def numbers(location: str | Path, run_id: int) -> Numbers:
     """All numbers that every run of a spec shares: curves, but for seconds and attempts, and finals."""
     with Store(location, create=False) as store:
-        return [_point(row) for row in store.metrics(run_id) if row.name != "seconds"], store.finals(run_id)
+        return [_point(row) for row in store.metrics(run_id) if not row.name.endswith("seconds")], store.finals(run_id)
 
 
 def _point(row: MetricRow) -> tuple[str, int, float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.harness.helpers import fake, launch_fakes, numbers
+from tests.harness.helpers import fake, launch_fakes, numbers, work_on_fakes
 from zoobench.db.lifecycle import MAX_STRIKES
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
@@ -62,7 +62,7 @@ def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
     with _Killer(seed, kills) as killer:
         rows = launch_fakes(battered, _RUNS, child=child)
     assert sum(killer.done.values()) == kills, "the runs ended before the killer was through"
-    launch_fakes(calm, _RUNS, child=quick)
+    work_on_fakes(calm, _RUNS, child=quick)
     assert [row.state for row in rows] == [RunState.DONE] * _RUNS
     with Store(battered) as store:
         assert store.check() == []

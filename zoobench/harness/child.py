@@ -1,9 +1,9 @@
 """One run in a process of its own: `python -m zoobench.harness.child`, started by a worker.
 
-The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec` and
-`params` of every run that the spec names as start, gait or body) and `parent` (process id). A later line `"stop"` asks
-the method to return. A line `{"reference": [value, unit]}` answers `reference_wanted`; with null as value it is to
-be computed here. Its messages go to standard output, one JSON object a line with a `type`:
+The job is the first line of standard input, as JSON: `spec`, `checkpoint` (base64 or null), `stored` (`spec`, `params`
+and `milestones` of every run that the spec names as start, gait or body) and `parent` (process id). A later line
+`"stop"` asks the method to return. A line `{"reference": [value, unit]}` answers `reference_wanted`; with null as value
+it is to be computed here. Its messages go to standard output, one JSON object a line with a `type`:
 
 * `metric`: `step`, `values`
 * `milestone`: `step`, `score`, `params` (base64)
@@ -226,7 +226,10 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     last_word: dict[str, Any]
     try:
         spec = RunSpec.from_dict(job["spec"])
-        stored = [Start(RunSpec.from_dict(each["spec"]), tuple(each["params"])) for each in job["stored"]]
+        stored = [
+            Start(RunSpec.from_dict(each["spec"]), tuple(each["params"]), tuple(map(tuple, each["milestones"])))
+            for each in job["stored"]
+        ]
         find_with({run_name(start.spec.key()): start for start in stored}.get)
         last_word = {"kind": "done", **solve(spec, ChildContext(spec, wire, checkpoint, orders))._asdict()}
     except StoppedError:

@@ -5,6 +5,7 @@ import contextlib
 import json
 import os
 import queue
+import socket
 import subprocess
 import sys
 import threading
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from typing import IO, Any
 
 from zoobench.db.rows import Claim
+from zoobench.harness.forked import ForkedProcess, fork
 
 CHILD_COMMAND = (sys.executable, "-m", "zoobench.harness.child")
 _LONGEST_LOG_LINE = 2000
@@ -44,13 +46,21 @@ Event = Message | LogLine | End
 
 
 class ChildProcess:
-    """Starts the command, sends it its job, and collects its messages. Spawned, never forked."""
+    """Starts the command, sends it its job, and collects its messages.
 
-    def __init__(self, command: Sequence[str], claim: Claim) -> None:
+    Args:
+        command: to start, never forked from this process, which has threads.
+        claim: the run.
+        requests: to the fork server that may make the process.
+    """
+
+    def __init__(self, command: Sequence[str], claim: Claim, requests: socket.socket | None = None) -> None:
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-        self._process = subprocess.Popen(
+        forked = None if requests is None else fork(requests, command)
+        self._process: ForkedProcess | subprocess.Popen[bytes] = forked or subprocess.Popen(
             list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
         )
+        parent = forked.parent if forked else os.getpid()
         assert self._process.stdout is not None
         assert self._process.stderr is not None
         self._readers = [
@@ -61,8 +71,8 @@ class ChildProcess:
             reader.start()
         threading.Thread(target=self._announce_end, daemon=True).start()
         checkpoint = None if claim.checkpoint is None else base64.b64encode(claim.checkpoint).decode()
-        stored = [{"spec": each.spec.to_dict(), "params": each.params} for each in claim.stored]
-        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": os.getpid()})
+        stored = [{**vars(each), "spec": each.spec.to_dict()} for each in claim.stored]
+        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": parent})
 
     def next(self, timeout: float) -> Event | None:
         """The next event, or None after `timeout` [s] without one."""

@@ -51,10 +51,7 @@ def _settings(variables: Iterable[str]) -> dict[str, str | None]:
 
 def _code(package: Path) -> dict[str, Any]:
     """Commit and uncommitted changes if the package runs from a checkout; the hash of its files always."""
-    files = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        files.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
-    code: dict[str, Any] = {"files": files.hexdigest(), "commit": None, "dirty": None, "diff": None}
+    code: dict[str, Any] = {"files": sources(package), "commit": None, "dirty": None, "diff": None}
     if not (package.parent / ".git").exists():
         return code
     commit = _output("git", "-C", str(package.parent), "rev-parse", "HEAD")
@@ -64,6 +61,14 @@ def _code(package: Path) -> dict[str, Any]:
     if diff:
         code["diff"] = hashlib.sha256(diff.encode()).hexdigest()
     return code
+
+
+def sources(package: Path = Path(zoobench.__file__).parent) -> str:
+    """A hash of the names and contents of a package's files, as of now."""
+    files = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        files.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+    return files.hexdigest()
 
 
 def _version(package: str) -> str | None:

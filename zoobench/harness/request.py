@@ -27,6 +27,9 @@ class Chosen(Protocol):
         """Why it is the one."""
 
 
+Choose = Callable[[Ref, Ref, float | None, float | None], Chosen]
+
+
 @dataclass(frozen=True)
 class RunRequest:
     """A request for runs; an empty text or None leaves the choice to the preset, or takes all that the suite has."""
@@ -39,21 +42,20 @@ class RunRequest:
     budget: str = ""
     frames: int | None = None
     tolerance: float | None = None
+    decide: float | None = None
 
-    def cells(
-        self, location: str, choose: Callable[[Ref, str, float], Chosen], say: Callable[[str], None]
-    ) -> list[RunSpec | Skip]:
+    def cells(self, location: str, choose: Choose, say: Callable[[str], None]) -> list[RunSpec | Skip]:
         """All runs that are asked for; with a tolerance, each environment and task at a fidelity of its own.
 
         Args:
             location: the database with the runs that others start from; it is opened only if there are such runs.
-            choose: gives the fidelity for an environment, the name of a task and a tolerance.
+            choose: gives the fidelity for an environment and a task by tolerance and ratio to be decided.
             say: called with each choice of a fidelity, each use of a start and what was made of a file, as a line of
                 text.
 
         Raises:
-            UsageError: as `grid` or `narrowed`, there is no such start, no fidelity is within the tolerance, or a file
-                makes no body.
+            UsageError: as `grid` or `narrowed`, there is no such start, no fidelity is good enough, or a file makes no
+                body.
             StorageError: the database cannot be read.
         """
         look_in(location)
@@ -99,9 +101,7 @@ class RunRequest:
             frames=self.frames,
         )
 
-    def _cells_of_grid(
-        self, location: str, choose: Callable[[Ref, str, float], Chosen], say: Callable[[str], None]
-    ) -> list[RunSpec | Skip]:
+    def _cells_of_grid(self, location: str, choose: Choose, say: Callable[[str], None]) -> list[RunSpec | Skip]:
         grid = self.grid()
         axes = ((Kind.DESIGN, grid.designs), (Kind.CONTROLLER, grid.controllers), (Kind.METHOD, grid.methods))
         if any(names_runs(kind, refs) for kind, refs in axes):
@@ -112,19 +112,22 @@ class RunRequest:
                     tuple(pinned(kind, ref, reader) for ref in refs) for kind, refs in axes
                 )
             grid = replace(grid, designs=designs, controllers=controllers, methods=methods)
-        if self.tolerance is None:
+        if self.tolerance is None and self.decide is None:
             return expand(grid)
         if self.selection.fidelity or self.smoke:
-            raise UsageError("--tolerance chooses the fidelity, and one was given too. Leave one of them out.")
+            raise UsageError("--tolerance and --decide choose the fidelity, and one was given too. Leave one out.")
         found = []
         for env, task in product(grid.envs, grid.tasks):
-            choice = choose(env, task.name, self.tolerance)
+            choice = choose(env, task, self.tolerance, self.decide)
             say(choice.reason)
             found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
         return found
 
     def _part_of_suite(self) -> list[RunSpec | Skip]:
-        settings = {"--preset": self.preset, "--smoke": self.smoke, "--tolerance": self.tolerance is not None}
+        settings = {
+            "--preset": self.preset, "--smoke": self.smoke, "--tolerance": self.tolerance is not None,
+            "--decide": self.decide is not None,
+        }  # fmt: skip
         if given := [name for name, is_given in settings.items() if is_given]:
             raise UsageError(f"A suite states every setting. Leave {' and '.join(given)} out, or --suite.")
         suite = suites.load(self.suite)

@@ -2,6 +2,7 @@
 
 import base64
 import signal
+import socket
 import threading
 import time
 from collections.abc import Sequence
@@ -25,15 +26,23 @@ _MOST_LOG_LINES = 10_000  # of one attempt
 
 
 def supervise(
-    store: Store, claim: Claim, command: Sequence[str], *, timeout: float | None, stop: threading.Event
+    store: Store,
+    claim: Claim,
+    command: Sequence[str],
+    *,
+    timeout: float | None,
+    stop: threading.Event,
+    requests: socket.socket | None = None,
 ) -> RunState:
     """Run one attempt in a child process and record all of it; `stop` interrupts it. Returns its outcome.
+
+    With `requests` a fork server makes the process, if it can.
 
     Raises:
         ClaimLostError: another worker has taken the run over; the child is stopped.
         StorageError: the database refuses; the child is stopped and the run goes on from what is stored.
     """
-    process = ChildProcess(command, claim)
+    process = ChildProcess(command, claim, requests)
     try:
         return _Supervisor(store, claim, process, timeout, stop).run()
     except ClaimLostError:

@@ -7,6 +7,7 @@ input and stops, its runs resumable, when that is closed. If the database fails 
 import json
 import os
 import signal
+import socket
 import sys
 import threading
 from collections.abc import Mapping
@@ -30,12 +31,14 @@ class WorkerOrders:
         run_ids: the runs that it may take; None for all.
         timeout: of one attempt [s], None for no limit.
         child: the command that does a run.
+        requests: descriptor of the socket to a fork server; None without.
     """
 
     location: str
     run_ids: tuple[int, ...] | None = None
     timeout: float | None = None
     child: tuple[str, ...] = CHILD_COMMAND
+    requests: int | None = None
 
     def to_json(self) -> str:
         """One line of text."""
@@ -46,7 +49,8 @@ class WorkerOrders:
         """The inverse of `to_json`."""
         data: Mapping[str, Any] = json.loads(text)
         ids = data["run_ids"]
-        return cls(data["location"], None if ids is None else tuple(ids), data["timeout"], tuple(data["child"]))
+        ids = None if ids is None else tuple(ids)
+        return cls(data["location"], ids, data["timeout"], tuple(data["child"]), data["requests"])
 
 
 def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
@@ -56,6 +60,7 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
         StorageError: the database refuses; the run in hand can be resumed.
     """
     owner = Owner.current()
+    requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     while not stop.is_set():
         store.recover(ids=orders.run_ids)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
@@ -63,7 +68,7 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
         if claim is None:
             return
         try:
-            supervise(store, claim, orders.child, timeout=orders.timeout, stop=stop)
+            supervise(store, claim, orders.child, timeout=orders.timeout, stop=stop, requests=requests)
         except ClaimLostError:
             continue  # somebody took this worker for dead, and the run is in other hands
 

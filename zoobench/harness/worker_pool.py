@@ -5,7 +5,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
+from dataclasses import replace
 from multiprocessing import connection
 from pathlib import Path
 from typing import Self
@@ -16,6 +17,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import OPEN_STATES, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError, ZoobenchError
+from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.interruption import Interruption
 from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.supervise import GRACE_SECONDS
@@ -76,6 +78,7 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
+            pass_fds=() if orders.requests is None else (orders.requests,),
             env=shared_among(workers),
         )
         assert self.process.stdin is not None
@@ -109,13 +112,17 @@ class _Worker:
 
 
 class _WorkerPool:
-    """The workers of one `run_all`; leaving the context stops them all."""
+    """The workers of one `run_all`, and the fork server of their children; leaving the context stops them all."""
 
     def __init__(self, orders: WorkerOrders) -> None:
         self._orders = orders
         self._workers: list[_Worker] = []
+        self._server = ExitStack()
 
     def __enter__(self) -> Self:
+        if self._orders.child == CHILD_COMMAND and can_fork():
+            server = self._server.enter_context(ForkServer())
+            self._orders = replace(self._orders, requests=server.requests.fileno())
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -128,6 +135,7 @@ class _WorkerPool:
                     worker.process.wait(timeout=max(deadline - time.monotonic(), 0.0))
         finally:
             _close(self._workers)
+            self._server.close()
 
     def is_elsewhere(self, row: RunRow) -> bool:
         """Whether the run is in the hands of a worker that is not one of these."""

@@ -1,0 +1,95 @@
+"""A process that a fork server has made, seen by the one who asked for it."""
+
+import json
+import os
+import signal
+import socket
+import struct
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from typing import IO
+
+from zoobench.harness.provenance import sources
+
+LONGEST_REQUEST = 1 << 17
+KILL = b"kill"
+PIDS, CODE = struct.Struct("qq"), struct.Struct("q")
+
+_PATIENCE_SECONDS = 60.0  # for the server to load and to answer
+
+
+class ForkedProcess:
+    """Used like `subprocess.Popen`.
+
+    Attributes:
+        stdin, stdout, stderr: this side of its standard streams.
+        parent: process id of the server.
+        pid: its own.
+    """
+
+    def __init__(self, streams: Sequence[IO[bytes]], leash: socket.socket, parent: int, pid: int) -> None:
+        self.stdin, self.stdout, self.stderr = streams
+        self.parent, self.pid = parent, pid
+        self._leash, self._lock = leash, threading.Lock()
+        self._code: int | None = None
+
+    def kill(self) -> None:
+        """End it now, if it still runs."""
+        with suppress(OSError):
+            self._leash.send(KILL)
+
+    def wait(self) -> int:
+        """Its exit code, or minus the number of the signal that killed it; it dies with its server, by SIGKILL."""
+        with self._lock:
+            if self._code is None:
+                said = hear(self._leash, CODE.size)
+                self._code = int(CODE.unpack(said)[0]) if said else -signal.SIGKILL
+                self._leash.close()
+            return self._code
+
+
+def fork(requests: socket.socket, command: Sequence[str]) -> ForkedProcess | None:
+    """A process for a command `python -m`, with the environment of this one; None if it has to be started anew.
+
+    Args:
+        requests: to the fork server.
+        command: as for `subprocess.Popen`.
+    """
+    if tuple(command[:2]) != (sys.executable, "-m"):
+        return None
+    wanted = {"module": command[2], "arguments": command[3:], "environment": dict(os.environ), "sources": sources()}
+    request = json.dumps(wanted).encode()
+    if len(request) > LONGEST_REQUEST:
+        return None
+    with ExitStack() as ours, ExitStack() as theirs:
+        pipes = [[os.fdopen(end, mode) for end, mode in zip(os.pipe(), ("rb", "wb"), strict=True)] for _ in range(3)]
+        pipes[0].reverse()  # to standard input it is we who write
+        streams, others = zip(*pipes, strict=True)
+        for mine, other in pipes:
+            ours.enter_context(mine)
+            theirs.enter_context(other)
+        ends = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        leash = ours.enter_context(ends[0])
+        theirs.enter_context(ends[1])
+        leash.settimeout(_PATIENCE_SECONDS)
+        try:
+            socket.send_fds(requests, [request], [each.fileno() for each in (*others, ends[1])])
+            theirs.close()  # else the end of the server would not be noticed
+        except OSError:
+            return None
+        said = hear(leash, PIDS.size)
+        if not said:
+            return None
+        leash.settimeout(None)
+        ours.pop_all()
+        return ForkedProcess(streams, leash, *PIDS.unpack(said))
+
+
+def hear(leash: socket.socket, size: int) -> bytes:
+    """The next message; empty if the other side is gone, or silent for longer than the socket's patience."""
+    try:
+        return leash.recv(size)
+    except OSError:
+        return b""
