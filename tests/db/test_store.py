@@ -404,8 +404,11 @@ def test_what_was_found_on_the_way_is_kept(store: Store) -> None:
     store.commit(claim, Batch(milestones={late.step: late, early.step: early}))
     store.commit(claim, Batch(milestones={better.step: better}))
     assert store.milestones(claim.run_id) == [early, better]
-    store.finish(claim, Ending(RunState.DONE), Batch())
+    store.finish(claim, Ending(RunState.DONE, params=(1.0, 2.0)), Batch())
     assert store.milestones(claim.run_id) == [early, better]
+    found = store.stored(spec().key())
+    assert found is not None
+    assert found.milestones == (early.params, better.params)
     store.retry([claim.run_id], states=[RunState.DONE])
     assert store.milestones(claim.run_id) == []
     again = _claim(store)

@@ -1,9 +1,5 @@
 """Adam of our own against torch's."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import torch
 
@@ -57,17 +53,3 @@ def test_before_the_first_step_there_is_no_state() -> None:
     point = torch.zeros(2, dtype=torch.float64)
     Adam.from_state(0.1, {}).step(point, torch.tensor([3.0, -1e-3], dtype=torch.float64))
     np.testing.assert_allclose(point.numpy(), [-0.1, 0.1], rtol=1e-4)
-
-
-def test_a_run_does_not_load_torchs_compiler() -> None:
-    """Which `torch.optim` does at its first use, for as long as a short run takes."""
-    program = """
-import sys
-from tests.methods.toy import Context, Quadratic
-from zoobench.methods.diffphysics import DiffPhysics
-from zoobench.spec import Budget
-DiffPhysics(iterations=2).run(Quadratic(Budget("substeps", 1e9)), Context())
-assert "torch" in sys.modules
-assert "torch._dynamo" not in sys.modules
-"""
-    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parents[2], check=True, timeout=120)

@@ -41,14 +41,14 @@ def puzzle(name: str) -> Quadratic | Obey:
     return Sculpture(Budget("episodes", 600)) if "sites" in TAGS[name] else Quadratic(Budget("episodes", 1000))
 
 
-@pytest.mark.parametrize("name", SEEKING)
+@pytest.mark.parametrize("name", [name for name in SEEKING if name not in CONVERGING])
 def test_a_method_finds_the_optimum(name: str) -> None:
     """Within 0.05 of the best possible score."""
     assert 0.95 < solve(name, puzzle(name)).evaluation.score <= 1.0
 
 
 @pytest.mark.parametrize("name", CONVERGING)
-@pytest.mark.parametrize(("toy", "best", "episodes"), [(Quadratic, OPTIMUM, 1200), (Rosenbrock, np.ones(4), 4000)])
+@pytest.mark.parametrize(("toy", "best", "episodes"), [(Quadratic, OPTIMUM, 1000), (Rosenbrock, np.ones(4), 4000)])
 def test_a_method_for_continuous_parameters_converges(
     name: str, toy: type[Quadratic], best: np.ndarray, episodes: int
 ) -> None:

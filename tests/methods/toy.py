@@ -6,14 +6,13 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-import torch
 
 from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.meter import BudgetMeter
 from zoobench.errors import BudgetExhaustedError, Divergence
 from zoobench.spec import Budget, Ref, RunSpec
-from zoobench.tasks.base import Metric, Motion
+from zoobench.tasks.base import Metric
 
 Rule = Callable[[Array], bool]
 
@@ -23,13 +22,6 @@ EPISODE = 10
 
 def _never(params: Array) -> bool:
     return False
-
-
-def still(frames: int = 1) -> Motion:
-    """A particle of 1 kg at rest."""
-    nowhere = torch.zeros((frames + 1, 1, 1, 3), dtype=torch.float64)
-    one = torch.ones((1, 1), dtype=torch.float64)
-    return Motion(nowhere, nowhere, one, 0.008, nowhere[0, 0], one[0], one[0], nowhere[1:, :, :, 0])
 
 
 class OneSite:
@@ -80,7 +72,7 @@ class Quadratic:
 
     def episode(self, parameters: Array, *, gradient: bool = False) -> Episode:
         (evaluation, derivative), *_ = self._all([parameters], gradient=gradient)
-        return Episode(evaluation, derivative, still())
+        return Episode(evaluation, derivative, None)
 
     def _all(self, batch: Sequence[Array], *, gradient: bool) -> list[tuple[Evaluation, Array]]:
         if not self.affords(len(batch), gradient=gradient):
@@ -139,6 +131,7 @@ class Context:
     def report(self, step: int, **metrics: float) -> None:
         if "seconds" in metrics:
             self.seconds.append(metrics.pop("seconds"))
+        metrics.pop("cpu_seconds", None)
         self.curve.append((step, metrics))
 
     def milestone(self, step: int, score: float, params: Array) -> None:

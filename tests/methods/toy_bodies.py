@@ -15,12 +15,12 @@ NOW = torch.zeros(1, dtype=torch.float64)
 
 
 def robot_of(design: str, controller: str = "fixed-sine") -> Robot:
-    """The robot at a coarse resolution."""
-    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 64), Ref("turning"))
+    """The robot at a coarse resolution, at which a block is of whole cells."""
+    return Robot.of(Ref.parse(design), Ref(controller), Fidelity(1 / 60), Ref("turning"))
 
 
 class Sculpture(Quadratic):
-    """Score: the share of a block's particles that exist if x > 0 and do not exist otherwise."""
+    """Score: the share of a block's volume that exists if x > 0 and does not exist otherwise."""
 
     def __init__(self, budget: Budget) -> None:
         super().__init__(budget)
@@ -34,5 +34,5 @@ class Sculpture(Quadratic):
     def _one(self, params: Array) -> tuple[Evaluation, Array]:
         draft = self.robot.draft(torch.as_tensor(params)[None], NOW)  # type: ignore[attr-defined]
         solid = draft.form.occupancy[0].numpy() > 0.5
-        score = float((solid == (self.body.positions[:, 0] > 0.0)).mean())
+        score = float(np.average(solid == (self.body.positions[:, 0] > 0.0), weights=self.body.volumes))
         return Evaluation(score, {"score": Metric(score, "1")}, np.array([score])), np.zeros(0)

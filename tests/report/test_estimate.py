@@ -98,7 +98,7 @@ def test_the_total_shares_the_runs_among_the_workers() -> None:
         ("quality-diversity-v2[population=10]", "2 iterations", 20 * 0.16),
         ("ppo-v2[timesteps=100,buffer=64,batch=32]", "9 iterations", 2 * 0.016 * (64 + 10)),
         ("random-v1[batch=4]", "7 episodes", None),
-        ("probe-v1", "2 iterations", None),
+        ("probe-v2", "2 iterations", 2 * 0.16),
     ],
 )
 def test_a_first_run_is_estimated_from_the_work_of_its_method(method: str, budget: str, seconds: float | None) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from zoobench.errors import SceneError, UnknownNameError, UsageError
-from zoobench.verify.cases import Case, CaseRecorder, CaseResult, Check, case, cases_of, select
+from zoobench.verify.cases import Case, CaseRecorder, CaseResult, Check, Shortfall, case, cases_of, select
 
 
 @pytest.mark.parametrize(
@@ -43,6 +43,21 @@ def test_a_number_needs_a_bound() -> None:
     with pytest.raises(ValueError, match="no bound"):
         Check("x", 1.0)
     assert (Check("x", True).is_met, Check("x", False).is_met, Check("x", True).bound) == (True, False, "")
+
+
+@pytest.mark.parametrize(("value", "verdict"), [(2.0, "known"), (0.5, "fail"), (math.nan, "fail"), (math.inf, "fail")])
+def test_a_known_shortfall_neither_passes_nor_fails_until_it_is_cured(value: float, verdict: str) -> None:
+    """It stands in the result with its reason; within its bound, beyond the worst, or not finite, it fails the case."""
+
+    def carry_out(record: CaseRecorder) -> None:
+        record.at_most("y", 0.5, 1.0)
+        record.at_least("z", 0.4, 0.5, shortfall=Shortfall("it is thin", 0.3))
+        record.at_most("x", value, 1.0, shortfall=Shortfall("it is thick", 3.0))
+
+    result = _result(carry_out)
+    assert (result.verdict, result.is_met) == (verdict, verdict == "known")
+    assert "(known shortfall: it is thick)" in result.measured
+    assert result.measured.startswith("FAILS x") is (verdict == "fail")
 
 
 def _refuse() -> None:

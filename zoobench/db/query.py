@@ -190,15 +190,8 @@ class Reader:
 
     def milestones(self, run_id: int) -> list[MilestoneRow]:
         """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
-        statement = (
-            select(MilestoneRecord)
-            .join(RunRecord, RunRecord.id == MilestoneRecord.run_id)
-            .where(MilestoneRecord.run_id == run_id, MilestoneRecord.attempt > _last_former_attempt())
-            .order_by(MilestoneRecord.step)
-        )
         with self._database.read() as session:
-            found = session.scalars(statement)
-            return [MilestoneRow(record.step, record.score, decode_params(record.params)) for record in found]
+            return _load_milestones(session, run_id)
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""
@@ -247,13 +240,27 @@ def load_all_stored(session: Session, spec: RunSpec) -> tuple[Start, ...]:
 def _load_stored(session: Session, key: str) -> Start | None:
     """As `Reader.stored`, within a transaction."""
     statement = (
-        select(SpecRecord.document, SolutionRecord.params)
+        select(SpecRecord.document, SolutionRecord.params, RunRecord.id)
         .join(RunRecord, RunRecord.spec_key == SpecRecord.key)
         .join(SolutionRecord, SolutionRecord.run_id == RunRecord.id)
         .where(SpecRecord.key.startswith(key), RunRecord.state == RunState.DONE)
     )
     found = session.execute(statement).first()
-    return None if found is None else Start(RunSpec.from_dict(json.loads(found[0])), decode_params(found[1]))
+    if found is None:
+        return None
+    milestones = tuple(row.params for row in _load_milestones(session, found[2]))
+    return Start(RunSpec.from_dict(json.loads(found[0])), decode_params(found[1]), milestones)
+
+
+def _load_milestones(session: Session, run_id: int) -> list[MilestoneRow]:
+    """As `Reader.milestones`, within a transaction."""
+    statement = (
+        select(MilestoneRecord)
+        .join(RunRecord, RunRecord.id == MilestoneRecord.run_id)
+        .where(MilestoneRecord.run_id == run_id, MilestoneRecord.attempt > _last_former_attempt())
+        .order_by(MilestoneRecord.step)
+    )
+    return [MilestoneRow(found.step, found.score, decode_params(found.params)) for found in session.scalars(statement)]
 
 
 def _last_former_attempt() -> ScalarSelect[int]:

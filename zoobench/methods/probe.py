@@ -1,97 +1,91 @@
-"""The probe: not an optimiser, but a measurement of the same controllers in every simulation."""
+"""The probe: not an optimiser, but a measurement of the same controllers at every fidelity."""
 
+import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench import registry
 from zoobench.arrays import Array
-from zoobench.cell.episode import Episode
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
-from zoobench.methods.base import RunContext, Solution, keep, report, resume
+from zoobench.inputs import checked_run_name, solution_in
+from zoobench.methods.base import RunContext, Solution, Work, keep, report, resume
 from zoobench.registry import Kind, register
-from zoobench.spec import Ref
-
-EVERY = 5
-"""Control frames between two recorded points of a trajectory."""
-
-PATHS = ("path_x", "path_y", "path_z")
-SPREADS = ("spread_xx", "spread_yy", "spread_zz", "spread_yz", "spread_xz", "spread_xy")
 
 
-@register(Kind.METHOD, "probe", tags=("study",))
+@register(Kind.METHOD, "probe", version=2, tags=("study",))
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """Evaluate draws from the prior one by one, the same at every fidelity, so that fidelities can be compared.
+    """Evaluate gaits one by one, the same at every fidelity, so that fidelities can be compared.
 
-    The learning curve holds, at step n, `score_current` of the n-th draw and its `score_TASK` in every further task; it
-    has no value if the draw diverged. For the first draws, numbered from 0, it also holds the gradient of the loss
-    (`slope_0`, a step for each parameter) and, by control frame, the displacement of the centre of mass (`path_x_0` and
-    so on [m]) and the second moments of the body's mass about it (`spread_xx_0` and so on [m^2]).
+    A gait is the best that a stored run had found after some of its iterations, or a draw from the prior. The early
+    gaits of all runs come before the late ones. The learning curve holds, at step n, of the n-th gait the number of its
+    `run` in `of` and of its `stage` in that run, its `score_current` unless it diverged, the `particles` of its scene
+    and the `cpu_seconds` of its episode [s]; the first episodes, without and with gradient, also build and compile. For
+    the first gaits, numbered from 0, it also holds the gradient of the loss (`slope_0`, a step for each parameter).
 
-    * `gradients`: number of draws with gradient and trajectory.
-    * `also`: names of further tasks that score the same motions, separated by `+`.
+    * `of`: names of stored runs of the same body and controller, separated by `+`; empty for draws.
+    * `last`: gaits of each run, of which the last is its solution.
+    * `gradients`: number of gaits with a gradient.
     """
 
+    of: str = ""
+    last: int = 4
     gradients: int = 0
-    also: str = ""
 
     def __post_init__(self) -> None:
-        if self.gradients < 0:
-            raise UsageError(f"{self.gradients} gradients are not possible. Give 0 or more.")
-        for name in self._further():
-            registry.get(Kind.TASK, name)
+        if self.gradients < 0 or self.last < 1:
+            raise UsageError(
+                f"last={self.last}, gradients={self.gradients} is not possible. Give at least 1 and at least 0."
+            )
+        for name in self._runs():
+            checked_run_name(name)
+
+    def work(self, frames: int) -> Work:
+        """A gait, its gradient shared out among all."""
+        share = min(1.0, self.gradients / max(1, self.last * len(self._runs())))
+        return Work(frames=(1.0 - share) * frames, gradient_frames=share * frames)
 
     def run(self, problem: Problem, context: RunContext) -> Solution:
-        """Draw and evaluate until the budget is spent; the solution is the best draw."""
-        incumbent = resume(problem, context)
-        while problem.affords(gradient=self._is_close(problem)) or not problem.meter.episodes:
-            # the first draw is always tried, so that the problem reports a budget too small for it
-            params = problem.initial(context.rng)
-            close = self._is_close(problem)
-            episode = problem.episode(params, gradient=close)
+        """Evaluate until the gaits or the budget are spent; the solution is the best gait."""
+        incumbent, meter = resume(problem, context), problem.meter
+        gaits = self._gaits()
+        while (not gaits or meter.iterations < len(gaits)) and (problem.affords() or not meter.episodes):
+            # the first is always tried, so that the problem reports a budget too small for it
+            number = meter.iterations
+            run, stage, params = gaits[number] if gaits else (number, 0, problem.initial(context.rng))
+            begin = time.process_time()
+            episode = problem.episode(params, gradient=number < self.gradients)
+            readings = {"cpu_seconds": time.process_time() - begin, "run": run, "stage": stage}
+            if episode.recorded is not None:
+                readings["particles"] = episode.recorded.scene.particle_count
+            if episode.evaluation.failure is None:
+                readings["score_current"] = episode.evaluation.score
+                _report_gradient(number, context, episode.gradient)
             incumbent.offer(params, episode.evaluation)
-            problem.meter.iterations += 1
-            report(problem, context, incumbent, self._readings(episode))
-            if close and episode.evaluation.failure is None:
-                _report_closely(problem.meter.iterations - 1, context, episode)
+            meter.iterations += 1
+            report(problem, context, incumbent, readings, share=meter.iterations / len(gaits) if gaits else 0.0)
             keep(problem, context, incumbent)
             if context.should_stop():
                 break
-        return incumbent.solution(iterations=problem.meter.iterations)
+        return incumbent.solution(iterations=meter.iterations)
 
-    def _further(self) -> list[str]:
-        return [name for name in self.also.split("+") if name]
+    def _runs(self) -> list[str]:
+        return [name for name in self.of.split("+") if name]
 
-    def _is_close(self, problem: Problem) -> bool:
-        """Whether gradient and trajectory of the next draw are recorded."""
-        return problem.meter.iterations < self.gradients
-
-    def _readings(self, episode: Episode) -> dict[str, float]:
-        """The scores of a draw; none if it diverged."""
-        if episode.evaluation.failure is not None:
-            return {}
-        return {"score_current": episode.evaluation.score} | {
-            f"score_{name}": float(registry.create(Kind.TASK, Ref(name)).score(episode.record.motion).detach())
-            for name in self._further()
-        }
+    def _gaits(self) -> list[tuple[int, int, Array]]:
+        """Number of the run, stage in it, and parameters `[parameter_count]` of every gait."""
+        found = []
+        for number, name in enumerate(self._runs()):
+            stored = solution_in(name)
+            stages = list(enumerate(dict.fromkeys((*stored.milestones, stored.params))))[-self.last :]
+            found += [(place, number, stage, np.array(params)) for place, (stage, params) in enumerate(stages)]
+        return [gait[1:] for gait in sorted(found, key=lambda gait: gait[:3])]
 
 
-def _report_closely(number: int, context: RunContext, episode: Episode) -> None:
-    """Report gradient, trajectory and second moments of the draw with this number."""
-    for step, value in enumerate(episode.gradient.tolist()):
-        if np.isfinite(value):
+def _report_gradient(number: int, context: RunContext, gradient: Array) -> None:
+    """Report the gradient `[parameter_count]` of the gait with this number; nothing of an empty one."""
+    for step, value in enumerate(gradient.tolist()):
+        if math.isfinite(value):
             context.report(step, **{f"slope_{number}": value})
-    path, spread = path_and_spread(episode)
-    for place, values in enumerate(np.hstack([path, spread]).tolist()):
-        readings = {f"{name}_{number}": value for name, value in zip(PATHS + SPREADS, values, strict=True)}
-        context.report(EVERY * place, **readings)
-
-
-def path_and_spread(episode: Episode) -> tuple[Array, Array]:
-    """At every `EVERY`-th frame, displacement `[points, 3]` [m] and second moments `[points, 6]` [m^2] of the mass."""
-    motion = episode.record.motion
-    centre = motion.centre_of_mass()[::EVERY, 0].detach().numpy()
-    path: Array = centre - centre[0]
-    return path, motion.second_moments()[::EVERY, 0].detach().numpy()

@@ -49,6 +49,7 @@ class Footer:
         packages: name and version of the packages on which the numbers depend.
         superseded: components that have a newer version here, with which other numbers are made.
         provisional: the environments whose scores are not yet what they are called, and why.
+        undecided: where differences are marked that the fidelity cannot decide.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -61,12 +62,14 @@ class Footer:
     command: str
     superseded: tuple[str, ...] = ()
     provisional: tuple[str, ...] = ()
+    undecided: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
         facts = {
             "cells": (_LEGEND,),
             **({"provisional": self.provisional} if self.provisional else {}),
+            **({"undecided": self.undecided} if self.undecided else {}),
             "commit": self.commits,
             "components": self.components,
             **({"superseded": self.superseded} if self.superseded else {}),

@@ -30,6 +30,7 @@ class TableCell:
         asked: the seeds that were asked for in this row, of whatever method.
         states: how many runs of the cell are in each state.
         lacks: how many that are DONE have no score, by why.
+        is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
         is_winner: every seed is done, nothing of the row is still to come, and the interval lies above those of all
             other methods.
         missing: runs that are wanted here and do not exist.
@@ -44,6 +45,7 @@ class TableCell:
     normalised: float | None = None
     missing: int = 0
     lacks: Mapping[str, int] = field(default_factory=dict)
+    is_undecided: bool = False
 
     @property
     def is_empty(self) -> bool:
@@ -83,7 +85,8 @@ class TableCell:
         if self.interval is None:
             return "no score"
         spread = "" if self.interval.half_width is None else f" ± {self.interval.half_width:.2g}"
-        return f"{self.interval.mean:.4g}{spread} {self.unit}".rstrip()
+        mark = " ‡" if self.is_undecided else ""
+        return f"{self.interval.mean:.4g}{spread} {self.unit}".rstrip() + mark
 
 
 @dataclass(frozen=True)
@@ -225,7 +228,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     columns = (
         "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised", "provisional",
+        "missing", "winner", "normalised", "provisional", "undecided",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -247,7 +250,7 @@ def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any
         cell.count, cell.asked,
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
         sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
-        bool(footnotes([row.env])),
+        bool(footnotes([row.env])), cell.is_undecided,
     )  # fmt: skip
 
 

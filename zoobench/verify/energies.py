@@ -7,8 +7,10 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.model.ground_skin import heights_above
 from zoobench.sim.model.laws_numpy import medium_energy
 from zoobench.sim.model.matter import Law, lame_parameters
+from zoobench.sim.model.scene import has_skin
 from zoobench.sim.solver import Solver
 
 
@@ -20,6 +22,7 @@ class EnergyBalance:
         kinetic: of the particles and their affine motion, m (v^2 + M |C|^2) / 2 with the spline's moment M [J].
         elastic: of all matter, without the active stress of muscles [J].
         potential: of gravity, zero at the arena's lower corner [J].
+        skin: of the compliant layer of firm ground [J].
         momentum: [kg m/s], `[3]`.
         smallest_j: smallest volume ratio: det F of the robot, elastic volume ratio of a medium.
         lowest, highest: corners of the bounding box of all matter [m], `[3]`.
@@ -29,6 +32,7 @@ class EnergyBalance:
     kinetic: float
     elastic: float
     potential: float
+    skin: float
     momentum: Array
     smallest_j: float
     lowest: Array
@@ -38,7 +42,7 @@ class EnergyBalance:
     @property
     def total(self) -> float:
         """All energy [J]."""
-        return self.kinetic + self.elastic + self.potential
+        return self.kinetic + self.elastic + self.potential + self.skin
 
 
 def to_array(tensor: Any) -> Array:
@@ -59,12 +63,23 @@ def energy_balance(solver: Solver, world: int = 0) -> EnergyBalance:
         kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine)),
         elastic=elastic,
         potential=-float(mass @ ((place - np.array(solver.scene.lower)) @ gravity)),
+        skin=_skin_energy(solver, world, place),
         momentum=mass @ v,
         smallest_j=smallest_j,
         lowest=place.min(0),
         highest=place.max(0),
         speed=float(np.linalg.norm(v, axis=1).max()),
     )
+
+
+def _skin_energy(solver: Solver, world: int, place: Array) -> float:
+    """Energy [J] of the ground's skin, by the places `[particle_count, 3]` of all particles [m]."""
+    ground, count = solver.scene.ground, solver.robot_count
+    if ground is None or not has_skin(solver.scene):
+        return 0.0
+    gap, _ = heights_above(place[:count], ground.terrain)
+    density = ground.skin.energy(gap, solver.fidelity.particle_edge)
+    return float(to_array(solver.parameters.volume[world])[:count] @ density)
 
 
 def _elastic(solver: Solver, world: int) -> tuple[float, float]:

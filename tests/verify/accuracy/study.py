@@ -1,60 +1,59 @@
 """Measurements made up from known laws, so that the analysis can be judged."""
 
-import numpy as np
+from collections.abc import Sequence
 
 from zoobench import registry
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.records import Balance, FidelityCost, Measurements, Sample, grid_spacing
+from zoobench.verify.accuracy.plan import other_transfer
+from zoobench.verify.accuracy.records import Balance, Measurements, Numbers, Sample
 
 TASK = "movement-speed"
-LIMITS = np.array([0.04, -0.02, 0.01, 0.03])
-SLOPES = np.array([1.0, 2.0, -1.0, 0.5])
-LEVELS = ("draft", "standard", "paper", "fine")
+LEVELS = ("draft", "standard", "paper")
+TWIN = f"paper[transfer={other_transfer('paper')}]"
+LIMITS = {
+    f"{training}@{stage}": 0.01 * 1.2**number
+    for number, (stage, training) in enumerate((stage, training) for stage in range(4) for training in "abcd")
+}
+"""Scores of sixteen gaits of four trainings at the finest grid, each a fifth better than the one before."""
 
 
-def fidelity(text: str) -> Ref:
+def resolved(kind: Kind, text: str) -> Ref:
     """A resolved reference."""
-    return registry.resolve(Kind.FIDELITY, Ref.parse(text))
+    return registry.resolve(kind, Ref.parse(text))
 
 
-def scores(text: str, draws: int = 4) -> list[float]:
-    """limit + slope h, of first order in the grid spacing."""
-    return list((LIMITS + SLOPES * grid_spacing(fidelity(text)))[:draws])
+def sample(
+    fidelity: str,
+    scores: Numbers,
+    *,
+    env: str = "ground",
+    design: str = "caterpillar",
+    found: str = "draft",
+    slopes: dict[str, list[float]] | None = None,
+) -> Sample:
+    """A run that evaluated gaits for a simulated second: 2 s each, 6 s with gradient."""
+    times = dict.fromkeys(scores, 2.0)
+    refs = (resolved(Kind.ENV, env), resolved(Kind.TASK, TASK), resolved(Kind.DESIGN, design))
+    return Sample(*refs, resolved(Kind.FIDELITY, fidelity), found, 125, scores, slopes or {}, times,
+                  {gait: 3 * seconds for gait, seconds in times.items()}, 1000.0, 500, 2**20)  # fmt: skip
 
 
-def sample(text: str, values: list[float], env: str = "ground", **others: object) -> Sample:
-    """A run that scored many."""
-    empty = np.zeros((0, 0))
-    fields = {"slopes": empty, "paths": empty, "spreads": empty, "seconds_between": 0.008, "peak_memory": 2**20}
-    ref = registry.resolve(Kind.ENV, Ref.parse(env))
-    return Sample(env=ref, fidelity=fidelity(text), task=TASK, frames=100, scores={TASK: values}, substeps=1000.0,
-                  **{**fields, **others})  # type: ignore[arg-type]  # fmt: skip
+def scaled(factor: float, scores: Numbers = LIMITS) -> Numbers:
+    """All scores times a factor."""
+    return {gait: factor * score for gait, score in scores.items()}
 
 
-def close(text: str, offset: float, angle: float = 0.0) -> Sample:
-    """A run that recorded one draw: its path off by `offset` [m] along y, its gradient turned by `angle`."""
-    path = np.zeros((1, 5, 3))
-    path[0, :, 0] = np.linspace(0.0, 0.04, 5)
-    path[0, 1:, 1] = offset
-    gradient = 2.0 * np.array([[np.cos(angle), np.sin(angle)]])
-    return sample(text, [0.0], slopes=gradient, paths=path, spreads=np.ones((1, 5, 6)))
+def ladder(draft: Numbers | None = None, others: Sequence[Sample] = ()) -> Measurements:
+    """Three levels: scores are half as large at draft (or as given) and 10 % too large at standard.
 
-
-def cost(text: str, rate: float) -> FidelityCost:
-    """A thousand particles at `rate` [ns]."""
-    env = registry.resolve(Kind.ENV, Ref("ground"))
-    return FidelityCost(env, fidelity(text), 1000, rate, 0.9 * rate, 1.2 * rate, 4 * rate, 3 * rate, 5 * rate, 1.0)
+    At paper two transfers lie 5 % above and below the limits.
+    """
+    found = [scaled(0.5) if draft is None else draft, scaled(1.1), scaled(1.05)]
+    levels = [sample(name, scores) for name, scores in zip(LEVELS, found, strict=True)]
+    return Measurements((*levels, sample(TWIN, scaled(0.95)), *others), ("made up",))
 
 
 def balance(text: str, contact: float, env: str = "ground") -> Balance:
     """Muscles put in 2 J and take half a joule back; 0.4 J are stored, 0.6 lost to viscosity."""
-    ref = registry.resolve(Kind.ENV, Ref.parse(env))
-    return Balance(ref, fidelity(text), 2.0, 1.5, 0.4, 0.6, 0.0, contact)
-
-
-def ladder(**others: Sample) -> Measurements:
-    """Four levels of first order, with costs, and further samples."""
-    levels = [sample(name, scores(name)) for name in LEVELS]
-    costs = [cost(name, 100.0 * 2**number) for number, name in enumerate(LEVELS)]
-    return Measurements((*levels, *others.values()), tuple(costs), ("made up",))
+    return Balance(resolved(Kind.ENV, env), resolved(Kind.FIDELITY, text), 2.0, 1.5, 0.4, 0.6, 0.0, contact)

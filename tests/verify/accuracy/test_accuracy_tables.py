@@ -1,47 +1,47 @@
 """The tables that people read."""
 
-from tests.verify.accuracy.study import LEVELS, balance, cost, ladder, sample, scores
-from zoobench.verify.accuracy.accuracy_tables import (
-    choice_table,
-    energy_table,
-    knob_table,
-    level_table,
-    reference_table,
-    step_table,
-)
+from dataclasses import replace
+
+from tests.verify.accuracy.study import TASK, balance, ladder, sample, scaled
+from zoobench.verify.accuracy.accuracy_tables import energy_table, knob_table, level_table, matrix_table, short_table
 from zoobench.verify.accuracy.analyse import analyse
+from zoobench.verify.accuracy.energy_rows import energies
 from zoobench.verify.accuracy.records import Measurements
-from zoobench.verify.accuracy.verdicts import energies, knobs, steps
 
 
 def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
-    """One row per level, step and knob; percent, with the uncertainty of the reference."""
-    knob = sample("standard[courant=0.25]", scores("standard"))
-    measured = ladder(knob=knob)
-    measured = Measurements(measured.samples, (*measured.costs, cost("standard[courant=0.25]", 400.0)))
-    found = analyse(measured)
+    """Percent, with the uncertainty of the reference."""
+    found = analyse(ladder(others=[sample("draft[courant=0.25]", scaled(0.8))]))
     tables = (
         level_table(found.levels),
-        reference_table(found.references),
-        step_table(list(steps(found))),
-        knob_table(list(knobs(found))),
-        choice_table(list(knobs(found))),
-        energy_table(list(energies(Measurements((), (), balances=(balance("draft", 0.2),))))),
+        matrix_table(found.matrix),
+        knob_table(found.knobs),
+        energy_table(list(energies(Measurements((), balances=(balance("draft", 0.2),))))),
+        short_table(found.levels),
     )
-    assert [len(rows) for _, rows in tables] == [len(LEVELS), 1, len(LEVELS) - 1, 1, 1, 1]
+    assert [len(rows) for _, rows in tables] == [3, 1, 1, 1, 3]
     assert all(len(row) == len(columns) for columns, rows in tables for row in rows)
     level = dict(zip(*[tables[0][0], tables[0][1][0]], strict=True))
-    assert level["score error"] == "71 % ± 30 %"
-    assert level["s per simulated s"] == "0.1 (0.09 to 0.12)"
-    assert tables[1][1][0][3] == "4 of 4"
-    assert tables[3][1][0][-1] == "no difference for more"
-    assert tables[5][1][0] == ("ground", "draft", "2", "25.0 %", "20.0 %", "30.0 %", "0.0 %", "10.0 %", "15.0 %")
-    assert (tables[4][0][-1], tables[4][1][0][-1]) == ("courant=0.25", f"= {tables[3][1][0][4]}, x 2")
+    assert level["score error"] == "50 % ± 5 %"
+    assert level["score / finest"] == "0.50 (0.50 to 0.50)"
+    assert level["finest / score where found"] == "200 %"
+    assert tables[1] == (
+        ("env", "task", "found at", "at draft", "at standard", "at paper"),
+        [("ground", TASK, "draft", "100 %", "220 %", "210 %")],
+    )
+    assert tables[2][1] == [("ground", TASK, "20 %, 2 s")]
+    assert tables[3][1] == [("ground", "draft", "2", "25.0 %", "20.0 %", "30.0 %", "0.0 %", "10.0 %", "15.0 %")]
 
 
-def test_scores_that_do_not_converge_are_marked() -> None:
-    """In the references, and where the finest level has no error."""
-    wild = Measurements(tuple(map(sample, LEVELS[1:], [[0.01], [0.03], [0.02]])), ())
-    found = analyse(wild)
-    assert reference_table(found.references)[1][0][3] == "not converged (0 of 1)"
-    assert level_table(found.levels)[1][-1][3] == "not known"
+def test_a_sentence_says_which_differences_hold() -> None:
+    """All, those above a ratio, or none that is known."""
+    row = analyse(ladder()).levels[0]
+    cases = {
+        1.0: "all differences hold in 95%",
+        1.5: "differences above 50 % hold in 95%",
+        None: "no difference is known",
+    }
+    for decides, sentence in cases.items():
+        ((*_, text),) = short_table([replace(row, decides=decides)])[1]
+        assert text.startswith(sentence)
+        assert text.endswith("scores are off by 50 % (rms)")

@@ -1,14 +1,14 @@
 """The analysis, judged on measurements that follow known laws."""
 
 import math
+from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from tests.verify.accuracy.study import LEVELS, LIMITS, SLOPES, TASK, close, fidelity, ladder, sample, scores
-from zoobench.verify.accuracy.analyse import BODY_LENGTH, LevelRow, analyse
-from zoobench.verify.accuracy.plan import NUDGE
-from zoobench.verify.accuracy.records import Measurements, grid_spacing
+from tests.verify.accuracy.study import LIMITS, TWIN, ladder, sample, scaled
+from zoobench.spec import Ref
+from zoobench.verify.accuracy.analyse import NEIGHBOURS, LevelRow, analyse, deciding
+from zoobench.verify.accuracy.records import RANDOM, Measurements
 
 
 def rows(measurements: Measurements) -> dict[str, LevelRow]:
@@ -17,84 +17,133 @@ def rows(measurements: Measurements) -> dict[str, LevelRow]:
     return {row.fidelity: row for row in (*found.levels, *found.knobs)}
 
 
-def test_errors_are_distances_to_the_limit() -> None:
-    """Of first order in h by construction: the error at every level is the law's, the finest one's too."""
-    for name, row in rows(ladder()).items():
-        law = grid_spacing(fidelity(name)) * np.sqrt((SLOPES**2).mean() / (LIMITS**2).mean())
-        assert row.error == pytest.approx(law, rel=1e-9)
-    (reference,) = analyse(ladder()).references
-    assert reference.converged == reference.draws == 4
-    assert reference.order == pytest.approx(1.0)
-    assert reference.scale == pytest.approx(math.sqrt((LIMITS**2).mean()))
+def test_the_reference_is_the_mean_of_two_transfers_at_the_finest_level() -> None:
+    """5 % above and below the limits: the reference is the limit, known to 5 %, and so far is the level from it."""
+    found = rows(ladder())
+    assert list(found) == ["draft", "standard", "paper"]
+    assert [row.error for row in found.values()] == pytest.approx([0.5, 0.1, 0.05])
+    assert [row.unknown for row in found.values()] == pytest.approx([0.05] * 3)
+    assert (found["draft"].gaits, found["draft"].runs, found["draft"].designs) == (16, 4, 1)
 
 
-def test_the_finest_level_is_not_its_own_judge() -> None:
-    """Where nothing converges, the finest level has no error, and the reference states its uncertainty."""
-    wild = [[0.01], [0.03], [0.02]]
-    measured = Measurements(tuple(map(sample, LEVELS[1:], wild)), ())
-    found = rows(measured)
-    assert found["fine"].error is None
-    assert found["paper"].error == pytest.approx(0.5)
-    (reference,) = analyse(measured).references
-    assert (reference.converged, reference.order) == (0, None)
-    assert reference.unknown == pytest.approx(1.0)
+def test_the_finest_level_alone_is_not_its_own_judge() -> None:
+    """Without a second transfer, its error and what it decides are unknown, and so is the reference's uncertainty."""
+    found = rows(Measurements(ladder().samples[:3]))
+    assert (found["paper"].error, found["paper"].decides, found["paper"].unknown) == (None, None, None)
+    assert found["draft"].error == pytest.approx(1 - 0.5 / 1.05)
 
 
-def test_a_diverged_draw_is_left_out() -> None:
-    """One NaN spoils neither the reference nor the errors of the others."""
-    broken = scores("draft")
-    broken[1] = math.nan
-    measured = ladder()
-    others = tuple(one for one in measured.samples if one.fidelity != fidelity("draft"))
-    found = rows(Measurements((*others, sample("draft", broken)), ()))["draft"]
-    assert found.error is not None
-    assert found.draws == "3, 3"
+def test_gaits_are_followed_from_where_they_were_found() -> None:
+    """Half as good at draft: twice as good at the finest; of gaits found elsewhere no level knows what they keep."""
+    found = analyse(ladder(others=[sample("draft", {"e@0": 0.04}, found="standard")]))
+    assert {(row.found, row.evaluated): row.ratio for row in found.matrix} == pytest.approx(
+        {("draft", "draft"): 1.0, ("draft", "standard"): 2.2, ("draft", "paper"): 2.1}
+    )
+    levels = {row.fidelity: row for row in found.levels}
+    assert levels["draft"].transfer == pytest.approx(2.0)
+    assert levels["draft"].median == levels["draft"].low == pytest.approx(0.5)
+    assert levels["standard"].transfer is None
 
 
-def test_errors_below_the_noise_floor_are_marked() -> None:
-    """Shifts that change the scores by 0.02 either way drown the error of every level."""
-    up, down = (sample(f"standard[shift={shift}]", [value + sign * 0.02 for value in scores("standard")])
-                for shift, sign in ((0.25, 1), (0.5, -1)))  # fmt: skip
-    found = rows(ladder(up=up, down=down))
-    assert found["fine"].at_floor
-    assert found["fine"].floor == pytest.approx(0.02 / math.sqrt((LIMITS**2).mean()), rel=1e-9)
-    assert set(found) == set(LEVELS)
+def test_designs_count_alike_whatever_their_speed() -> None:
+    """Errors of 50 and 10 % at draft, of a slow animal and one a hundred times as fast."""
+    fast = [
+        sample(str(one.fidelity), scaled(factor), design="panda")
+        for one, factor in zip(ladder().samples, (110.0, 100.0, 100.0, 100.0), strict=True)
+    ]
+    found = rows(ladder(others=fast))["draft"]
+    assert found.error == pytest.approx(math.sqrt((0.5**2 + 0.1**2) / 2))
+    assert (found.designs, found.gaits) == (2, 32)
 
 
-def test_rank_correlation_tells_a_wrong_winner() -> None:
-    """A knob that swaps first and last has another winner and a tau of its own."""
-    measured = ladder(knob=sample("draft[courant=0.25]", scores("draft")[::-1]))
-    found = rows(measured)
-    assert (found["paper"].tau, found["paper"].winner) == (1.0, True)
-    swapped = found["draft[courant=0.25]"]
-    assert swapped.winner is False
-    assert swapped.tau is not None
-    assert swapped.tau < 1.0
-    assert found["fine"].tau is None
+def test_a_diverged_gait_is_left_out() -> None:
+    """It has no score; neither the reference nor the errors of the others suffer."""
+    rest = {gait: score for gait, score in scaled(0.5).items() if gait != "a@0"}
+    found = rows(ladder(draft=rest))["draft"]
+    assert found.error == pytest.approx(0.5)
+    assert found.gaits == 15
 
 
-def test_paths_and_gradients_are_compared_with_the_finest_level() -> None:
-    """A path off by 5 mm at four of five points, a gradient turned by 0.1 rad."""
-    found = rows(ladder(one=close("draft", 0.005, 0.1), two=close("fine", 0.0)))["draft"]
-    assert found.path == pytest.approx(0.005 * math.sqrt(0.8) / BODY_LENGTH)
-    assert found.shape == 0.0
-    assert found.angle == pytest.approx(1 - math.cos(0.1))
-    assert found.ratio == pytest.approx(1.0)
+def test_gaits_that_go_nowhere_do_not_spoil_ratios() -> None:
+    """A gait with a thousandth of the best score, and of another sign at draft."""
+    still = {one.fidelity: sample(str(one.fidelity), {"e@0": 1e-4}) for one in ladder().samples}
+    still[ladder().samples[0].fidelity] = sample("draft", {"e@0": -1e-3})
+    found = rows(ladder(others=list(still.values())))["draft"]
+    assert found.low == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(("apart", "until"), [(1e-6, 0.032), (1e-3, 0.0)])
-def test_chaos_is_where_a_nudge_grows_beyond_a_hundredth_of_the_error(apart: float, until: float) -> None:
-    """Paths off by 5 mm, nudged ones by far less, and by more than a hundredth of it from the first point on."""
-    nudged = close(f"draft[shift={NUDGE}]", 0.005 + apart)
-    (reference,) = analyse(ladder(one=close("draft", 0.005), two=close("fine", 0.0), three=nudged)).references
-    assert reference.chaos == pytest.approx(until)
+def test_pairs_of_one_training_do_not_count() -> None:
+    """Of 16 gaits of four trainings there are 120 pairs, and 24 of them are of one training."""
+    assert rows(ladder())["draft"].pairs == 96
+    assert rows(ladder())["draft"].decides == 1.0
+
+
+def test_what_decides_is_the_ratio_above_which_the_order_holds() -> None:
+    """One wrong pair in twenty is borne, above 3; from 2.00 on each tenth is wrong, the second of them at 1.90."""
+    pairs = [(3.0 + number / 100, number != 50) for number in range(95)]
+    pairs += [(2.0 - number / 100, number % 10 > 0) for number in range(50)]
+    assert deciding(pairs) == pytest.approx(1.91)
+    assert deciding(pairs[:95]) == 1.0
+    assert deciding([(ratio, not holds) for ratio, holds in pairs]) is None
+
+
+def test_few_pairs_decide_nothing() -> None:
+    """One fewer than enough, all of them right."""
+    assert deciding([(2.0, True)] * (NEIGHBOURS - 1)) is None
+    assert deciding([(2.0, True)] * NEIGHBOURS) == 1.0
+    assert deciding([(math.inf, True)] * NEIGHBOURS + [(math.inf, False)] * NEIGHBOURS) is None
+
+
+def test_the_finest_level_is_held_against_its_other_transfer() -> None:
+    """Which reverses the order of all neighbours: the mean of both, in which it has a share, would not tell."""
+    twin = {gait: score * (1.3 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
+    samples = (*ladder().samples[:3], sample(TWIN, twin))
+    found = rows(Measurements(samples))["paper"].decides
+    assert found is not None
+    assert found > 1.1
+
+
+def test_a_level_that_reverses_orders_needs_larger_ratios() -> None:
+    """Every second gait is 1.5 times too good at draft: neighbours, a fifth apart, change places."""
+    wrong = {gait: score * (1.5 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
+    found = rows(ladder(draft=wrong))
+    assert found["standard"].decides == 1.0
+    assert found["draft"].decides is not None
+    assert found["draft"].decides == pytest.approx(1.5 / 1.2)
+
+
+def test_gradients_are_compared_with_those_of_the_finest_level_that_has_them() -> None:
+    """One turned by 0.1 rad, of any length, and one that the other level lacks."""
+    samples = list(ladder().samples)
+    samples[0] = replace(samples[0], slopes={"a@0": [2 * math.cos(0.1), 2 * math.sin(0.1)], "b@0": [1.0, 0.0]})
+    samples[1] = replace(samples[1], slopes={"a@0": [1.0, 0.0]})
+    found = rows(Measurements(tuple(samples)))
+    assert found["draft"].angle == pytest.approx(1 - math.cos(0.1))
+    assert (found["standard"].angle, found["paper"].angle) == (None, None)
 
 
 def test_costs_are_those_of_a_simulated_second() -> None:
-    """1,000 particles, 1,000 substeps a second, 100 ns each: 0.1 s."""
-    found = rows(ladder())["draft"]
-    assert found.seconds == pytest.approx(0.1)
-    assert found.seconds_most == pytest.approx(0.12)
-    assert found.gradient_seconds == pytest.approx(0.4)
-    assert found.memory == 1.0
-    assert sample("draft", [0.0]).scores[TASK] == [0.0]
+    """Two seconds for an episode of 0.8 s, six with gradient."""
+    short = Measurements(tuple(replace(one, frames=100) for one in ladder().samples))
+    found = rows(short)["draft"]
+    assert (found.seconds, found.gradient_seconds) == (pytest.approx(2.5), pytest.approx(7.5))
+    assert (found.memory, found.particles, found.substeps) == (1.0, 500, 1000.0)
+
+
+def test_knobs_and_random_controllers_stand_apart() -> None:
+    """A knob is judged by the gaits' references; draws have references of their own."""
+    drawn = {f"{number}@0": 0.001 * number for number in range(1, 9)}
+    others = [sample("draft[courant=0.9]", scaled(0.8))]
+    others += [sample(str(one.fidelity), drawn, found=RANDOM) for one in ladder().samples]
+    found = analyse(ladder(others=others))
+    assert [(row.fidelity, pytest.approx(row.error)) for row in found.knobs] == [("draft[courant=0.9]", 0.2)]
+    assert [row.error for row in found.random] == [0.0, 0.0, 0.0]
+    assert [row.gaits for row in found.levels] == [16, 16, 16]
+
+
+def test_former_versions_and_shorter_episodes_are_left_out() -> None:
+    """A level measured with an older environment, and one of a quick check."""
+    one = sample("draft", scaled(9.0))
+    old = replace(one, env=Ref(one.env.name, one.env.version - 1, one.env.params))
+    found = rows(ladder(others=[old, replace(one, frames=10)]))
+    assert found["draft"].error == pytest.approx(0.5)

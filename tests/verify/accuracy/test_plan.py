@@ -1,48 +1,68 @@
 """The runs of the study."""
 
+from dataclasses import replace
+
 import pytest
 
-from zoobench import registry
 from zoobench.errors import UsageError
-from zoobench.registry import Kind
+from zoobench.inputs import named_runs, run_name
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import BULK_FACTORS, KNOBS, NUDGE, QUICK, SHIFTS, StudyPlan, specs
+from zoobench.verify.accuracy.plan import DESIGNS, KNOBS, LAND_DESIGNS, StudyPlan, draws, evaluations, trainings
 
-TASKS = [Ref("movement-speed"), Ref("turning")]
-
-
-def test_every_level_knob_and_shift_is_a_run_or_two() -> None:
-    """One that scores many controllers by all tasks, one that records trajectories of a few."""
-    plan = StudyPlan(levels=("draft", "paper"), around="draft", draws=(12, 6))
-    found = specs([Ref("ground")], TASKS, plan)
-    assert len(found) == 2 * (2 + len(KNOBS) + len(SHIFTS) + 1)
-    assert [spec.budget.amount for spec in found[:4]] == [12, 2, 6, 2]
-    assert all(spec.method.kwargs["also"] == "turning" for spec in found[::2])
-    assert {spec.frames for spec in found} == {plan.frames, plan.close_frames}
-    assert NUDGE in {spec.fidelity.kwargs["shift"] for spec in found}
+PLAN = StudyPlan(levels=("standard", "draft", "paper"), gradients="standard")
 
 
-@pytest.mark.parametrize("env", ["ocean", "shallow-water", "ocean[bulk_modulus=2e5]"])
-def test_water_is_also_made_stiffer_and_softer(env: str) -> None:
-    """The Mach number is a knob where there is water, around that water's own stiffness, and nowhere else."""
-    plan = StudyPlan(levels=("draft",), around="draft", draws=(4,), close=0)
-    moduli = {spec.env.kwargs["bulk_modulus"] for spec in specs([Ref.parse(env)], TASKS, plan)}
-    usual = registry.resolve(Kind.ENV, Ref.parse(env)).kwargs["bulk_modulus"]
-    assert moduli == {usual, *(factor * usual for factor in BULK_FACTORS)}
-    assert len({str(spec.env) for spec in specs([Ref("desert")], TASKS, plan)}) == 1
+def test_every_cell_is_trained_at_every_home_with_every_seed() -> None:
+    """Two levels, two tasks, two land animals and two swimmers, two seeds; cheap levels first."""
+    specs = trainings([Ref("ground"), Ref("ocean")], [Ref("movement-speed"), Ref("turning")], PLAN)
+    assert len({spec.key() for spec in specs}) == len(specs) == 32
+    assert [spec.fidelity.name for spec in specs] == ["draft"] * 16 + ["standard"] * 16
+    designs = {env: {spec.design.name for spec in specs if spec.env.name == env} for env in ("ground", "ocean")}
+    assert designs == {"ground": set(LAND_DESIGNS), "ocean": set(DESIGNS["ocean"])}
+    chosen = trainings([Ref("ocean")], [Ref("turning")], PLAN, [Ref("orca")])
+    assert {spec.design.name for spec in chosen} == {"orca"}
 
 
-def test_no_run_is_asked_for_twice() -> None:
-    """A level in the ladder that is also turned around stands there once."""
-    keys = [spec.key() for spec in specs([Ref("ground")], TASKS, QUICK)]
-    assert len(keys) == len(set(keys)) == 4
+def test_the_gaits_of_a_home_are_evaluated_at_every_level_in_one_run() -> None:
+    """At three levels, and at the finest with the other transfer; gradients up to `standard`, of the first stages."""
+    trained = trainings([Ref("ground")], [Ref("turning")], PLAN, [Ref("panda")])
+    specs = evaluations(trained, PLAN)
+    assert len(specs) == 2 * 4
+    first = specs[0]
+    assert [run_name(key) for key in named_runs(first.method)] == [run_name(spec.key()) for spec in trained[:2]]
+    assert [spec.fidelity.name for spec in specs[::2]] == ["draft", "standard", "paper", "paper"]
+    assert specs[6].fidelity.kwargs["transfer"] != specs[4].fidelity.kwargs["transfer"]
+    assert [spec.method.kwargs["gradients"] for spec in specs[::2]] == [2, 2, 0, 0]
+    assert first.budget.amount == 8
+
+
+def test_knobs_are_turned_around_one_level() -> None:
+    """Each alone; one that is the default there already is not measured twice."""
+    turned = replace(PLAN, around="draft").fidelities()
+    assert len(turned) == len(PLAN.fidelities()) + len(KNOBS) - 1
+    assert len(set(turned)) == len(turned)
+
+
+def test_random_controllers_are_the_same_everywhere() -> None:
+    """None by default; with draws, a run for every cell and fidelity, whose seed has nothing of the place."""
+    place = [Ref("ground")], [Ref("turning")]
+    assert draws(*place, PLAN) == []
+    specs = draws(*place, replace(PLAN, draws=3))
+    assert len(specs) == 4 * len(LAND_DESIGNS)
+    assert {spec.controller.kwargs["scale"] for spec in specs} == {1.0}
+    assert not any(named_runs(spec.method) for spec in specs)
 
 
 @pytest.mark.parametrize(
-    "wrong",
-    [{"levels": ("smoke",)}, {"levels": ()}, {"draws": (1, 2)}, {"around": "coarse"}, {"draws": (0,)}],
+    "wrong", [{"levels": ("smoke",)}, {"levels": ()}, {"found": ("coarse",)}, {"around": "coarse"}, {"seeds": 0}]
 )
 def test_a_plan_that_makes_no_sense_is_refused(wrong: dict[str, object]) -> None:
     """With the values that are possible."""
     with pytest.raises(UsageError):
-        StudyPlan(**{"levels": ("draft",), "around": "", "draws": (3,), **wrong})  # type: ignore[arg-type]
+        StudyPlan(**wrong)  # type: ignore[arg-type]
+
+
+def test_nothing_to_study_is_refused() -> None:
+    """No environment."""
+    with pytest.raises(UsageError, match="environment and a task"):
+        trainings([], [Ref("turning")], PLAN)

@@ -1,4 +1,4 @@
-"""The cheapest fidelity that is accurate enough."""
+"""The coarsest fidelity that is good enough."""
 
 import errno
 import json
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.verify.accuracy.study import TASK, ladder, sample, scores
+from tests.verify.accuracy.study import LIMITS, TASK, ladder, resolved, sample, scaled
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -14,70 +14,94 @@ from zoobench.spec import Ref
 from zoobench.verify.accuracy import tolerance
 from zoobench.verify.accuracy.records import Measurements
 
+GROUND, MOVING = Ref("ground"), Ref(TASK)
+WRONG = {gait: 0.5 * score * (1.5 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
+"""Scores that are too low, and with a wrong order where two are nearer than 1.5 times."""
+
 
 @pytest.fixture(autouse=True)
 def _measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Made-up measurements of ground, published, in the place of those that come with the package."""
-    tolerance.publish(ladder(), tmp_path / tolerance.PUBLISHED)
+    tolerance.publish(ladder(WRONG), tmp_path / tolerance.PUBLISHED)
     monkeypatch.setattr(tolerance, "files", lambda package: tmp_path)
     tolerance.published.cache_clear()
 
 
 def test_what_comes_with_the_package_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every environment has levels with errors and costs, and says which commit measured it."""
+    """Every environment has levels with costs, and the file says which commit measured it."""
     monkeypatch.undo()
     tolerance.published.cache_clear()
     found = tolerance.published()
     tolerance.published.cache_clear()
     assert found.origin
-    assert {Ref.parse(text).name for text in found.components} == set(registry.names(Kind.ENV))
+    assert {row.env for row in found.levels} == set(registry.names(Kind.ENV))
     assert all(row.seconds for row in found.levels if row.fidelity in ("draft", "standard"))
 
 
 def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:
-    """The law's errors at 1/64 to 1/192 are 0.72, 0.48, 0.36 and 0.24, each uncertain by 1.25 x 0.24.
+    """Scores are off by 37 %, 10 and 5 %, with a reference known to 5 %: by 37 %, 11 and 7 % together."""
+    assert tolerance.choose(GROUND, MOVING, 0.5, None).fidelity == Ref("draft")
+    chosen = tolerance.choose(GROUND, MOVING, 0.12, None)
+    assert chosen.fidelity == Ref("standard")
+    assert "standard with an error of 0.1 (16 gaits, reference known to 0.05, ratios above 1 keep" in chosen.reason
+    assert tolerance.choose(GROUND, MOVING, 0.11, None).fidelity == Ref("paper")
 
-    Of four controllers, they are 2.37 times as large at most at 95 %: chi^2 with 4 degrees of freedom exceeds 0.7107
-    then.
-    """
-    assert tolerance.choose(Ref("ground"), TASK, 1.8).fidelity == Ref("draft")
-    chosen = tolerance.choose(Ref("ground"), TASK, 1.0)
-    assert chosen.fidelity == Ref("paper")
-    assert "error of 0.36 (below 0.85 at 95%" in chosen.reason
-    assert "s per simulated second" in chosen.reason
+
+def test_the_coarsest_level_that_decides_is_chosen() -> None:
+    """At draft, ratios below 1.25 have a wrong order; at the others none has."""
+    assert tolerance.choose(GROUND, MOVING, None, 1.5).fidelity == Ref("draft")
+    assert tolerance.choose(GROUND, MOVING, None, 1.01).fidelity == Ref("standard")
+    assert tolerance.choose(GROUND, MOVING, 0.12, 1.5).fidelity == Ref("standard")
+
+
+def test_what_a_level_decides_can_be_asked() -> None:
+    """Of the very components that were measured."""
+    place = resolved(Kind.ENV, "ground"), resolved(Kind.TASK, TASK)
+    ratio = tolerance.decides(*place, resolved(Kind.FIDELITY, "draft"))
+    assert ratio is not None
+    assert 1.1 < ratio < 1.5
+    assert tolerance.decides(*place, resolved(Kind.FIDELITY, "draft[courant=0.25]")) is None
+    assert tolerance.decides(resolved(Kind.ENV, "ice"), place[1], resolved(Kind.FIDELITY, "draft")) is None
+    assert tolerance.decides(Ref("gone", 3), place[1], resolved(Kind.FIDELITY, "draft")) is None
 
 
 def test_what_no_level_reaches_is_refused_with_the_best_figure() -> None:
-    """The figure is the least tolerance that could be met."""
-    with pytest.raises(UsageError, match=r"fine with an error of 0\.24"):
-        tolerance.choose(Ref("ground"), TASK, 0.1)
+    """Of what was asked for."""
+    with pytest.raises(
+        UsageError, match=r"within 0\.01 in ground x movement-speed: the best is paper with an error of 0\.05"
+    ):
+        tolerance.choose(GROUND, MOVING, 0.01, None)
+    with pytest.raises(UsageError, match=r"within 0\.01 and sure of ratios above 1\.2"):
+        tolerance.choose(GROUND, MOVING, 0.01, 1.2)
 
 
 @pytest.mark.parametrize("env", ["ice", "ground[friction=0.1]"])
 def test_what_was_not_measured_as_it_is_now_is_refused(env: str) -> None:
     """Another environment, or another ground."""
     with pytest.raises(UsageError, match="was not measured"):
-        tolerance.choose(Ref.parse(env), TASK, 0.5)
+        tolerance.choose(Ref.parse(env), MOVING, 0.5, None)
 
 
 def test_another_task_and_nonsense_are_refused() -> None:
     """With advice."""
     with pytest.raises(UsageError, match="was not measured"):
-        tolerance.choose(Ref("ground"), "turning", 0.5)
+        tolerance.choose(GROUND, Ref("turning"), 0.5, None)
     with pytest.raises(UsageError, match="cannot be met"):
-        tolerance.choose(Ref("ground"), TASK, -1.0)
+        tolerance.choose(GROUND, MOVING, -1.0, None)
+    with pytest.raises(UsageError, match="decides nothing"):
+        tolerance.choose(GROUND, MOVING, None, 0.5)
 
 
-def test_environments_that_were_not_measured_again_stay_as_they_are(tmp_path: Path) -> None:
+def test_places_that_were_not_measured_again_stay_as_they_are(tmp_path: Path) -> None:
     """Ice after ground: the file has both; ground again: its rows are replaced, not doubled."""
     path = tmp_path / tolerance.PUBLISHED
     before = json.loads(path.read_text())
-    tolerance.publish(Measurements((sample("draft", scores("draft"), env="ice"),), (), ("later",)), path)
+    tolerance.publish(Measurements((sample("draft", scaled(1.0), env="ice"),), ("later",)), path)
     both = json.loads(path.read_text())
     assert {row["env"] for row in both["levels"]} == {"ground", "ice"}
     assert [row for row in both["levels"] if row["env"] == "ground"] == before["levels"]
     assert both["origin"] == ["later", "made up"]
-    tolerance.publish(ladder(), path)
+    tolerance.publish(ladder(WRONG), path)
     assert json.loads(path.read_text())["levels"] == both["levels"]
 
 
@@ -98,11 +122,11 @@ def test_a_full_disk_leaves_the_file_as_it_was(tmp_path: Path, monkeypatch: pyte
     assert path.read_text() == before
 
 
-@pytest.mark.parametrize("components", [None, [5], ["no name"]])
-def test_another_file_is_not_overwritten(tmp_path: Path, components: object) -> None:
+@pytest.mark.parametrize("content", [{"mine": 1}, {"levels": [5], "origin": []}])
+def test_another_file_is_not_overwritten(tmp_path: Path, content: object) -> None:
     """A file of another kind is refused and stays unchanged."""
     path = tmp_path / "notes.json"
-    text = json.dumps({"mine": 1} if components is None else {"levels": [], "origin": [], "components": components})
+    text = json.dumps(content)
     path.write_text(text)
     with pytest.raises(UsageError, match="something else"):
         tolerance.publish(ladder(), path)

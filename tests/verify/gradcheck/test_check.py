@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.conformance.cells import POND
 from zoobench.cell.motion import BODY_ARRAYS
 from zoobench.errors import UsageError
 from zoobench.sim.adjoint import Adjoint
@@ -38,10 +39,10 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
-@pytest.mark.parametrize("env", ["ground", "ocean"])
+@pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
 def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
     """Through shape, mass, displaced water and the weights of the score, as central differences have it."""
-    body = GradientCase(Ref(env), Ref("turning"), Ref("voxel"))
+    body = GradientCase(Ref.parse(env), Ref("turning"), Ref("voxel"))
     rows = {row.group: row for row in gradcheck(body, (20,), directions=2)}
     assert rows.keys() == {"actuation", "design"}
     assert rows["design"].relative_error < 1e-5

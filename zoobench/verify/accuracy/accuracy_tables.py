@@ -3,78 +3,48 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from zoobench.verify.accuracy.analyse import LevelRow, ReferenceRow
-from zoobench.verify.accuracy.verdicts import EnergyRow, KnobRow, RefinementRow
+from zoobench.verify.accuracy.analyse import HELD, Analysis, LevelRow, MatrixRow
+from zoobench.verify.accuracy.energy_rows import EnergyRow
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
 
 
-_SHARES = {"floor", "unknown", "path", "error", "next_error", "home_error", "change"}
-"""Numbers that are shown in percent."""
-
-
-def _table(rows: Sequence[Any], *columns: str | tuple[str, str | Callable[[Any], str]]) -> Table:
-    """A column is the name of a field, or a heading with the name of a field or a function that gives the text."""
-    named = [(column, column) if isinstance(column, str) else column for column in columns]
-    return tuple(heading for heading, _ in named), [tuple(_text(row, source) for _, source in named) for row in rows]
-
-
-def _text(row: Any, source: str | Callable[[Any], str]) -> str:
-    if callable(source):
-        return source(row)
-    value = getattr(row, source)
-    if isinstance(value, str):
-        return value
-    return _percent(value) if source in _SHARES else _number(value)
+def short_table(rows: Sequence[LevelRow]) -> Table:
+    """A sentence on every level."""
+    return ("env", "task", "level", "what holds"), [(row.env, row.task, row.fidelity, _sentence(row)) for row in rows]
 
 
 def level_table(rows: Sequence[LevelRow]) -> Table:
-    """One row per level: errors in percent with the uncertainty of the reference, ranks, costs."""
+    """One row per level, or knob: errors in percent with the uncertainty of the reference, what it decides, costs."""
     return _table(
-        rows, "env", "task", "fidelity", ("score error", _error), ("noise", "floor"), ("rank tau", "tau"),
-        ("same winner", lambda row: {None: "", True: "yes", False: "no"}[row.winner]), ("path error", "path"),
-        ("1-cos gradient", "angle"), ("s per simulated s", _seconds), ("with gradient", "gradient_seconds"),
-        ("particles", lambda row: "" if row.particles is None else f"{row.particles:,}"),
+        rows, "env", "task", "fidelity", ("score error", _error), ("score / finest", _band),
+        ("finest / score where found", lambda row: _percent(row.transfer)),
+        ("decides ratios above", lambda row: _number(row.decides)), ("1-cos gradient", lambda row: _number(row.angle)),
+        ("s per simulated s", lambda row: _number(row.seconds)),
+        ("with gradient", lambda row: _number(row.gradient_seconds)), ("MiB", lambda row: _whole(row.memory)),
+        ("particles", lambda row: _whole(row.particles)),
     )  # fmt: skip
 
 
-def reference_table(rows: Sequence[ReferenceRow]) -> Table:
-    """One row per environment and task: whether scores converge, and the uncertainty of the limit."""
-    return _table(
-        rows, "env", "task", "levels", ("converged", _converged), "order", ("scores [m/s]", "scale"),
-        ("reference known to", "unknown"), ("noise", "floor"), ("smooth for [s]", "chaos"),
-    )  # fmt: skip
-
-
-def step_table(rows: Sequence[RefinementRow]) -> Table:
-    """Gain and cost of one more level."""
-    return _table(
-        rows, "env", "task", ("from", "level"), ("to", "next_level"), "error", ("becomes", "next_error"),
-        ("times smaller", "gain"), ("times dearer", "cost"), "tau", ("becomes", "next_tau"),
-    )  # fmt: skip
-
-
-def knob_table(rows: Sequence[KnobRow]) -> Table:
-    """Effect and cost of each turned knob."""
-    return _table(
-        rows, "env", "task", ("level", "home"), "knob", ("score error", "error"), ("without", "home_error"),
-        ("scores change by", "change"), ("noise", "floor"), ("times dearer", "cost"), "verdict",
-    )  # fmt: skip
-
-
-def choice_table(rows: Sequence[KnobRow]) -> Table:
-    """All knobs of an environment and task side by side: error, factor of the cost, and a sign for the effect.
-
-    `=` is a difference below the noise, `+` better, `-` worse, `~` different but neither.
-    """
-    names = list(dict.fromkeys(row.knob for row in rows))
+def matrix_table(rows: Sequence[MatrixRow]) -> Table:
+    """Where gaits were found by where they are evaluated, as a share of the score where they were found."""
+    names = list(dict.fromkeys(row.evaluated for row in rows))
     cells: dict[tuple[str, str, str], dict[str, str]] = {}
     for row in rows:
-        place = cells.setdefault((row.env, row.task, _percent(row.home_error) or "not known"), {})
-        cost = "" if row.cost is None else f", x {row.cost:.2g}"
-        place[row.knob] = f"{_SIGNS[row.effect]} {_percent(row.error)}{cost}"
-    columns = ("env", "task", "as it is", *names)
+        cells.setdefault((row.env, row.task, row.found), {})[row.evaluated] = _percent(row.ratio)
+    columns = ("env", "task", "found at", *(f"at {name}" for name in names))
+    return columns, [(*place, *(found.get(name, "") for name in names)) for place, found in cells.items()]
+
+
+def knob_table(rows: Sequence[LevelRow]) -> Table:
+    """All knobs of an environment and task side by side: error, and CPU seconds per simulated second."""
+    names = list(dict.fromkeys(row.fidelity for row in rows))
+    cells: dict[tuple[str, str], dict[str, str]] = {}
+    for row in rows:
+        cost = "" if row.seconds is None else f", {row.seconds:.2g} s"
+        cells.setdefault((row.env, row.task), {})[row.fidelity] = f"{_percent(row.error)}{cost}"
+    columns = ("env", "task", *names)
     return columns, [(*place, *(found.get(name, "") for name in names)) for place, found in cells.items()]
 
 
@@ -85,42 +55,45 @@ def energy_table(rows: Sequence[EnergyRow]) -> Table:
         return lambda row: f"{100 * getattr(row, name):.1f} %"
 
     return _table(
-        rows, "env", "fidelity", ("put in [J]", "put_in"), ("taken back", share("back")), ("stored", share("stored")),
-        ("viscosity", share("viscous")), ("yield", share("plastic")), ("contact", share("contact")),
-        ("unexplained", share("unexplained")),
+        rows, "env", "fidelity", ("put in [J]", lambda row: _number(row.put_in)), ("taken back", share("back")),
+        ("stored", share("stored")), ("viscosity", share("viscous")), ("yield", share("plastic")),
+        ("contact", share("contact")), ("unexplained", share("unexplained")),
     )  # fmt: skip
 
 
-_SIGNS = {"no difference": "=", "better": "+", "worse": "-", "other": "~", "not known": "?"}
-
-
-TABLES: dict[str, tuple[type[Any] | None, Callable[[Any], Table]]] = {
-    "references": (ReferenceRow, reference_table),
-    "levels": (LevelRow, level_table),
-    "steps": (RefinementRow, step_table),
-    "knobs": (KnobRow, knob_table),
-    "choices": (None, choice_table),
-    "energy": (EnergyRow, energy_table),
+TABLES: dict[str, tuple[type[Any], Callable[[Any], Table], Callable[[Analysis], Sequence[Any]] | None]] = {
+    "short": (LevelRow, short_table, lambda analysis: analysis.levels),
+    "levels": (LevelRow, level_table, lambda analysis: analysis.levels),
+    "matrix": (MatrixRow, matrix_table, lambda analysis: analysis.matrix),
+    "knobs": (LevelRow, knob_table, lambda analysis: analysis.knobs),
+    "random": (LevelRow, level_table, lambda analysis: analysis.random),
+    "energy": (EnergyRow, energy_table, None),
 }
-"""Kind of rows and table for people, by name; `choices` is the same table for programs."""
+"""Kind of rows, table for people, and where the rows are in the analysis, by name."""
+
+
+def _sentence(row: LevelRow) -> str:
+    error = "the error is not known" if row.error is None else f"scores are off by {_percent(row.error)} (rms)"
+    if row.decides is None:
+        return f"no difference is known to hold; {error}"
+    difference = "all differences hold" if row.decides == 1.0 else f"differences above {_percent(row.decides - 1)} hold"
+    return f"{difference} in {HELD:.0%} ({row.pairs} pairs); {error}"
+
+
+def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]) -> Table:
+    """A column is the name of a field, or a heading with a function that gives the text."""
+    named = [(each, None) if isinstance(each, str) else each for each in columns]
+    texts = [tuple(getattr(row, name) if text is None else text(row) for name, text in named) for row in rows]
+    return tuple(name for name, _ in named), texts
 
 
 def _error(row: LevelRow) -> str:
-    if row.error is None:
-        return "not known"
-    note = " (noise)" if row.at_floor else ""
     unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}"
-    return f"{_percent(row.error)}{unknown}{note}"
+    return "not known" if row.error is None else f"{_percent(row.error)}{unknown}"
 
 
-def _converged(row: ReferenceRow) -> str:
-    return f"{row.converged} of {row.draws}" if row.converged else f"not converged (0 of {row.draws})"
-
-
-def _seconds(row: LevelRow) -> str:
-    if row.seconds is None:
-        return ""
-    return f"{row.seconds:.2g} ({row.seconds_least:.2g} to {row.seconds_most:.2g})"
+def _band(row: LevelRow) -> str:
+    return "" if row.median is None else f"{row.median:.2f} ({row.low:.2f} to {row.high:.2f})"
 
 
 def _percent(share: float | None) -> str:
@@ -131,3 +104,7 @@ def _percent(share: float | None) -> str:
 
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
+
+
+def _whole(value: float | None) -> str:
+    return "" if value is None else f"{value:,.0f}"

@@ -91,12 +91,15 @@ def follow(solver: Solver, rollout: Rollout) -> tuple[Losses, float]:
         raise DivergenceError(next(iter(rollout.divergences.values())))
     losses = Losses()
     solver.reset(BodyState(**rollout.body))
-    before = energy_balance(solver).total
+    before = energy_balance(solver)
     for frame, count in enumerate(rollout.counts[:, 0].tolist()):
         solver.simulation.set_tension(rollout, frame)
         for _ in range(count):
             _substep(solver, solver.frame_seconds / count, losses)
-    return losses, energy_balance(solver).total - before
+    after = energy_balance(solver)
+    # what the ground's skin took and holds is stored, not lost
+    losses.contact -= after.skin - before.skin
+    return losses, after.total - before.total
 
 
 def _substep(solver: Solver, dt: float, losses: Losses) -> None:
@@ -115,7 +118,7 @@ def _substep(solver: Solver, dt: float, losses: Losses) -> None:
 
 
 def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> float:
-    """Energy lost at ground and walls by friction and inelastic impact [J].
+    """Energy taken from the nodes at ground and walls [J]: lost by friction and inelastic impact, or held by a skin.
 
     The work of their impulse on the mean of the velocities before and after the substep: matter that presses on a wall
     without moving loses nothing. `unforced` and `forced` hold momenta, `after` velocities, `[nx, ny, nz, 4]` with mass;

@@ -1,15 +1,16 @@
-"""Runs of the accuracy study: a ladder of levels, one-factor variations of one of them, and the noise floor.
+"""Runs of the accuracy study: gaits are trained at some levels, and each is then evaluated at every level.
 
-All are runs of the method `probe`, which evaluates the same controllers in each of them; they are queued, resumed and
-stored like other runs.
+All are runs of the queue, resumed and stored like others: trainings of `diffphysics`, whose milestones are the gaits,
+and evaluations by the method `probe`.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from itertools import chain, product
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 
 from zoobench import registry
 from zoobench.errors import UsageError
+from zoobench.inputs import run_name
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
@@ -17,23 +18,18 @@ LADDER = ("draft", "standard", "paper", "fine", "reference")
 """The levels, from coarse to fine; a finer grid has proportionally shorter steps."""
 
 KNOBS = (
-    "courant=0.9", "courant=0.25", "courant=0.1", "particles_per_cell=1", "particles_per_cell=4",
-    "particles_per_cell=27", "kernel=cubic", "transfer=pic", "transfer=aflip", "precision=64",
+    "courant=0.9", "courant=0.5", "courant=0.25", "particles_per_cell=1", "particles_per_cell=4",
+    "particles_per_cell=27", "kernel=cubic", "transfer=pic", "transfer=apic", "transfer=aflip",
+    "medium_transfer=aflip", "precision=64",
 )  # fmt: skip
 """Parameters of the fidelity that differ from those of a level, each of them alone."""
 
-WATER = {"ocean", "shallow-water"}
-BULK_FACTORS = (0.25, 4.0)
-"""Factors of the water's bulk modulus: half and twice the speed of sound, twice and half the Mach number."""
+DESIGNS = {"ocean": ("fish", "tuna")}
+LAND_DESIGNS = ("caterpillar", "baby-seal")
+"""Animals at home in an environment, where the user names none."""
 
-SHIFTS = tuple(number / 8 for number in range(1, 8))
-"""Displacements of the robot's start [cells]; the physics is the same, so that differences are noise."""
-
-NUDGE = 1e-6
-"""A displacement [cells] without effect unless the motion is chaotic."""
-
-STRONG = Ref("sine-basis", params=(("scale", 1.0),))
-"""Random controllers that use most of the muscles' range, so that their scores differ."""
+TRAINED, STRONG = Ref("sine-basis"), Ref("sine-basis", params=(("scale", 1.0),))
+"""Controllers that are trained, and random ones that use most of the muscles' range, so that their scores differ."""
 
 
 @dataclass(frozen=True)
@@ -41,86 +37,126 @@ class StudyPlan:
     """Settings of the study.
 
     Attributes:
-        levels: names out of `LADDER`, from coarse to fine.
-        around: the level at which knobs are turned and noise is measured; "" for none.
-        draws: number of controllers scored at every level, in the order of `levels`.
-        knob_draws: number of controllers scored with a knob turned or a shift.
-        close: number of controllers whose trajectory, shape and gradient are recorded, over `close_frames`.
-        frames, close_frames: lengths of an episode in control frames.
+        levels: at which gaits are evaluated, names out of `LADDER`; the finest is the reference.
+        found: of these, the levels at which gaits are trained.
+        seeds: trainings of every cell at every level of `found`.
+        iterations: of a training.
+        stages: gaits of a training: its solution, and the best after half of the iterations, a quarter and so on.
+        frames: length of an episode in control frames.
+        gradients: the finest level with gradients; "" for none.
+        around: the level at which knobs are turned; "" for none.
+        draws: random controllers, evaluated as the gaits are.
     """
 
-    levels: tuple[str, ...]
-    around: str
-    draws: tuple[int, ...]
-    knob_draws: int = 4
-    close: int = 2
+    levels: tuple[str, ...] = ("draft", "standard", "paper", "fine")
+    found: tuple[str, ...] = ("draft", "standard")
+    seeds: int = 2
+    iterations: int = 32
+    stages: int = 4
     frames: int = 100
-    close_frames: int = 50
-    knobs: tuple[str, ...] = KNOBS
-    shifts: tuple[float, ...] = (*SHIFTS, NUDGE)
+    gradients: str = "paper"
+    around: str = ""
+    draws: int = 0
 
     def __post_init__(self) -> None:
-        unknown = [name for name in (*self.levels, *filter(None, (self.around,))) if name not in LADDER]
+        named = (*self.levels, *self.found, *filter(None, (self.gradients, self.around)))
+        unknown = [name for name in named if name not in LADDER]
         if unknown or not self.levels:
             raise UsageError(f"Unknown levels: {', '.join(unknown) or 'none given'}. Choose from {', '.join(LADDER)}.")
-        if len(self.draws) != len(self.levels):
-            raise UsageError(f"{len(self.draws)} numbers of draws do not fit {len(self.levels)} levels. Give one each.")
-        if min(*self.draws, self.knob_draws, self.frames, self.close_frames) < 1 or self.close < 0:
-            raise UsageError("Numbers of draws and frames must be at least 1.")
+        if min(self.seeds, self.iterations, self.stages, self.frames) < 1 or self.draws < 0:
+            raise UsageError("Seeds, iterations, stages and frames must be at least 1, draws at least 0.")
+
+    def fidelities(self) -> list[Ref]:
+        """Where gaits are evaluated, from coarse to fine, the finest level with both transfers, then the knobs."""
+        levels = sorted(set(self.levels), key=LADDER.index)
+        knobs = [f"{self.around}[{knob}]" for knob in KNOBS if self.around]
+        texts = (*levels, f"{levels[-1]}[transfer={other_transfer(levels[-1])}]", *knobs)
+        return list(dict.fromkeys(registry.resolve(Kind.FIDELITY, Ref.parse(text)) for text in texts))
 
 
-QUICK = StudyPlan(levels=("draft", "standard"), around="", draws=(3, 3), close=1, frames=10, close_frames=5)
+QUICK = StudyPlan(
+    levels=("draft", "standard"), found=("draft",), iterations=2, stages=2, frames=10, gradients="standard"
+)
 """Two levels and short episodes: a check that everything works, in seconds per environment."""
 
 
-def specs(envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan) -> list[RunSpec]:
-    """All runs of the study, the cheap ones first.
+def other_transfer(level: str) -> str:
+    """The less, or more, dissipative alternative to a level's own transfer; both head for the same limit."""
+    own = registry.get(Kind.FIDELITY, level).defaults["transfer"]
+    return "aflip" if own == "apic" else "apic"
 
-    Gradients are those of the first task; the others score the same motions.
+
+def trainings(
+    envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan, designs: Sequence[Ref] | None = None
+) -> list[RunSpec]:
+    """The trainings, those of cheap levels first; without `designs` of the animals that are at home in an environment.
 
     Raises:
         UnknownNameError, UsageError: a name or parameter that cannot be used.
     """
+    method = Ref("diffphysics", params=(("iterations", plan.iterations), ("restarts", 1)))
+    budget = Budget("iterations", plan.iterations)
+    return [
+        replace(cell, method=registry.resolve(Kind.METHOD, method), seed=seed, budget=budget)
+        for level in sorted(plan.found, key=LADDER.index)
+        for cell in _cells(envs, tasks, plan, designs, TRAINED, Ref(level))
+        for seed in range(plan.seeds)
+    ]
+
+
+def evaluations(trained: Iterable[RunSpec], plan: StudyPlan) -> list[RunSpec]:
+    """The runs that evaluate the gaits of these trainings, one for each cell, level found at and fidelity."""
+    homes: dict[RunSpec, list[str]] = {}
+    for spec in trained:
+        homes.setdefault(replace(spec, seed=0), []).append(run_name(spec.key()))
+    return [
+        _probe(home, fidelity, plan.stages * len(names), of="+".join(names), last=plan.stages,
+               gradients=len(names) if _has_gradients(fidelity, plan) else 0)
+        for fidelity in plan.fidelities()
+        for home, names in homes.items()
+    ]  # fmt: skip
+
+
+def draws(
+    envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan, designs: Sequence[Ref] | None = None
+) -> list[RunSpec]:
+    """The runs that evaluate random controllers."""
+    return [
+        _probe(cell, fidelity, plan.draws)
+        for fidelity in plan.fidelities()
+        for cell in _cells(envs, tasks, plan, designs, STRONG, fidelity)
+        if plan.draws
+    ]
+
+
+def _cells(
+    envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan, designs: Sequence[Ref] | None, controller: Ref,
+    fidelity: Ref,
+) -> Iterator[RunSpec]:  # fmt: skip
+    """The cells at a fidelity; method, seed and budget are still to be set."""
     if not envs or not tasks:
         raise UsageError("The study needs an environment and a task. Name at least one of each.")
-    levels = product(zip(plan.draws, plan.levels, strict=True), envs)
-    pairs = [_pair(env, tasks, Ref(fidelity), draws, plan) for (draws, fidelity), env in levels]
-    if plan.around:
-        pairs += [_around(env, tasks, plan) for env in envs]
-    return list({spec.key(): spec for spec in chain.from_iterable(pairs)}.values())
+    for env, task in product(envs, tasks):
+        for design in designs or map(Ref, DESIGNS.get(env.name, LAND_DESIGNS)):
+            yield RunSpec(
+                env=registry.resolve(Kind.ENV, env),
+                task=registry.resolve(Kind.TASK, task),
+                design=registry.resolve(Kind.DESIGN, design),
+                controller=registry.resolve(Kind.CONTROLLER, controller),
+                method=registry.resolve(Kind.METHOD, Ref("probe")),
+                seed=0,
+                budget=Budget("iterations", 1),
+                fidelity=registry.resolve(Kind.FIDELITY, fidelity),
+                frames=plan.frames,
+            )
 
 
-def _around(env: Ref, tasks: Sequence[Ref], plan: StudyPlan) -> Iterable[RunSpec]:
-    """The runs of one environment with a knob turned or a shift."""
-    for knob in plan.knobs:
-        yield from _pair(env, tasks, Ref.parse(f"{plan.around}[{knob}]"), plan.knob_draws, plan)
-    for factor in BULK_FACTORS if env.name in WATER else ():
-        usual = registry.resolve(Kind.ENV, env)
-        changed = {**usual.kwargs, "bulk_modulus": factor * float(usual.kwargs["bulk_modulus"])}
-        other = Ref(usual.name, usual.version, tuple(sorted(changed.items())))
-        yield from _pair(other, tasks, Ref(plan.around), plan.knob_draws, plan)
-    for shift in plan.shifts:
-        yield from _pair(env, tasks, Ref(plan.around, params=(("shift", shift),)), plan.knob_draws, plan)
+def _probe(cell: RunSpec, fidelity: Ref, count: int, **settings: str | int) -> RunSpec:
+    method = registry.resolve(Kind.METHOD, Ref("probe", params=tuple(sorted(settings.items()))))
+    return replace(cell, method=method, seed=0, fidelity=fidelity, budget=Budget("iterations", count))
 
 
-def _pair(env: Ref, tasks: Sequence[Ref], fidelity: Ref, draws: int, plan: StudyPlan) -> Iterable[RunSpec]:
-    """The run that scores many controllers, and the shorter one that records trajectories and gradients of a few."""
-    yield _spec(env, tasks, fidelity, draws, 0, plan.frames)
-    if plan.close:
-        yield _spec(env, tasks[:1], fidelity, plan.close, plan.close, plan.close_frames)
-
-
-def _spec(env: Ref, tasks: Sequence[Ref], fidelity: Ref, draws: int, gradients: int, frames: int) -> RunSpec:
-    also = "+".join(task.name for task in tasks[1:])
-    probe = Ref("probe", params=(("also", also), ("gradients", gradients)))
-    return RunSpec(
-        env=registry.resolve(Kind.ENV, env),
-        task=registry.resolve(Kind.TASK, tasks[0]),
-        design=registry.resolve(Kind.DESIGN, Ref("caterpillar")),
-        controller=registry.resolve(Kind.CONTROLLER, STRONG),
-        method=registry.resolve(Kind.METHOD, probe),
-        seed=0,
-        budget=Budget("episodes", draws),
-        fidelity=registry.resolve(Kind.FIDELITY, fidelity),
-        frames=frames,
-    )
+def _has_gradients(fidelity: Ref, plan: StudyPlan) -> bool:
+    """Whether gradients are computed there: at plain levels up to `plan.gradients`."""
+    is_plain = fidelity == registry.resolve(Kind.FIDELITY, Ref(fidelity.name))
+    return bool(plan.gradients) and is_plain and LADDER.index(fidelity.name) <= LADDER.index(plan.gradients)

@@ -9,9 +9,6 @@ from zoobench.spec import Ref
 from zoobench.verify.accuracy.analyse import LevelRow
 from zoobench.verify.accuracy.tolerance import published
 
-BODY = "caterpillar"
-"""The design with which they were measured."""
-
 
 @cache
 def rate(env: Ref, fidelity: Ref) -> LevelRow | None:
@@ -28,7 +25,7 @@ def rate(env: Ref, fidelity: Ref) -> LevelRow | None:
 def origin() -> str:
     """Where the rates come from, in words."""
     machines = sorted({text.rpartition(", ")[2] for text in published().origin})
-    return f"the {BODY} on one core of {' and '.join(machines)}, docs/accuracy.md"
+    return f"animals on one core of {' and '.join(machines)}, docs/accuracy.md"
 
 
 def _is_plain(kind: Kind, ref: Ref) -> bool:

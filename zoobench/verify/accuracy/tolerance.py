@@ -1,4 +1,4 @@
-"""The cheapest fidelity within a tolerance, by the published results of the accuracy study."""
+"""The coarsest fidelity that is good enough, by the published results of the accuracy study."""
 
 import json
 import math
@@ -8,21 +8,17 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from scipy.stats import chi2
-
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.files import replace_files
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.analyse import LevelRow, analyse
+from zoobench.verify.accuracy.analyse import LevelRow, analyse, components
+from zoobench.verify.accuracy.plan import LADDER
 from zoobench.verify.accuracy.records import Measurements, label
 
 PUBLISHED = "published.json"
 """Written by `zoobench accuracy show --publish` when the fidelities were last measured; beside this file."""
-
-CONFIDENCE = 0.95
-"""Confidence level of an error's upper limit, for controllers like those of the study."""
 
 
 @dataclass(frozen=True)
@@ -33,26 +29,42 @@ class FidelityChoice:
     reason: str
 
 
-def choose(env: Ref, task: str, tolerance: float) -> FidelityChoice:
-    """The cheapest level whose score error in this environment and task, at `CONFIDENCE` and with the reference's own
-    uncertainty, is within `tolerance` (a share of the scores' root mean square).
+def choose(env: Ref, task: Ref, tolerance: float | None, decide: float | None) -> FidelityChoice:
+    """The coarsest level of this environment and task that is as good as is asked for.
+
+    Args:
+        env, task: with the parameters that differ from the defaults.
+        tolerance: the largest error of trained gaits' scores, with the reference's own uncertainty; None for any.
+        decide: the ratio above which the order of two scores must hold; None for none.
 
     Raises:
         UsageError: no level is, or this environment and task were not measured in their present version.
     """
-    if not 0.0 < tolerance < math.inf:
+    if tolerance is not None and not 0.0 < tolerance < math.inf:
         raise UsageError(f"A tolerance of {tolerance:g} cannot be met. Give a share of the score, as in 0.2.")
+    if decide is not None and not 1.0 <= decide < math.inf:
+        raise UsageError(f"A ratio of {decide:g} decides nothing. Give the larger score by the smaller, as in 1.5.")
     rows = _rows(env, task)
-    good = [row for row in rows if _bound(row) <= tolerance]
+    good = [row for row in rows if _bound(row) <= (tolerance or math.inf) and _ratio(row) <= (decide or math.inf)]
     if not good:
-        best = min(rows, key=_bound)
+        best = min(rows, key=_bound if decide is None else _ratio)
+        wanted = [f"within {tolerance:g}"] if tolerance is not None else []
+        wanted += [f"sure of ratios above {decide:g}"] if decide is not None else []
         raise UsageError(
-            f"No fidelity is known to be within {tolerance:g} in {env.name} x {task}: the best is {_describe(best)}. "
-            "Give a larger tolerance, or choose with --fidelity."
+            f"No fidelity is known to be {' and '.join(wanted)} in {env.name} x {task.name}: the best is "
+            f"{_describe(best)}. Ask for less, or choose with --fidelity."
         )
-    cheapest = max(good, key=lambda row: row.spacing)
-    others = ", ".join(_describe(row) for row in rows if row is not cheapest)
-    return FidelityChoice(Ref(cheapest.fidelity), f"{env.name} x {task}: {_describe(cheapest)}; {others}")
+    others = "; ".join(_describe(row) for row in rows if row is not good[0])
+    return FidelityChoice(Ref(good[0].fidelity), f"{env.name} x {task.name}: {_describe(good[0])} (others: {others})")
+
+
+def decides(env: Ref, task: Ref, fidelity: Ref) -> float | None:
+    """The ratio of two scores above which their order holds there; None where no study of it is published."""
+    try:
+        rows = _rows(env, task)
+    except UsageError:  # not measured, or of a plug-in that is gone
+        return None
+    return next((row.decides for row in rows if row.components == components(env, task, fidelity)), None)
 
 
 @dataclass(frozen=True)
@@ -61,37 +73,33 @@ class Published:
 
     Attributes:
         origin: commits and machines of the measurements.
-        components: the measured environments, with version and every parameter.
-        levels: their errors and costs.
+        levels: errors and costs; of those measured before gaits were trained the costs alone.
     """
 
     origin: tuple[str, ...]
-    components: tuple[str, ...]
     levels: tuple[LevelRow, ...]
 
 
 def publish(measurements: Measurements, path: Path) -> None:
     """Write the levels' errors and costs, a row each.
 
-    Rows of environments that were not measured stay in the file.
+    Rows of environments and tasks that were not measured stay in the file.
 
     Raises:
         UsageError: the file cannot be read or written.
     """
-    measured = {label(Kind.ENV, sample.env): sample.env for sample in measurements.samples}
     new = [
         {name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in asdict(row).items()}
         for row in analyse(measurements).levels
     ]
-    own = {str(env) for env in measured.values() if label(Kind.ENV, env) == env.name}
+    places = {(row["env"], row["task"]) for row in new}
     try:
-        nothing: dict[str, list[Any]] = {"origin": [], "components": [], "levels": []}
+        nothing: dict[str, list[Any]] = {"origin": [], "levels": []}
         before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else nothing
-        kept = [row for row in before["levels"] if row["env"] not in measured]
-        known = {text for text in before["components"] if Ref.parse(text).name not in measured} | own
+        kept = [row for row in before["levels"] if (row["env"], row["task"]) not in places]
         kept_and_new = sorted(kept + new, key=lambda row: (row["env"], row["task"], -row["spacing"]))
         rows = ",\n".join(json.dumps(row, allow_nan=False) for row in kept_and_new)
-        head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin}), "components": sorted(known)})
+        head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin})})
         replace_files({path: f'{head[:-1]}, "levels": [\n{rows}\n]}}\n'.encode()})
     except OSError as error:
         raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
@@ -105,45 +113,34 @@ def published() -> Published:
     text = files("zoobench.verify.accuracy").joinpath(PUBLISHED).read_text(encoding="utf-8")
     document = json.loads(text)
     levels = tuple(LevelRow(**row) for row in document["levels"])
-    return Published(tuple(document["origin"]), tuple(document["components"]), levels)
+    return Published(tuple(document["origin"]), levels)
 
 
-def _rows(env: Ref, task: str) -> list[LevelRow]:
+def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     """The levels with a known error, from coarse to fine, measured with the present components."""
-    now = registry.resolve(Kind.ENV, env)
-    if str(now) not in published().components:
+    place = registry.resolve(Kind.ENV, env), registry.resolve(Kind.TASK, task)
+    present = [components(*place, registry.resolve(Kind.FIDELITY, Ref(name))) for name in LADDER]
+    rows = [row for row in published().levels if row.components in present and row.error is not None]
+    if not rows:
         raise UsageError(
-            f"The accuracy of {label(Kind.ENV, now)} in its present version was not measured. "
-            f"Measure it with `zoobench accuracy run --env {env.name}`, and choose with --fidelity."
+            f"The accuracy of {label(Kind.ENV, place[0])} x {task.name} in its present version was not measured. "
+            f"Measure it with `zoobench accuracy run --env {env.name} --task {task.name}`, or choose with --fidelity."
         )
-    rows = [row for row in published().levels if (row.env, row.task) == (label(Kind.ENV, now), task)]
-    known = [row for row in rows if row.error is not None]
-    if not known:
-        raise UsageError(f"The accuracy of {env.name} x {task} was not measured. Choose with --fidelity.")
-    return known
+    return sorted(rows, key=lambda row: -row.spacing)
 
 
 def _bound(row: LevelRow) -> float:
-    """Limit of a score's error: that of its distance to the reference, and the reference's own uncertainty."""
-    surely = _surely(row)
-    return math.inf if surely is None or row.unknown is None else math.hypot(surely, row.unknown)
+    """Error of a level's scores: their distance to the reference, and the reference's own uncertainty."""
+    return math.inf if row.error is None else math.hypot(row.error, row.unknown or 0.0)
 
 
-def _surely(row: LevelRow) -> float | None:
-    """Upper limit of the error at `CONFIDENCE`, since it was measured on a few controllers only.
-
-    That of a root mean square e of n independent normal errors is e sqrt(n / chi^2) with the lower quantile of chi^2
-    with n degrees of freedom; 1.5 e for twelve.
-    """
-    judged = int(row.draws.partition(",")[0])
-    if row.error is None or not judged:
-        return None
-    return float(row.error * math.sqrt(judged / chi2.ppf(1.0 - CONFIDENCE, judged)))
+def _ratio(row: LevelRow) -> float:
+    return math.inf if row.decides is None else row.decides
 
 
 def _describe(row: LevelRow) -> str:
-    unknown = "unknown" if row.unknown is None else f"{row.unknown:.2g}"
-    seconds = "" if row.seconds is None else f", {row.seconds:.2g} s per simulated second"
-    surely = _surely(row)
-    limit = "" if surely is None else f"below {surely:.2g} at {CONFIDENCE:.0%}; "
-    return f"{row.fidelity} with an error of {row.error:.2g} ({limit}reference known to {unknown}{seconds})"
+    facts = [f"{row.gaits} gaits"]
+    facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g}"]
+    facts += [] if row.decides is None else [f"ratios above {row.decides:.3g} keep their order"]
+    facts += [] if row.seconds is None else [f"{row.seconds:.2g} s per simulated second"]
+    return f"{row.fidelity} with an error of {row.error:.2g} ({', '.join(facts)})"

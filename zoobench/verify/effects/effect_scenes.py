@@ -34,8 +34,10 @@ def pairs(scene: Scene) -> Iterator[Pair]:
         yield Pair(Effect.FRICTION, "friction 0", scene, replace(scene, ground=replace(scene.ground, friction=0.0)))
     if scene.medium is None:
         return
-    # off in both scenes, since muscles and damping would act on the elastic bed too
-    rest = undamped(passive(scene))
+    if Effect.CONTACT in scene.effects:
+        yield Pair(Effect.CONTACT, "one velocity field", scene, stuck(scene))
+    # off in both scenes, since muscles and damping would act on the elastic bed too, which has no field of its own
+    rest = stuck(undamped(passive(scene)))
     elastic = all_elastic(rest)
     if isinstance(scene.medium.material, MudMaterial):
         solid = replace(rest, medium=as_clay(scene.medium))
@@ -45,6 +47,11 @@ def pairs(scene: Scene) -> Iterator[Pair]:
     for effect in (Effect.PLASTICITY, Effect.FLUID):
         if effect in scene.effects:
             yield Pair(effect, "robot's law for the bed", rest, elastic)
+
+
+def stuck(scene: Scene) -> Scene:
+    """The scene with one velocity field for robot and medium."""
+    return scene if scene.medium is None else replace(scene, medium=replace(scene.medium, friction=None))
 
 
 def passive(scene: Scene) -> Scene:

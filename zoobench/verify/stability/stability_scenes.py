@@ -1,6 +1,7 @@
 """Scenes and solvers that the cases share: blocks, beds and robots of a few hundred particles."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -19,6 +20,8 @@ Vector = tuple[float, float, float]
 
 SPACING = 1 / 32
 PER_CELL = 8
+EDGE = SPACING / 2
+"""Of the cubes that particles stand for, eight in a cell [m]."""
 STILL = (0.0, 0.0, 0.0)
 ORIGIN = (0.0, 0.0, 0.0)
 MIDDLE = (0.3125, 0.3125, 0.3125)
@@ -34,9 +37,10 @@ def medium_material(name: str) -> Medium:
     return material
 
 
-def fidelity(precision: int = 32, courant: float = 0.5, spacing: float = SPACING, step: float = 0.0) -> Fidelity:
+def fidelity(precision: int = 32, courant: float = 0.7, spacing: float = SPACING, step: float = 0.0) -> Fidelity:
     """The grid of the cases."""
-    return Fidelity(spacing, courant=courant, precision=64 if precision == 64 else 32, step=step)
+    bits: Literal[32, 64] = 64 if precision == 64 else 32
+    return Fidelity(spacing, courant=courant, precision=bits, step=step)
 
 
 def lattice(lower: Vector, cells: tuple[int, int, int], per_cell: int = PER_CELL) -> Array:

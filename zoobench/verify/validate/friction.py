@@ -9,6 +9,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import Ground, Scene
+from zoobench.sim.model.standing import standing
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, Rig, lattice, passive_body
 
@@ -89,7 +90,7 @@ def slide(
         passive_body(replace(_STIFF, viscosity=viscosity), points, h**3 / 8), (0, 0, 0), (2.0, 0.3, high + 2 * h),
         ground=Ground(friction), gravity=(0.0, -normal, 0.0),
     )  # fmt: skip
-    rig = Rig(scene, h, 0.05, courant=0.8, **settings)
+    rig = Rig(standing(scene, h / 2), h, 0.05, courant=0.8, **settings)
     rig.equilibrate(400.0, rig.steps)
     t, x, v = _tilted(rig, degrees, seconds)
     begin = int(np.flatnonzero(t >= _RAMP)[0])

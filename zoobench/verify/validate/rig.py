@@ -132,6 +132,13 @@ def bed(material: Medium, positions: Array, volume: float, strains: Array | None
     return MediumBed.at_rest(material, positions, np.full(len(positions), volume), strains)
 
 
+def repeat(count: int, *arrays: Reals) -> None:
+    """Let the first of `count` equal parts of every array be copied into the others: the images of a periodic piece."""
+    for array in arrays:
+        parts = array.reshape(count, -1, *array.shape[1:])  # of the first axis alone, so that it is a view
+        parts[1:] = parts[0]
+
+
 def order_of_accuracy(spacings: ArrayLike, errors: ArrayLike) -> float:
     """Observed order: the slope of log error over log spacing, by least squares."""
     return float(np.polyfit(np.log(spacings), np.log(np.abs(errors)), 1)[0])

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
-from zoobench.sim.model.scene import Ground, Scene
+from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
 
@@ -60,11 +60,11 @@ class Column(NamedTuple):
 def column(cells: int, **settings: Any) -> Column:
     """The column of `column_settlement`, of `cells` over its height, damped to rest.
 
-    It is one cell wide between walls, and all nodes lie on walls: the column cannot widen.
+    It is one cell wide between walls and stands on one, and all nodes lie on walls: the column cannot widen.
     """
     h, material = 1 / cells, _column_material()
     points = lattice((0, 0, 0), (h, 1.0, h), h / 2)
-    scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h), ground=Ground(0.0))
+    scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h))
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
     rig = Rig(scene, h, 12 / omega, **settings)

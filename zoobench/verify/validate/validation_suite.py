@@ -8,12 +8,20 @@ from zoobench.verify.validate import (
     friction,
     gradients,
     granular,
+    hertz,
+    interface,
     manufactured,
+    modes,
+    mud,
+    muscle_pulls,
     statics,
     waves,
 )
 
-_ALL = cases_of(conservation, waves, manufactured, statics, elements, friction, granular, fluids, gradients)
+_ALL = cases_of(
+    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, interface, granular,
+    mud, fluids, gradients,
+)  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
 """By precision, 64 bits first: each change of it restarts the runtime."""

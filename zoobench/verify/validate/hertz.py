@@ -1,0 +1,126 @@
+"""Impact: an elastic sphere on the rigid ground, against Hertz."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.scene import Ground, Scene
+from zoobench.verify.cases import CaseRecorder, Shortfall, case
+from zoobench.verify.validate.rig import WEIGHTLESS, Rig, lattice, passive_body
+
+_BALL = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1000.0)
+_RADIUS = 0.5
+"""Of the sphere [m], a hundred times the thickness of any layer that a law of contact may have."""
+_PACE = 0.03
+"""Speed of impact over that of sound in a bar: slow enough for the contact to be quasi-static."""
+
+
+class Hertz(NamedTuple):
+    """An elastic sphere on a rigid plane, without gravity and losses (Hertz 1882).
+
+    Attributes:
+        duration: of the contact [s].
+        force: the largest [N].
+        depth: the largest indentation [m].
+    """
+
+    duration: float
+    force: float
+    depth: float
+
+    @classmethod
+    def of(cls, material: ElasticMaterial, radius: float, speed: float) -> "Hertz":
+        """With F = k d^(3/2), k = 4/3 E* sqrt(R): k d^(5/2) / 2.5 = m v^2 / 2 at most, and 2.9432 d / v long."""
+        modulus = material.youngs_modulus / (1 - material.poissons_ratio**2)
+        mass = material.density * 4 / 3 * math.pi * radius**3
+        k = 4 / 3 * modulus * math.sqrt(radius)
+        depth = (1.25 * mass * speed**2 / k) ** 0.4
+        return cls(2.9432 * depth / speed, k * depth**1.5, depth)
+
+
+class Impact(NamedTuple):
+    """The impact of a sphere as it was simulated.
+
+    Attributes:
+        t, force: times [s] since the first touch, and the ground's force `[count]` [N].
+        duration: from the first to the last tenth of the largest force, in the proportion that Hertz's pulse has [s].
+        restitution: speed after over speed before.
+        gap: height of the lowest point of the undeformed sphere at the first touch [m].
+    """
+
+    t: Array
+    force: Array
+    duration: float
+    restitution: float
+    gap: float
+
+
+def sphere_impact(cells: int) -> Impact:
+    """A sphere of `cells` to the radius falls onto the ground at the speed `_PACE`, without gravity or friction."""
+    h = _RADIUS / cells
+    speed = _PACE * math.sqrt(_BALL.youngs_modulus / _BALL.density)
+    exact = Hertz.of(_BALL, _RADIUS, speed)
+    above, middle = 1.6 * h, (cells + 3) * h
+    points = lattice((0, 0, 0), (2 * _RADIUS,) * 3, h / 2) - _RADIUS
+    points = points[np.linalg.norm(points, axis=1) < _RADIUS] + (middle, _RADIUS + above, middle)
+    volume = 4 / 3 * math.pi * _RADIUS**3 / len(points)
+    body = passive_body(_BALL, points, volume, np.array([0.0, -speed, 0.0]))
+    scene = Scene(body, (0, 0, 0), (2 * middle, 2 * middle, 2 * middle), ground=Ground(0.0), gravity=WEIGHTLESS)
+    rig = Rig(scene, h, 1.6 * exact.duration + above / speed)
+    mass = rig.mass.sum(dtype=float)
+    momentum = [-mass * speed]
+    for _ in range(rig.steps):
+        rig.advance(1)
+        momentum.append(float(rig.mass @ rig.v[:, 1]))
+    path = np.array(momentum)
+    force = np.diff(path) / rig.dt
+    pressed = np.flatnonzero(force > 0.1 * force.max())
+    first = int(np.flatnonzero(force > 1e-3 * force.max())[0])
+    # F = F_max sin(pi t / T)^(3/2), nearly: a tenth of the largest force 0.0689 T after the beginning
+    duration = (pressed[-1] - pressed[0] + 1) * rig.dt / (1 - 2 * math.asin(0.1 ** (2 / 3)) / math.pi)
+    t = rig.times(rig.steps)[1:]
+    return Impact(t - t[first], force, float(duration), path[-1] / (mass * speed), float(above - speed * t[first]))
+
+
+_REACH = 1.25
+"""Height above the ground at which it is first felt [cells]: of contact at the nodes of the grid. A law of contact with
+a thickness of its own has a reach of its own; nothing else here depends on it."""
+
+_BLUNT = "the ground is felt a cell before it is touched, and the sphere is dented by half a cell"
+
+
+@case(
+    "sphere-impact", "Hertz 1882; Johnson 1985, Contact mechanics, 11.4", "radius of 8 cells, and of 4", is_fast=False
+)
+def impact(record: CaseRecorder) -> None:
+    """Duration, largest force and restitution of the impact of an elastic sphere, whose dent is a tenth of its radius.
+
+    It loses nothing but what remains in its oscillations, less than a hundredth at this speed. A grid blunts the
+    contact, which makes it longer and weaker, never shorter or stronger.
+    """
+    exact = Hertz.of(_BALL, _RADIUS, _PACE * math.sqrt(_BALL.youngs_modulus / _BALL.density))
+    figure = record.plot("Impact of an elastic sphere", "time since the first touch [s]", "force of the ground [N]")
+    coarse = {"duration": Shortfall(_BLUNT, 1.35), "force": Shortfall(_BLUNT, 0.7), "bounce": Shortfall(_BLUNT, 0.9)}
+    for cells in (8, 4):
+        known = coarse if cells == 4 else {}
+        found = sphere_impact(cells)
+        where = f"of Hertz's, radius of {cells} cells"
+        record.within(f"duration {where}", found.duration / exact.duration, 0.98, 1.1, shortfall=known.get("duration"))
+        record.within(
+            f"largest force {where}", found.force.max() / exact.force, 0.9, 1.02, shortfall=known.get("force")
+        )
+        record.at_least(
+            f"coefficient of restitution, radius of {cells} cells",
+            found.restitution,
+            0.95,
+            shortfall=known.get("bounce"),
+        )
+        record.at_most(
+            f"height of the first touch, radius of {cells} cells", found.gap * cells / _RADIUS, _REACH, "cells"
+        )
+        figure.computed(f"MPM, radius of {cells} cells", found.t, found.force)
+    t = np.linspace(0, exact.duration, 101)
+    figure.reference("Hertz, nearly", t, exact.force * np.sin(np.pi * t / exact.duration) ** 1.5)

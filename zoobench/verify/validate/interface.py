@@ -1,0 +1,124 @@
+"""Where a robot meets a medium: the bearing capacity of clay, and Coulomb friction on a bed."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial
+from zoobench.sim.model.scene import Ground, Scene
+from zoobench.verify.cases import CaseRecorder, case
+from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, bed, lattice, passive_body
+
+_H = 1 / 64
+_PER_CELL = 2
+_SHEAR_STRENGTH = 100.0
+"""k [Pa] of the clay."""
+_PUSH = 0.3
+"""Depth to which a footing is pushed [cells]."""
+_SPEED = 0.005
+"""Of the footing [m/s]: at twice this speed the inertia of the clay adds a tenth."""
+_RAMP = 0.2
+
+PRANDTL = 2.0 + math.pi
+"""Bearing capacity of a strip footing on clay without weight over its shear strength."""
+
+
+def footing(cells: int, friction: float | None) -> tuple[Array, Array]:
+    """Depth [cells] and mean pressure over the clay's shear strength of a strip footing on weightless clay.
+
+    The footing, an elastic block, is led by a uniform body force so that its mean velocity is what it should be; the
+    force is the clay's resistance. Plane strain: one cell between walls without friction.
+
+    Args:
+        cells: width of the footing.
+        friction: between footing and clay; None for one velocity field.
+    """
+    depth, beside, high = max(2 * cells, 8), max(2 * cells, 8), 4
+    wide, top, edge = (cells + 2 * beside) * _H, depth * _H, _H / _PER_CELL
+    # the deviatoric stress at yield is sqrt(2) k in pure shear
+    clay = ClayMaterial(1e5, 0.3, 1600.0, yield_stress=math.sqrt(2.0) * _SHEAR_STRENGTH)
+    block = lattice((beside * _H, top, 0.0), ((beside + cells) * _H, top + high * _H, _H), edge)
+    ground = bed(clay, lattice((0.0, 0.0, 0.0), (wide, top, _H), edge), edge**3)
+    scene = Scene(
+        passive_body(ElasticMaterial(2e5, 0.3, 1600.0), block, edge**3), (0, 0, 0), (wide, top + (high + 3) * _H, _H),
+        medium=replace(ground, friction=friction), gravity=WEIGHTLESS,
+    )  # fmt: skip
+    rig = Rig(scene, _H, _PUSH * _H / _SPEED / (1 - _RAMP / 2))
+    robot, mass = rig.robot, rig.mass[rig.robot]
+    depths, forces = np.zeros(rig.steps), np.zeros(rig.steps)
+    for n in range(rig.steps):
+        rig.advance(1)
+        wanted = -_SPEED * min(1.0, (n + 1) / (_RAMP * rig.steps))
+        add = np.array([0.0, wanted, 0.0]) - (mass @ rig.v[robot]) / mass.sum() * np.array([1.0, 1.0, 0.0])
+        rig.v[robot] += add
+        depths[n] = -wanted * rig.dt / _H
+        forces[n] = -mass.sum() * add[1] / rig.dt
+    pieces = 30
+    whole = rig.steps // pieces * pieces
+    pressure = forces[:whole].reshape(pieces, -1).mean(1) / (_SHEAR_STRENGTH * cells * _H * _H)
+    return np.cumsum(depths)[:whole].reshape(pieces, -1)[:, -1], pressure
+
+
+_MOST = {2: 1.6, 4: 1.3, 8: 1.2}
+"""Largest mean pressure over Prandtl's by the footing's width [cells]."""
+
+
+@case("strip-footing", "Prandtl 1920: bearing capacity (2 + π) k", "footings of 2, 4 and 8 cells", is_fast=False)
+def strip_footing(record: CaseRecorder) -> None:
+    """Footings pushed into clay by 0.3 cells carry Prandtl's load, broadened by a part of a cell."""
+    figure = record.plot("Strip footing on clay", "depth [cells]", "pressure over shear strength [-]")
+    for cells, most in _MOST.items():
+        depth, pressure = footing(cells, 0.5)
+        record.within(f"capacity over Prandtl's, {cells} cells", pressure[-1] / PRANDTL, 0.9, most)
+        figure.computed(f"MPM, {cells} cells", depth, pressure)
+    depth, pressure = footing(2, None)
+    record.at_least("control: capacity of 2 cells in one velocity field over Prandtl's", pressure[-1] / PRANDTL, 1.6)
+    figure.computed("MPM, 2 cells, one velocity field", depth, pressure)
+    figure.reference("2 + π", depth, np.full_like(depth, PRANDTL))
+
+
+def slide(degrees: float, friction: float, seconds: float = 0.4) -> tuple[Array, Array]:
+    """Times [s] and speeds [m/s] of a block of 6 x 3 x 3 cells on a hard bed, tilted to an angle in the first 0.1 s."""
+    h, ramp, angle = _H, 0.1, math.radians(degrees)
+    block = lattice((8 * h, 3 * h, h), (14 * h, 6 * h, 4 * h), h / 2)
+    hard = ClayMaterial(1e6, 0.3, 1600.0, yield_stress=1e6)
+    ground = bed(hard, lattice((0.0, 0.0, 0.0), (40 * h, 3 * h, 5 * h), h / 2), h**3 / 8)
+    scene = Scene(
+        passive_body(ElasticMaterial(1e5, 0.2, 1000.0, viscosity=20.0), block, h**3 / 8), (0, 0, 0),
+        (40 * h, 9 * h, 5 * h), medium=replace(ground, friction=friction), ground=Ground(100.0),
+        gravity=(0.0, -GRAVITY * math.cos(angle), 0.0),
+    )  # fmt: skip
+    rig = Rig(scene, h, 0.05)
+    rig.equilibrate(400.0, rig.steps)
+    rig.equilibrate(100.0, rig.steps)
+    every = 20
+    times = rig.times(round(seconds / rig.dt / every), every)
+    speeds = []
+    for begin in times:
+        speeds.append(float(rig.v[rig.robot, 0].mean()))
+        for n in range(every):
+            risen = min((begin + n * rig.dt) / ramp, 1.0)
+            rig.v[rig.robot, 0] += rig.dt * GRAVITY * math.sin(angle) * (0.5 - 0.5 * math.cos(math.pi * risen))
+            rig.advance(1)
+    return times, np.array(speeds)
+
+
+@case("bed-friction", "Coulomb 1785: tan θ = μ", "block of 6 x 3 x 3 cells on a hard bed")
+def bed_friction(record: CaseRecorder) -> None:
+    """A block on a hard bed rests below the critical angle, and slides above it as its friction with the bed says."""
+    friction = 0.4
+    figure = record.plot("Block on a hard bed", "time [s]", "speed [m/s]")
+    for degrees in (15.0, 30.0):
+        times, speeds = slide(degrees, friction)
+        figure.computed(f"MPM, {degrees:g}°", times, speeds)
+        if math.tan(math.radians(degrees)) < friction:
+            record.at_most(f"speed at {degrees:g}°", float(np.abs(speeds[times > 0.15]).max()), 1e-3, "m/s")
+            continue
+        rate, _ = np.polyfit(times[times > 0.15], speeds[times > 0.15], 1)
+        angle = math.radians(degrees)
+        felt = (math.sin(angle) - rate / GRAVITY) / math.cos(angle)
+        record.at_most("friction felt, relative error", abs(felt / friction - 1), 0.05)
+        ideal = GRAVITY * (math.sin(angle) - friction * math.cos(angle))
+        figure.reference("Coulomb, 30°", times, speeds[-1] + ideal * (times - times[-1]))
