@@ -38,6 +38,22 @@ def _is_single(item: pytest.Item) -> bool:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _compile_fast(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Taichi itself optimises no kernel: that takes longest of all compiling, and changes no bit of what is computed.
+
+    With `-m slow` kernels are compiled as users have them, and always so in child processes.
+    """
+    runtime = sys.modules.get("zoobench.sim.runtime")
+    if runtime is None or request.config.option.markexpr == "slow":
+        yield
+        return
+    vector_lanes = runtime.vector_lanes
+    runtime.vector_lanes = lambda *, optimised=False: vector_lanes()
+    yield
+    runtime.vector_lanes = vector_lanes
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _end_runtime() -> Iterator[None]:
     yield
     if (runtime := sys.modules.get("zoobench.sim.runtime")) is not None:

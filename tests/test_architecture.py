@@ -45,7 +45,8 @@ ALLOWED = {
     "report": "errors arrays files spec registry db render",
     "harness": "errors files spec inputs registry rounding tasks cell methods db",
     "verify": (
-        "errors arrays files spec registry sim.model sim.kernels sim designs envs tasks controllers cell db render"
+        "errors arrays files spec inputs registry sim.model sim.kernels sim designs envs tasks controllers cell db "
+        "render"
     ),
     "cli": "errors files spec inputs registry cell methods db harness report render verify",
     "__main__": "cli",

@@ -96,10 +96,12 @@ class Start:
     Attributes:
         spec: of that run.
         params: `[parameter_count]`.
+        milestones: its best parameters after some of its iterations, the earliest first.
     """
 
     spec: RunSpec
     params: tuple[float, ...]
+    milestones: tuple[tuple[float, ...], ...] = ()
 
 
 def run_name(key: str) -> str:
@@ -128,9 +130,9 @@ def named_run(method: Ref) -> str:
 
 
 def named_runs(*refs: Ref) -> list[str]:
-    """The beginnings of the keys of all runs that references name, also within a parameter, each once."""
-    names = (name for ref in refs for name in re.findall(rf"={_RUN_NAME.pattern}(?=[],])", str(ref)))
-    return [name.removeprefix(f"={_RUN_MARK}") for name in dict.fromkeys(names)]
+    """The beginnings of the keys of all runs that references name, also several in a parameter, each once."""
+    names = (name for ref in refs for name in re.findall(rf"[=+]{_RUN_NAME.pattern}(?=[],+])", str(ref)))
+    return list(dict.fromkeys(name[1:].removeprefix(_RUN_MARK) for name in names))
 
 
 Finder = Callable[[str], Start | None]

@@ -336,13 +336,23 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
     raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be of type {noun}.")
 
 
-def _discover(kind: Kind) -> None:
-    if kind in _discovered:
-        return
+def load_own() -> None:
+    """Load zoobench's own components of all kinds, and no plug-ins."""
+    for kind in Kind:
+        _load_own(kind)
+
+
+def _load_own(kind: Kind) -> None:
     package = importlib.import_module(f"zoobench.{kind}")
     for module in pkgutil.iter_modules(getattr(package, "__path__", [])):
         if not module.name.startswith("_") and module.name != "base":
             importlib.import_module(f"{package.__name__}.{module.name}")
+
+
+def _discover(kind: Kind) -> None:
+    if kind in _discovered:
+        return
+    _load_own(kind)
     group = f"zoobench.{kind}"
     for entry_point in importlib.metadata.entry_points(group=group):
         try:

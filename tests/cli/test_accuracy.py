@@ -9,29 +9,35 @@ from tests.cli.conftest import Command
 
 @pytest.mark.slow
 def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: Command) -> None:
-    """From the database and from an exported file: the same tables; a picture is drawn; nothing is done twice."""
-    study = ("accuracy", "run", "--env", "ground", "--quick", "--repeats", 1)
+    """From the database and from an exported file: the same tables; pictures are drawn; nothing is done twice."""
+    study = ("accuracy", "run", "--env", "ground", "--task", "turning", "--design", "caterpillar", "--quick")
     show = ("accuracy", "show", "--env", "ground", "--format", "json")
+    planned = zoobench(*study, "--dry-run")
+    assert "5 runs to do of 5" in planned.err
     done = zoobench(*study)
     assert done.code == 0, done.err
     assert done.err.endswith("Next: zoobench accuracy show --env ground\n")
-    first = zoobench(*show, "--export", "a.json", "--plots", ".")
+    first = zoobench(*show, "--export", "a.json", "--plots", ".", "--publish", "levels.json")
     assert first.code == 0, first.err
     tables = json.loads(first.out)
-    assert [row["fidelity"] for row in tables["levels"] if row["task"] == "turning"] == ["draft", "standard"]
+    draft, standard = tables["levels"]
+    assert (draft["fidelity"], standard["fidelity"]) == ("draft", "standard")
+    assert (draft["gaits"], draft["runs"]) == (4, 2)
+    assert draft["error"] > 0
+    assert draft["unknown"] == pytest.approx(standard["error"])
+    assert draft["angle"] > 0
     assert all(row["seconds"] > 0 for row in tables["levels"])
-    assert tables["levels"][0]["error"] > 0
-    assert [row["fidelity"] for row in tables["energy"]] == ["draft", "standard"]
-    assert all(abs(row["unexplained"]) < 1 for row in tables["energy"])
-    assert "drawn: accuracy-ground.png" in first.err
+    assert [row["evaluated"] for row in tables["matrix"]] == ["draft", "standard"]
+    assert [row["fidelity"] for row in tables["energy"]] == ["draft"]
+    assert "drawn: accuracy.png" in first.err
     assert "drawn: accuracy-energy.png" in first.err
-    assert json.loads(zoobench(*show).out) == tables
     again = json.loads(zoobench(*show, "--from", "a.json").out)
-    assert again["levels"][0]["error"] == pytest.approx(tables["levels"][0]["error"], rel=1e-4)
+    assert again["levels"][0]["error"] == pytest.approx(draft["error"], rel=1e-4)
     repeated = zoobench(*study)
-    assert "0 new, 4 done already" in repeated.err
-    assert "timing" not in repeated.err
+    assert "0 runs to do of 5" in repeated.err
     assert "following" not in repeated.err
+    table = zoobench("table", "--format", "json")
+    assert not any(cell["undecided"] for cell in json.loads(table.out)["cells"])
 
 
 def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:

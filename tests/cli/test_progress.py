@@ -83,3 +83,13 @@ def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: p
     done = row(3, RunState.DONE)
     assert pace.seconds_left([row(1, RunState.RUNNING), row(2, RunState.QUEUED), done]) is None
     assert pace.seconds_left([row(1, RunState.RUNNING, 0.5), row(2, RunState.QUEUED), done]) == 30.0
+
+
+def test_runs_count_by_the_time_that_they_are_expected_to_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the work in 10 s leaves 90 s, although it is one run of two; a run without a weight is a mean one."""
+    for weights, left in (({1: 1.0, 2: 9.0}, 90.0), ({2: 9.0}, 10.0)):
+        clock = iter([0.0, 10.0])
+        monkeypatch.setattr(progress.time, "monotonic", lambda clock=clock: next(clock))
+        pace = TimeLeft(weights)
+        pace.seconds_left([row(1, RunState.QUEUED), row(2, RunState.QUEUED)])
+        assert pace.seconds_left([row(1, RunState.DONE), row(2, RunState.QUEUED)]) == pytest.approx(left)

@@ -108,6 +108,7 @@ def test_a_run_with_a_stored_gait_and_body_can_be_done_shown_filmed_and_tried(
     assert Ref.parse(str(_both().design)) == _both().design
 
 
+@pytest.mark.slow  # tests/harness/test_warm_start.py shows it of a method that begins with what it names
 def test_without_what_it_names_a_run_fails_and_says_why(tmp_path: Path, database: Path) -> None:
     """In a database without those runs."""
     spec = cell()

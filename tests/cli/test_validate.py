@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Command
-from zoobench.verify.cases import Case, CaseRecorder
+from zoobench.verify.cases import Case, CaseRecorder, Shortfall
 from zoobench.verify.validate import validation_suite
 
 
@@ -38,3 +38,18 @@ def test_a_missed_bound_is_exit_code_1(zoobench: Command, monkeypatch: pytest.Mo
     lines = reply.out.splitlines()
     assert lines[1].startswith("made-up,good,0.5,<= 1,-,True,none,float64,")
     assert lines[2].startswith("made-up,bad,2.0,<= 1,m,False,none,float64,")
+
+
+def test_a_known_shortfall_is_listed_with_its_reason(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table shows the missed number, a message its reason, and the exit code is 0."""
+
+    def measure(record: CaseRecorder) -> None:
+        record.at_most("drift", 2.0, 1.0, "m", shortfall=Shortfall("water is thick", 3.0))
+
+    case = Case("made-up", "A case.", measure, source="nothing", resolution="none")
+    monkeypatch.setattr(validation_suite, "CASES", (case,))
+    reply = zoobench("validate", "--format", "csv")
+    assert reply.code == 0
+    assert "made-up: falls short, as is known" in reply.err
+    assert "drift 2 <= 1 (known shortfall: water is thick)" in " ".join(reply.err.split())
+    assert reply.out.splitlines()[1].startswith("made-up,drift,2.0,<= 1,m,False,none,float64,")

@@ -14,7 +14,7 @@ DEFAULTS = {
 }
 
 POND = "ocean[depth=0.09375,length=0.1875,width=0.125,bulk_modulus=20000]"
-"""The ocean in little, and soft, so that its steps are long: a body of a design space is at rest in a tenth of the
+"""The ocean in little, and soft, so that its steps are long: whatever swims in it is at rest in a fraction of the
 time."""
 
 

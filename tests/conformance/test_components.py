@@ -30,19 +30,22 @@ CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER,
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.
 
-    Bodies move on land or in water, where they belong, design spaces on land. All of the product is for `-m slow`.
+    Bodies move on land, or in the pond below if they belong into water. All of the product is for `-m slow`.
     """
     if design == "caterpillar":
         return task == "movement-speed" or env in ("ground", "ocean")
-    tags = registry.get(Kind.DESIGN, design).tags
-    return task == "movement-speed" and env == ("ocean" if "water" in tags else "ground")
+    return task == "movement-speed" and env == "ground" and design not in SWIMMERS
 
 
+SWIMMERS = [name for name in DESIGNS if "water" in registry.get(Kind.DESIGN, name).tags]
 CELLS = [
     pytest.param(*names, marks=() if _is_fast(*names) else pytest.mark.slow)
     for names in itertools.product(ENVS, TASKS, DESIGNS)
 ]
-CELLS.append(pytest.param(POND, "movement-speed", "voxel", id="pond-movement-speed-voxel"))  # a design space in water
+CELLS += [
+    pytest.param(POND, "movement-speed", name, id=f"pond-movement-speed-{name}")
+    for name in (*SWIMMERS, "voxel")  # and a design space in water
+]
 SEEN = 30
 """Length of the observations that closed loops are given here."""
 
@@ -70,7 +73,7 @@ def test_an_environment_tells_the_unit_of_every_number(name: str) -> None:
     lines = [f"*{item}" for item in " ".join(component.description.split()).split(" * ")]
     for key, expected in component.parameters.items():
         (told,) = (line for line in lines if f"`{key}`" in line.partition(":")[0])
-        assert expected is int or re.search(r"\[[^]]+\]", told), told
+        assert expected in (int, bool) or re.search(r"\[[^]]+\]", told), told
 
 
 @pytest.mark.parametrize("name", FIDELITIES)

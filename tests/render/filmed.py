@@ -4,17 +4,28 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.render.canvas import check_drawing
 from zoobench.render.film import Film, film
-from zoobench.render.recording import Snapshot, snapshots
+from zoobench.render.recording import Recording, Snapshot, snapshots
 from zoobench.spec import Ref, RunSpec
 
 ENVS = ("ground", "ice", "desert", "clay", "wetland", "snow", "shallow-water", "ocean")
 SPEC: RunSpec = cell(environment="desert", task="waypoint-following", frames=10)
+
+CLEAR = 0.357
+"""Distance of a medium particle that has half of its place from a full cube of the robot [edges], at least: it gives up
+(1 - |d|) along each axis, which is half at sqrt(3) (1 - 2^(-1/3)) along a diagonal."""
+
+
+def full_cubes(shot: Recording) -> NDArray[np.bool_]:
+    """Whether a robot's particle fills its cube `[robot_count]`, in whose centre it then is."""
+    found: NDArray[np.bool_] = shot.body.volumes > 0.999 * shot.particle_edge**3
+    return found
 
 
 @cache

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from tests.conformance.cells import cell
-from tests.render.filmed import SPEC, params, short_film
+from tests.conformance.cells import POND, cell
+from tests.render.filmed import CLEAR, SPEC, full_cubes, params, short_film
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.render.film import evenly, film
@@ -41,12 +41,12 @@ def test_a_particle_shows_the_activity_of_its_muscle() -> None:
 
 def test_a_body_of_a_design_space_has_its_place_to_itself() -> None:
     """Where the workspace is solid no water is shown, and where it is empty there is water."""
-    spec = cell(environment="ocean", design="particle", frames=1)
+    spec = cell(environment=POND, design="particle", frames=1)
     problem = Problem(spec)
     shown = film(spec, problem.initial(np.random.default_rng(0)).tolist())
     assert 0 < shown.body.particle_count < problem.body.particle_count
     water = KDTree(shown.medium[0])
-    assert water.query(shown.robot[0])[0].min() > 0.4 * shown.particle_edge
+    assert water.query(shown.robot[0][full_cubes(shown)])[0].min() > CLEAR * shown.particle_edge
     place = shown.scene.robot.positions[0] - shown.body.positions[0]
     empty = problem.body.positions[KDTree(shown.body.positions).query(problem.body.positions)[0] > 1e-6]
     assert water.query(empty + place)[0].max() < 1.2 * shown.particle_edge

@@ -11,8 +11,6 @@ from zoobench.spec import Ref
 
 pytest.importorskip("skimage")
 
-EDGE = 1 / 64 / 2  # of the lattice of `draft`
-
 
 def body(name: str = "fish") -> Body:
     """A design at `draft`."""
@@ -23,7 +21,7 @@ def body(name: str = "fish") -> Body:
 def test_the_skin_moves_as_an_affine_motion_moves_its_particles() -> None:
     """Turned, stretched, sheared and carried away, every vertex is where the motion takes it, to rounding."""
     fish = body()
-    cover = skin(fish, EDGE)
+    cover = skin(fish)
     at_rest = cover.places @ fish.positions
     rng = np.random.default_rng(0)
     change, offset = np.eye(3) + rng.normal(0.0, 0.4, (3, 3)), rng.normal(size=3)
@@ -35,7 +33,7 @@ def test_the_skin_moves_as_an_affine_motion_moves_its_particles() -> None:
 def test_the_skin_encloses_the_body() -> None:
     """Its volume is the body's to 3 %, its faces look outwards."""
     fish = body()
-    cover = skin(fish, EDGE)
+    cover = skin(fish)
     a, b, c = ((cover.places @ fish.positions)[cover.faces[:, corner]] for corner in range(3))
     assert abs((a * np.cross(b, c)).sum() / 6 / fish.volumes.sum() - 1) < 0.03
 
@@ -43,7 +41,7 @@ def test_the_skin_encloses_the_body() -> None:
 def test_values_stay_within_those_of_the_particles() -> None:
     """A constant stays what it is, and between 0 and 1 nothing leaves."""
     fish = body()
-    cover = skin(fish, EDGE)
+    cover = skin(fish)
     np.testing.assert_allclose(cover.shares @ np.ones(fish.particle_count), 1.0)
     values = cover.shares @ (fish.positions[:, 0] > 0).astype(float)
     assert 0.0 <= values.min() < 0.01

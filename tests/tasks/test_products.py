@@ -4,11 +4,19 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import torch
 
+from tests.conformance.cells import cell
+from tests.tasks.motions import block, motion
+from zoobench import registry
+from zoobench.cell.problem import Problem
+from zoobench.cell.robot import elongation
+from zoobench.registry import Kind
+from zoobench.spec import Ref
 from zoobench.tasks.products import matmul, symmetric_eigen
 
 _OTHER_CODE = {
@@ -18,53 +26,42 @@ _OTHER_CODE = {
 }
 """What libraries choose by the make of a processor; torch's own sums do not, and are set in `zoobench.rounding`."""
 
-_SYNTHETIC = """
-import json, torch
-from tests.tasks.motions import block, motion
-from zoobench import registry
-from zoobench.cell.robot import elongation
-from zoobench.registry import Kind
-from zoobench.spec import Ref
 
-rest, chance = block(count=60), torch.Generator().manual_seed(1)
-places, speeds = (torch.rand(61, *rest.shape, dtype=torch.float64, generator=chance) - 0.5 for _ in range(2))
-work = torch.rand(60, 1, 2, dtype=torch.float64, generator=chance)
-moved = motion(rest, rest + 0.02 * places, 0.1 * speeds, work)
-found = {"elongation": elongation(places[0].numpy(), speeds[0, :, 0].abs().numpy()).hex()}
-for name in registry.names(Kind.TASK):
-    task = registry.create(Kind.TASK, Ref.parse("mix[movement-speed=1,turning=1]" if name == "mix" else name))
-    found[name] = [float(value).hex() for value in task.reward(moved)]
-    found |= {f"{name} {key}": float(value).hex() for key, (value, _) in task.metrics(moved).items()}
-print(json.dumps(found))
-"""
-
-_SIMULATED = """
-import json
-import numpy as np
-from tests.conformance.cells import cell
-from zoobench.cell.problem import Problem
-
-found = {}
-for task in ("velocity-tracking", "turning"):
-    spec = cell(task=task, controller="trajectory", frames=20)
-    problem = Problem(spec, worlds=1)
-    evaluation = problem.evaluate(np.random.default_rng(3).normal(size=problem.parameter_count))
-    found[task] = [value.hex() for value in evaluation.reward.tolist()]
-    found |= {f"{task} {name}": metric.value.hex() for name, metric in evaluation.metrics.items()}
-print(json.dumps(found))
-"""
+def synthetic() -> dict[str, object]:
+    """All readings of a random motion, to the last bit."""
+    rest, chance = block(count=60), torch.Generator().manual_seed(1)
+    places, speeds = (torch.rand(61, *rest.shape, dtype=torch.float64, generator=chance) - 0.5 for _ in range(2))
+    work = torch.rand(60, 1, 2, dtype=torch.float64, generator=chance)
+    moved = motion(rest, rest + 0.02 * places, 0.1 * speeds, work)
+    found: dict[str, object] = {"elongation": elongation(places[0].numpy(), speeds[0, :, 0].abs().numpy()).hex()}
+    for name in registry.names(Kind.TASK):
+        task = registry.create(Kind.TASK, Ref.parse("mix[movement-speed=1,turning=1]" if name == "mix" else name))
+        found[name] = [float(value).hex() for value in task.reward(moved)]
+        found |= {f"{name} {key}": float(value).hex() for key, (value, _) in task.metrics(moved).items()}
+    return found
 
 
-@pytest.mark.parametrize("script", [_SYNTHETIC, pytest.param(_SIMULATED, marks=pytest.mark.slow)])
-def test_no_reading_depends_on_the_libraries_choice_of_code(script: str) -> None:
-    """All rewards and metrics, bit for bit, with other code for products and decompositions than is asked for."""
-    outcomes = []
-    for settings in ({}, _OTHER_CODE):
-        child = [sys.executable, "-c", f"import zoobench\n{script}"]
-        ended = subprocess.run(child, env={**os.environ, **settings}, capture_output=True, text=True, check=True)
-        outcomes.append(json.loads(ended.stdout.splitlines()[-1]))
-    assert len(outcomes[0]) > 10
-    assert outcomes[0] == outcomes[1]
+def simulated() -> dict[str, object]:
+    """All readings of two episodes."""
+    found: dict[str, object] = {}
+    for task in ("velocity-tracking", "turning"):
+        problem = Problem(cell(task=task, controller="trajectory", frames=20), worlds=1)
+        evaluation = problem.evaluate(np.random.default_rng(3).normal(size=problem.parameter_count))
+        found[task] = [value.hex() for value in evaluation.reward.tolist()]
+        found |= {f"{task} {name}": metric.value.hex() for name, metric in evaluation.metrics.items()}
+    return found
+
+
+@pytest.mark.parametrize("readings", [synthetic, pytest.param(simulated, marks=pytest.mark.slow)])
+def test_no_reading_depends_on_the_libraries_choice_of_code(readings: Callable[[], dict[str, object]]) -> None:
+    """All rewards and metrics, bit for bit, in a process with other code for products and decompositions."""
+    name = readings.__name__
+    script = f"import json; from tests.tasks.test_products import {name}; print(json.dumps({name}()))"
+    child = [sys.executable, "-c", f"import zoobench; {script}"]
+    ended = subprocess.run(child, env={**os.environ, **_OTHER_CODE}, capture_output=True, text=True, check=True)
+    found = readings()
+    assert len(found) > 10
+    assert json.loads(ended.stdout.splitlines()[-1]) == found
 
 
 def test_a_product_is_that_of_the_matrices() -> None:

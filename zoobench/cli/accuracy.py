@@ -1,8 +1,8 @@
-"""`zoobench accuracy`: error of each fidelity to a converged simulation, and its cost."""
+"""`zoobench accuracy`: how far trained gaits' scores at each fidelity are from the finest, and what that costs."""
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,8 +16,8 @@ from zoobench.cli.options import (
     TaskOption,
     WorkersOption,
     command_text,
-    parse_counts,
     parse_names,
+    takes,
 )
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 from zoobench.cli.studies import save_each
@@ -25,12 +25,11 @@ from zoobench.errors import UsageError
 from zoobench.report.listing import Listing
 
 if TYPE_CHECKING:
-    from zoobench.spec import RunSpec
-    from zoobench.verify.accuracy.analyse import Analysis
+    from zoobench.report.estimate import Estimator
+    from zoobench.spec import Ref, RunSpec
     from zoobench.verify.accuracy.analytic import AnalyticRow
     from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
-    from zoobench.verify.accuracy.verdicts import EnergyRow
 
 EXACT_STUDY = "accuracy-exact"
 
@@ -42,39 +41,59 @@ def _group() -> None:
     """Measure the error and cost of fidelities."""
 
 
-@accuracy.command("run")
-def run(
-    env: EnvOption = "*",
-    task: Annotated[str, Option("--task", help="Tasks, likewise; gradients are those of the first.")] = (
-        "movement-speed,turning"
+def _plan(
+    levels: Annotated[str, Option("--levels", help="Where gaits are evaluated, with commas.")] = (
+        "draft,standard,paper,fine"
     ),
-    levels: Annotated[str, Option("--levels", help="From coarse to fine, with commas.")] = "draft,standard,paper",
-    draws: Annotated[str, Option("--draws", help="Controllers at every level: one number, or one each.")] = "12",
-    around: Annotated[str, Option("--around", help="Level at which knobs are turned; empty: none.")] = "draft",
-    close: Annotated[
-        int, Option("--close", min=0, help="Controllers whose trajectory, shape and gradient are recorded.")
-    ] = 2,
-    frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 100,
+    found: Annotated[str, Option("--found", help="Levels at which gaits are trained.")] = "draft,standard",
+    seeds: Annotated[int, Option("--seeds", help="Trainings of each.")] = 2,
+    iterations: Annotated[int, Option("--iterations", help="Length of a training.")] = 32,
+    stages: Annotated[int, Option("--stages", help="Gaits of a training: at its end, after half of it and so on.")] = 4,
+    gradients: Annotated[str, Option("--gradients", help="Finest level with gradients; empty: none.")] = "paper",
+    around: Annotated[str, Option("--around", help="Level at which knobs are turned; empty: none.")] = "",
+    draws: Annotated[int, Option("--draws", help="Random controllers, for comparison.")] = 0,
+    frames: Annotated[int, Option("--frames", help="Length of an episode in control frames.")] = 100,
     quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, as a check.")] = False,
-    repeats: Annotated[int, Option("--repeats", min=0, help="Timings of each simulation in turn; 0: none.")] = 3,
+) -> "StudyPlan":
+    """The settings of the study."""
+    from zoobench.verify.accuracy.plan import QUICK, StudyPlan
+
+    at, home = (tuple(parse_names(text)) for text in (levels, found))
+    return QUICK if quick else StudyPlan(at, home, seeds, iterations, stages, frames, gradients, around, draws)
+
+
+@accuracy.command("run")
+@takes(_plan)
+def run(
+    plan: "StudyPlan",
+    env: EnvOption = "*",
+    task: TaskOption = "movement-speed,turning",
+    design: Annotated[str, Option("--design", help="Designs; animals that live there if not given.")] = "",
+    energy: Annotated[str, Option("--energy", help="Levels whose energy is followed; empty: none.")] = "draft",
+    dry: Annotated[bool, Option("--dry-run", help="Only estimate the time.")] = False,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Carry out what is not done yet of the study.
 
-    The same random controllers are simulated at every level, and at one of them with each knob turned alone: a
-    parameter of the fidelity, such as the time step or the transfer. Then the energy of a short episode is followed
-    through every substep, and each simulation is timed alone. Interrupted, it goes on where it stopped when the same
-    command is typed again.
+    Gaits are trained by gradient at some levels, and those of several stages of a training are evaluated at every
+    level, at the finest one with a second transfer too. Then the energy of a short episode is followed through every
+    substep. Interrupted, it goes on where it stopped when the same command is typed again.
     """
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
-    from zoobench.verify.accuracy.plan import QUICK, specs
+    from zoobench.verify.accuracy.plan import draws, evaluations, trainings
 
-    plan = QUICK if quick else _plan(levels, draws, around, close, frames)
-    wanted = specs(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK), plan)
-    _run(wanted, db, jobs)
-    _keep_rest(wanted, db, repeats)
+    designs = parse_selector(design, Kind.DESIGN) if design else None
+    axes = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK), plan, designs
+    trained = trainings(*axes)
+    others = [*evaluations(trained, plan), *draws(*axes)]
+    _tell_cost([*trained, *others], db, jobs)
+    if dry:
+        return
+    done = _run(trained, db, jobs)
+    _run([*evaluations(done, plan), *draws(*axes)], db, jobs)
+    _follow_energy(trained, parse_names(energy) if energy else [], db)
     say(f"Next: {command_text('accuracy', 'show', *([] if env == '*' else ['--env', env]), db=db)}")
 
 
@@ -82,20 +101,20 @@ def run(
 def show(
     env: EnvOption = "*",
     task: TaskOption = "*",
-    table: Annotated[str, Option("--table", help="references, levels, steps, knobs, choices, energy or all.")] = "all",
+    table: Annotated[str, Option("--table", help="short, levels, matrix, knobs, random, energy or all.")] = "all",
     source: Annotated[Path | None, Option("--from", help="A file of --export instead of the database.")] = None,
     export: Annotated[Path | None, Option("--export", help="Write the measurements to this file.")] = None,
     publish: Annotated[
-        Path | None, Option("--publish", help="Write the levels' errors and costs, by which --tolerance chooses.")
+        Path | None, Option("--publish", help="Write the rows by which --tolerance and --decide choose.")
     ] = None,
-    plots: Annotated[Path | None, Option("--plots", help="Draw a plot of every environment into this folder.")] = None,
+    plots: Annotated[Path | None, Option("--plots", help="Draw scores and energy into this folder.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show errors, costs and losses of energy.
+    """Show errors, what they decide, costs and losses of energy.
 
-    Scores, trajectories, shapes and gradients are compared with the limit of the finest levels; costs are wall times
-    per simulated second. Nothing is simulated.
+    Scores of gaits are compared with those at the finest level; costs are CPU times per simulated second. Nothing is
+    simulated.
     """
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
@@ -104,25 +123,33 @@ def show(
     from zoobench.verify.accuracy.accuracy_plots import draw, draw_energy
     from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.analyse import analyse
+    from zoobench.verify.accuracy.energy_rows import energies
     from zoobench.verify.accuracy.records import read, write
-    from zoobench.verify.accuracy.verdicts import energies
 
     wanted = choose(table, tuple(TABLES), form)
     envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
     tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
     measured = _stored(db) if source is None else read(source)
     analysis = analyse(measured, envs, tasks)
-    energy = list(energies(measured, envs))
+    balances = list(energies(measured, envs))
     if export is not None:
         write(measured, export)
     if publish is not None:
         tolerance.publish(measured, publish)
     if plots is not None:
-        if energy:
-            say(f"drawn: {draw_energy(energy, plots)}")
-        for path in draw(analysis, plots, default=presets.get(presets.DEFAULT).fidelity.name):
-            say(f"drawn: {path}")
-    _print(analysis, energy, wanted, form)
+        say(f"drawn: {draw(analysis.levels, plots)}")
+        if balances:
+            say(f"drawn: {draw_energy(balances, plots, level=presets.get(presets.DEFAULT).fidelity.name)}")
+    listings = {}
+    for name in wanted:
+        kind, text, rows_of = TABLES[name]
+        rows: Sequence[Any] = balances if rows_of is None else rows_of(analysis)
+        if form in (Format.CSV, Format.JSON):
+            listings[name] = listing_of(kind, rows)
+        elif rows or name == table:
+            columns, cells = text(rows)
+            listings[name] = Listing(columns, tuple(cells))
+    emit_several(listings, form)
 
 
 @accuracy.command("exact")
@@ -151,44 +178,77 @@ def exact(
         raise Exit(1)
 
 
-def _plan(levels: str, draws: str, around: str, close: int, frames: int) -> "StudyPlan":
-    from zoobench.verify.accuracy.plan import StudyPlan
+def _tell_cost(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
+    """Print how long the runs that are not done will take."""
+    from zoobench.db.rows import RunState
+    from zoobench.report.estimate import basis_text, total_seconds
+    from zoobench.report.views import duration
+    from zoobench.verify.accuracy.rates import origin
 
-    names, counts = tuple(parse_names(levels)), tuple(parse_counts(draws, "numbers of draws"))
-    draws_of = counts * len(names) if len(counts) == 1 else counts
-    return StudyPlan(levels=names, around=around, draws=draws_of, close=close, frames=frames)
+    estimator = _estimator(db)
+    done = {result.run.key for result in estimator.past if result.run.state is RunState.DONE}
+    estimates = [estimator(spec) for spec in wanted if spec.key() not in done]
+    total = duration(total_seconds([each and each.seconds for each in estimates], jobs))
+    say(f"{len(estimates)} runs to do of {len(wanted)}; estimated time with {jobs} at once, once started: {total}")
+    if estimates:
+        say(f"Estimated: {basis_text(estimates, estimator.pace, origin())}")
 
 
-def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
+def _estimator(db: str) -> "Estimator":
+    """Estimates of times, with a turned knob as its level."""
+    from zoobench import registry
+    from zoobench.cli.plan import past_results
+    from zoobench.registry import Kind
+    from zoobench.report.estimate import Estimator
+    from zoobench.spec import Ref
+    from zoobench.verify.accuracy.analyse import LevelRow
+    from zoobench.verify.accuracy.rates import rate
+
+    def level_rate(env: "Ref", fidelity: "Ref") -> LevelRow | None:
+        return rate(env, registry.resolve(Kind.FIDELITY, Ref(fidelity.name)))
+
+    return Estimator(past_results(db), level_rate)
+
+
+def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> "list[RunSpec]":
+    """Do what is not done of these runs; those that are done then."""
     from zoobench.cli.progress import carry_out
+    from zoobench.db.rows import RunState
     from zoobench.db.store import Store
 
     with Store(db) as store:
         report = store.enqueue(wanted)
     say(f"{len(report.new)} new, {len(report.existing_done)} done already")
-    for row in carry_out(db, sorted(report.open), jobs=jobs):
+    estimate = _estimator(db)
+    with Store(db) as store:
+        weights = {row.id: found.seconds for row in store.runs(ids=report.open) if (found := estimate(row.spec))}
+    for row in carry_out(db, sorted(report.open), jobs=jobs, weights=weights):
         if row.reason:
             say(f"  run {row.id} {row.state}: {row.reason}")
+    with Store(db) as store:
+        done = {row.key for row in store.runs(states=[RunState.DONE])}
+    return [spec for spec in wanted if spec.key() in done]
 
 
-def _keep_rest(wanted: "list[RunSpec]", db: str, repeats: int) -> None:
-    """Follow the energy and measure times where that is not done yet, and store both."""
+def _follow_energy(trained: "list[RunSpec]", levels: list[str], db: str) -> None:
+    """Follow the energy of random controllers where that is not done yet, and store it."""
+    from zoobench import registry
     from zoobench.db.store import Store
-    from zoobench.verify.accuracy.costs import costs
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
     from zoobench.verify.accuracy.energy_audit import balances
-    from zoobench.verify.accuracy.records import COST_STUDY, ENERGY_STUDY, Balance, FidelityCost, from_reader, stored
-
-    def rest(known: Sequence[FidelityCost | Balance]) -> "list[RunSpec]":
-        done = {(item.env, item.fidelity) for item in known}
-        return [spec for spec in wanted if (spec.env, spec.fidelity) not in done]
+    from zoobench.verify.accuracy.plan import STRONG
+    from zoobench.verify.accuracy.records import ENERGY_STUDY, from_reader, stored
 
     with Store(db) as store:
-        known = from_reader(store)
-    found = balances(rest(known.balances), on_case=lambda case: say(f"following the energy of {case}"))
+        known = {(balance.env, balance.fidelity) for balance in from_reader(store).balances}
+    fidelities = [registry.resolve(Kind.FIDELITY, Ref.parse(level)) for level in levels]
+    controller = registry.resolve(Kind.CONTROLLER, STRONG)
+    cells = {(spec.env, fidelity): replace(spec, fidelity=fidelity, controller=controller)
+             for spec in reversed(trained) for fidelity in fidelities}  # fmt: skip
+    rest = [spec for place, spec in cells.items() if place not in known]
+    found = balances(rest, on_case=lambda case: say(f"following the energy of {case}"))
     deque(save_each(db, ENERGY_STUDY, found, stored), maxlen=0)
-    if repeats:
-        timed = costs(rest(known.costs), repeats=repeats, on_case=lambda case: say(f"timing {case}"))
-        deque(save_each(db, COST_STUDY, timed, stored), maxlen=0)
 
 
 def _stored(db: str) -> "Measurements":
@@ -205,25 +265,6 @@ def _stored(db: str) -> "Measurements":
     if not measured.samples:
         raise UsageError(f"{store.name} holds no run of the accuracy study. Use `zoobench accuracy run` first.")
     return measured
-
-
-def _print(analysis: "Analysis", energy: "list[EnergyRow]", wanted: list[str], form: Format) -> None:
-    """Print tables with every field for programs, with a choice of them for people."""
-    from zoobench.verify.accuracy.accuracy_tables import TABLES
-    from zoobench.verify.accuracy.verdicts import knobs, steps
-
-    turned = list(knobs(analysis))
-    found: list[Sequence[Any]]
-    found = [analysis.references, analysis.levels, list(steps(analysis)), turned, turned, energy]
-    listings = {}
-    for name, rows in zip(TABLES, found, strict=True):
-        kind, table = TABLES[name]
-        if form in (Format.CSV, Format.JSON) and kind is not None:
-            listings[name] = listing_of(kind, rows)
-        else:
-            columns, cells = table(rows)
-            listings[name] = Listing(columns, tuple(cells))
-    emit_several({name: listings[name] for name in wanted}, form)
 
 
 def _measure_rows(db: str, levels: int | None) -> "Iterator[AnalyticRow]":

@@ -64,19 +64,25 @@ def table(
     Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget and
     episode length, and below it where the numbers come from; with --by, runs of all budgets stand in one, each with
     its best score at an equal amount spent. Smoke runs are left out. A normalised score is 0 where a
-    method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row.
+    method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row. A mean
+    marked ‡ is so near to the row's best that its fidelity cannot tell which is better.
     """
+    from dataclasses import replace
+
     from zoobench.db.store import Store
     from zoobench.report.footer import footer
     from zoobench.report.run_results import choose_results, origins
     from zoobench.report.tables import score_tables
+    from zoobench.report.undecided import footnotes, mark_undecided
+    from zoobench.verify.accuracy.tolerance import decides
 
     flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
         counted = [result for result in choose_results(store, chosen) if not result.is_smoke]
         tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
+        tables = mark_undecided(tables, decides)
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
-        foot = footer(tables, origins(store, counted), command)
+        foot = replace(footer(tables, origins(store, counted), command), undecided=footnotes(tables, decides))
     print_tables(tables, foot, form, normalised)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")

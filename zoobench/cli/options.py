@@ -56,7 +56,11 @@ FramesOption = Annotated[int | None, Option("--frames", help="Length of an episo
 FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'draft[precision=64]'.")]
 ToleranceOption = Annotated[
     float | None,
-    Option("--tolerance", help="Instead: the cheapest fidelity known to have its scores right to this share, as 0.2."),
+    Option("--tolerance", help="Instead: the coarsest fidelity with scores within this share of the finest, as 0.2."),
+]
+DecideOption = Annotated[
+    float | None,
+    Option("--decide", help="Likewise, the coarsest at which scores keep their order if their ratio is above this."),
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
@@ -90,19 +94,20 @@ def request(
     frames: FramesOption = None,
     fidelity: FidelityOption = "",
     tolerance: ToleranceOption = None,
+    decide: DecideOption = None,
 ) -> "RunRequest":
     """The runs that a command asks for."""
     from zoobench.harness.request import RunRequest
 
     chosen = RunSelection(env, task, design, controller, method, fidelity)
-    return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance)
+    return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance, decide)
 
 
-def cheapest_fidelity(env: "Ref", task: str, tolerance: float) -> "FidelityChoice":
-    """See `zoobench.verify.accuracy.tolerance.choose`, whose statistics are loaded only if a tolerance is given."""
+def coarsest_fidelity(env: "Ref", task: "Ref", tolerance: float | None, decide: float | None) -> "FidelityChoice":
+    """See `zoobench.verify.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
     from zoobench.verify.accuracy.tolerance import choose
 
-    return choose(env, task, tolerance)
+    return choose(env, task, tolerance, decide)
 
 
 def takes(build: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:

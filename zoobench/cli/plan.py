@@ -9,7 +9,7 @@ from zoobench.cli.options import (
     DatabaseOption,
     FormatOption,
     WorkersOption,
-    cheapest_fidelity,
+    coarsest_fidelity,
     request,
     takes,
 )
@@ -42,8 +42,8 @@ def plan(
     from zoobench.report.views import duration, plan_listing
     from zoobench.verify.accuracy.rates import origin, rate
 
-    cells = asked.cells(db, cheapest_fidelity, say)
-    past = _past_results(db)
+    cells = asked.cells(db, coarsest_fidelity, say)
+    past = past_results(db)
     states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
     known = [states.get(spec.key(), "new") for spec in specs]
@@ -81,7 +81,7 @@ def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[Run
     return lines
 
 
-def _past_results(db: str) -> "list[RunResult]":
+def past_results(db: str) -> "list[RunResult]":
     """The results from which times are estimated; none if there is no database yet."""
     if "://" not in db and not Path(db).exists():
         return []

@@ -1,7 +1,8 @@
 """Progress of runs on standard error: bars on a terminal, plain lines elsewhere."""
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from typer import Exit
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
 
 _PLAIN_SECONDS = 15.0  # between two lines about one run in progress
+NO_WEIGHTS: Mapping[int, float] = MappingProxyType({})
 
 
 class Display(Protocol):
@@ -27,13 +29,27 @@ class Display(Protocol):
     def __exit__(self, *_: object) -> None: ...
 
 
-def display(run_ids: Collection[int]) -> Display:
-    """Bars on a terminal, lines elsewhere."""
-    return Bars(run_ids) if console(stderr=True).is_terminal else Lines(run_ids)
+def display(run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> Display:
+    """Bars on a terminal, lines elsewhere; with `weights`, times that runs are expected to take beside each other."""
+    return Bars(run_ids, weights) if console(stderr=True).is_terminal else Lines(run_ids, weights)
 
 
-def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | None = None) -> "list[RunRow]":
-    """Do these runs with a display of their progress, and return them ended; `timeout` [s] is that of one attempt.
+def carry_out(
+    db: str,
+    run_ids: Collection[int],
+    *,
+    jobs: int,
+    timeout: float | None = None,
+    weights: Mapping[int, float] = NO_WEIGHTS,
+) -> "list[RunRow]":
+    """Do these runs with a display of their progress, and return them ended.
+
+    Args:
+        db: the database.
+        run_ids: of the runs.
+        jobs: how many at a time.
+        timeout: of one attempt [s].
+        weights: times that runs are expected to take, so that unlike ones give a good estimate of the time left.
 
     Raises:
         Exit: code 130 if the user interrupts it; everything up to there is kept.
@@ -41,7 +57,7 @@ def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | 
     from zoobench.harness.worker_pool import run_all
 
     try:
-        with display(run_ids) as shown:
+        with display(run_ids, weights) as shown:
             return run_all(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update) if run_ids else []
     except KeyboardInterrupt:
         say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
@@ -49,32 +65,43 @@ def carry_out(db: str, run_ids: Collection[int], *, jobs: int, timeout: float | 
 
 
 class TimeLeft:
-    """Time left for a set of runs, estimated from the progress since the start of this command."""
+    """Time left for a set of runs, estimated from the progress since the start of this command.
 
-    def __init__(self) -> None:
+    Runs count by their weights; one without counts as the mean of the others.
+    """
+
+    def __init__(self, weights: Mapping[int, float] = NO_WEIGHTS) -> None:
+        self._weights = weights
+        self._usual = sum(weights.values()) / len(weights) if weights else 1.0
         self._start: tuple[float, float] | None = None
 
     def seconds_left(self, rows: "list[RunRow]") -> float | None:
         """Wall time left [s]; None while nothing has moved yet."""
-        now, done = time.monotonic(), sum(_share(row) for row in rows)
+        weights = [self._weights.get(row.id, self._usual) for row in rows]
+        now = time.monotonic()
+        done = sum(weight * _share(row) for weight, row in zip(weights, rows, strict=True))
         if self._start is None:
             self._start = (now, done)
         begun, before = self._start
-        return None if done <= before else (now - begun) * (len(rows) - done) / (done - before)
+        return None if done <= before else (now - begun) * (sum(weights) - done) / (done - before)
 
 
 class Lines:
     """A line when a run starts or ends, and now and then one in between."""
 
-    def __init__(self, run_ids: Collection[int]) -> None:
+    def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
         self._total = len(run_ids)
+        self._time_left = TimeLeft(weights)
         self._told: dict[int, tuple[str, float]] = {}
 
     def update(self, rows: "list[RunRow]") -> None:
         """Print the changes since the last call."""
         from zoobench.db.rows import RunState
+        from zoobench.report.views import duration
 
         ended = sum(row.has_ended for row in rows)
+        left = self._time_left.seconds_left(rows)
+        standing = f"{ended}/{self._total}" + (f", {duration(left)} left" if left else "")
         now = time.monotonic()
         for row in rows:
             state, at = self._told.get(row.id, ("", now))
@@ -83,7 +110,7 @@ class Lines:
                 continue
             self._told[row.id] = (row.state, now)
             text = _ending(row) if row.has_ended else f"running   {_name(row)}{_standing(row)}"
-            say(f"[{ended}/{self._total}] {text}")
+            say(f"[{standing}] {text}")
 
     def __enter__(self) -> Self:
         return self
@@ -95,7 +122,7 @@ class Lines:
 class Bars:
     """One bar per run in progress with its score so far, and one for all runs."""
 
-    def __init__(self, run_ids: Collection[int]) -> None:
+    def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
 
         self._progress = Progress(
@@ -107,7 +134,7 @@ class Bars:
         self._all = self._progress.add_task("all runs", total=len(run_ids), standing="")
         self._bars: dict[int, TaskID] = {}
         self._ended: set[int] = set()
-        self._time_left = TimeLeft()
+        self._time_left = TimeLeft(weights)
 
     def update(self, rows: "list[RunRow]") -> None:
         """Move the bars; a run that has ended becomes a line above them."""

@@ -12,7 +12,7 @@ from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
     WorkersOption,
-    cheapest_fidelity,
+    coarsest_fidelity,
     command_text,
     request,
     takes,
@@ -73,7 +73,7 @@ def run(
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)
-    cells = asked.cells(db, cheapest_fidelity, say)
+    cells = asked.cells(db, coarsest_fidelity, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(

@@ -107,7 +107,7 @@ def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Upd
         look: how the values are shown.
     """
     recording = region.recording
-    cover = skin(recording.body, recording.lattice)
+    cover = skin(recording.body)
     mesh = put_skin(canvas, cover, recording.robot[0], values[0], **look)
     shadow = _put_shadow(canvas, region, mesh)
 
@@ -129,13 +129,9 @@ def put_skin(canvas: Canvas, cover: Skin, positions: Any, values: Array, **look:
     return mesh
 
 
-def put_fibres(canvas: Canvas, cover: Skin, body: Body, edge: float) -> None:
-    """Strokes on the skin of a body at rest: the parts of its muscles' fibres that lie in the surface.
-
-    Args:
-        edge: of the cube that a particle stands for [m].
-    """
-    vertices = cover.places @ body.positions
+def put_fibres(canvas: Canvas, cover: Skin, body: Body) -> None:
+    """Strokes on the skin of a body at rest: the parts of its muscles' fibres that lie in the surface."""
+    vertices, edge = cover.places @ body.positions, body.edge
     active = cover.shares @ body.muscle_membership.sum(axis=1) > 0.5
     _, first = np.unique(np.round(vertices / (_APART * edge)), axis=0, return_index=True)
     chosen = first[active[first]]

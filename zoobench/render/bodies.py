@@ -53,7 +53,7 @@ def card(design: Ref) -> dict[str, Any]:
         UsageError: the design cannot be made.
     """
     sampled = body_at(design)
-    body, edge = sampled.body, sampled.grid.particle_edge
+    body = sampled.body
     masses = body.masses(DENSITY)
     shares = masses @ body.muscle_membership / masses.sum()
     grids: dict[str, Fidelity] = {
@@ -61,7 +61,7 @@ def card(design: Ref) -> dict[str, Any]:
     }
     names = sorted(grids, key=lambda name: (-grids[name].grid_spacing, name))
     return {
-        "size": (np.ptp(body.positions, axis=0) + edge).round(4).tolist(),
+        "size": body.size.round(4).tolist(),
         "mass": float(masses.sum()),
         "muscles": dict(zip(body.muscles, shares.tolist(), strict=True)),
         "passive": max(0.0, 1.0 - float(shares.sum())),
@@ -101,10 +101,8 @@ def export_body(sampled: Sampled, path: Path) -> None:
     """Write a body to a file, see `designs.export`.
 
     Raises:
-        UsageError: the file cannot be written, or the particles of a surface are not on a cubic lattice.
+        UsageError: the file cannot be written.
     """
     from zoobench.designs.export import export
 
-    if path.suffix.lower() == ".stl" and sampled.grid.particles_per_cell == 4:
-        raise UsageError("A surface needs particles on a cubic lattice. Leave particles_per_cell=4 out.")
-    export(sampled.body, sampled.grid.particle_edge, path)
+    export(sampled.body, path)

@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording, lattice_edge
+from zoobench.render.recording import Positions, Recording
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.paths import Path as Route
 
@@ -119,7 +119,6 @@ def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[n
         scene=record.scene,
         body=record.body,
         particle_edge=problem.fidelity.particle_edge,
-        lattice=lattice_edge(problem.fidelity),
         kept=kept,
         times=clock[kept],
         robot=places[:, :count],

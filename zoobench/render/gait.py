@@ -83,7 +83,7 @@ def draw_gait(film: Film, path: Path, *, title: str) -> None:
 
 def body_images(film: Film, moments: Sequence[int]) -> list[Image]:
     """The body at these moments, from its right flank and a little above, each about its own centre of mass."""
-    cover = skin(film.body, film.lattice)
+    cover = skin(film.body)
     flat = np.array([1.0, 0.0, 1.0])
     places = {moment: film.robot[moment] - flat * film.centre[film.kept[moment]] for moment in moments}
     points = np.vstack([place[film.solid] for place in places.values()])

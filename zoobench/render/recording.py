@@ -16,7 +16,6 @@ from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
-from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import medium_share
 from zoobench.sim.solver import Solver
@@ -33,7 +32,6 @@ class Recording:
         scene: its matter and ground; the positions in it are those before it came to rest.
         body: the robot at rest in its own frame, as it was simulated.
         particle_edge: edge of the cube that a particle stands for [m].
-        lattice: edge of the cubic lattice whose points, or some of them, are the robot's particles [m].
         times: `[moments]` since the episode began [s].
         robot: `[moments, robot_count, 3]` positions of the robot's particles [m].
         medium: `[moments, medium_count, 3]` positions of the medium's particles [m], without those whose place the
@@ -45,7 +43,6 @@ class Recording:
     scene: Scene
     body: Body
     particle_edge: float
-    lattice: float
     times: Array
     robot: Positions
     medium: Positions
@@ -70,17 +67,12 @@ class Snapshot(Recording):
     fidelity: str
 
 
-def lattice_edge(fidelity: Fidelity) -> float:
-    """Edge of the cubic lattice that holds the particles of a fidelity [m]."""
-    edge: float = fidelity.grid_spacing / np.ceil(fidelity.particles_per_cell ** (1 / 3) - 1e-9)
-    return edge
-
-
 def medium_exists(scene: Scene, occupancy: Array) -> NDArray[np.bool_]:
-    """Whether a medium particle has most of its place `[medium_count]`: in a design space the robot may have it."""
+    """Whether a medium particle has most of its place `[medium_count]`: the robot may have it, or a part of it."""
     if scene.medium is None:
         return np.zeros(0, bool)
-    found: NDArray[np.bool_] = medium_share(scene.medium, occupancy[None])[0] > 0.5
+    volumes = scene.medium.volumes
+    found: NDArray[np.bool_] = medium_share(scene.medium, occupancy[None])[0] * volumes > 0.5 * volumes.max()
     return found
 
 
@@ -120,7 +112,6 @@ def snapshots(
             scene=scene,
             body=body,
             particle_edge=grid.particle_edge,
-            lattice=lattice_edge(grid),
             times=np.array([frames * FRAME_SECONDS]),
             robot=robot.astype(np.float32),
             medium=medium[:, medium_exists(scene, body.occupancy)].astype(np.float32),

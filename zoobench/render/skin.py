@@ -29,7 +29,7 @@ class Skin:
     shares: Any
 
 
-def skin(body: Body, edge: float) -> Skin:
+def skin(body: Body) -> Skin:
     """The surface around the particles that exist.
 
     A vertex moves as an affine map, fitted by least squares to the motion of its neighbours, takes it from its place at
@@ -37,7 +37,6 @@ def skin(body: Body, edge: float) -> Skin:
 
     Args:
         body: the robot at rest.
-        edge: of the cubic lattice that holds its particles [m].
 
     Raises:
         UsageError: scikit-image is not installed.
@@ -49,11 +48,11 @@ def skin(body: Body, edge: float) -> Skin:
 
     solid = body.occupancy > SOLID
     own = np.flatnonzero(solid)
-    vertices, faces = surface(replace(body, occupancy=solid.astype(float)), edge)
+    vertices, faces = surface(replace(body, occupancy=solid.astype(float)))
     rest = body.positions[own]
     distance, nearest = KDTree(rest).query(vertices, k=min(_NEIGHBOURS, len(own)))
     distance, nearest = distance.reshape(len(vertices), -1), nearest.reshape(len(vertices), -1)
-    weight = np.exp(-((distance / edge) ** 2))
+    weight = np.exp(-((distance / body.edge) ** 2))
     weight /= weight.sum(axis=1, keepdims=True)
     offset = rest[nearest]
     middle = np.einsum("vk,vki->vi", weight, offset)

@@ -14,7 +14,6 @@ from zoobench.render.bodies import Sampled, formed
 from zoobench.render.canvas import Canvas, Image
 from zoobench.render.colours import PASSIVE, palette, tints
 from zoobench.render.film import evenly
-from zoobench.render.recording import lattice_edge
 from zoobench.render.skin import Skin, skin
 from zoobench.render.viewpoint import Camera, camera_at
 from zoobench.spec import RunSpec, repeat_command
@@ -93,7 +92,7 @@ def stages_image(stages: Sequence[Stage], title: str) -> Image:
     """
     if not stages:
         raise UsageError("There is no body to draw. Give one stage or more.")
-    covers = [skin(stage.sampled.body, lattice_edge(stage.sampled.grid)) for stage in stages]
+    covers = [skin(stage.sampled.body) for stage in stages]
     camera = _camera(stages, covers)
     solid = np.concatenate([_stiffness(stage)[stage.sampled.body.occupancy > 0.5] for stage in stages])
     limits = (float(solid.min()), float(solid.max()) if np.ptp(solid) > 1e-6 else float(solid.min()) + 1e-3)

@@ -5,14 +5,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from zoobench.designs.base import Body
 from zoobench.render.actors import put_fibres, put_ground, put_medium, put_robot, put_skin
 from zoobench.render.bodies import DENSITY, Sampled
 from zoobench.render.canvas import INK, Canvas, Image, save, side_by_side
 from zoobench.render.colours import PASSIVE, Colour, palette, tints
-from zoobench.render.recording import Snapshot, lattice_edge
+from zoobench.render.recording import Snapshot
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at, camera_for, region_of
 
@@ -72,10 +70,10 @@ def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
 
 def portrait_image(sampled: Sampled, title: str) -> Image:
     """A body from three sides, its muscles in colour and their fibres as strokes."""
-    body, edge = sampled.body, sampled.grid.particle_edge
-    cover = skin(body, lattice_edge(sampled.grid))
+    body = sampled.body
+    cover = skin(body)
     vertices = cover.places @ body.positions
-    size, mass = np.ptp(body.positions, axis=0) + edge, body.masses(DENSITY).sum()
+    size, mass = body.size, body.masses(DENSITY).sum()
     layout: dict[str, Any] = {
         "shape": (2, 3),
         "groups": [(slice(None), 0), (slice(None), 2)],
@@ -85,7 +83,7 @@ def portrait_image(sampled: Sampled, title: str) -> Image:
         for (caption, elevation, azimuth), place in zip(_VIEWS, ((0, 0), (0, 1), (1, 1)), strict=True):
             canvas.plotter.subplot(*place)
             put_skin(canvas, cover, body.positions, tints(body.muscle_membership, body.muscles), rgb=True)
-            put_fibres(canvas, cover, body, edge)
+            put_fibres(canvas, cover, body)
             canvas.text(caption, 0.02, 0.88)
             width, height = canvas.view_size
             canvas.aim(camera_at(vertices, elevation, azimuth, width / height, room=(0.92, 0.84), shift=(0.0, 0.15)))
