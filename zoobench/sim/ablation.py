@@ -10,7 +10,7 @@ import taichi as ti
 
 from zoobench.sim import runtime
 from zoobench.sim.kernels.array_types import Rows, Scalars
-from zoobench.sim.kernels.columns import add, diagonal, from_symmetric, lanes, matmul, matrix, scale, to_symmetric
+from zoobench.sim.kernels.columns import add, diagonal, from_symmetric, lanes, matmul, scale, to_symmetric
 from zoobench.sim.kernels.flip import divide_node
 from zoobench.sim.kernels.layout import (
     BEFORE,
@@ -32,7 +32,7 @@ from zoobench.sim.kernels.serial import clear, update_nodes
 from zoobench.sim.kernels.splines import stencil, weights
 from zoobench.sim.kernels.substep import is_robot, linear_motion, particle_stress, to_grid
 from zoobench.sim.kernels.symmetric import eigen_symmetric
-from zoobench.sim.kernels.transfer import AFLIP, gather, gather_value
+from zoobench.sim.kernels.transfer import AFLIP, gather_affine
 from zoobench.sim.kernels.two_fields import layer, layers
 from zoobench.sim.model.matter import DECOMPOSED
 from zoobench.sim.model.state import empty_matter, lazy_zeros
@@ -74,12 +74,14 @@ def particle_part(
         to_grid(state, body, grid, 0, nodes, scene, 0, w, p, given, variant)
     if ti.static(part == GATHER):
         share = weights(at.offset, variant.width)
-        velocity, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, share, variant.width)
+        velocity, rate = gather_affine(grid, VELOCITY, 0, nodes, at, share, scene.inverse, variant.width)
         state[1, w, p, X] = state[0, w, p, X] + dt * velocity
         if ti.static(variant.uses(AFLIP)):
-            velocity += gather_value(grid, BEFORE, nodes, spare + at.node, share, variant.width)
+            before, affine = gather_affine(grid, BEFORE, spare, nodes, at, share, scene.inverse, variant.width)
+            velocity += before
+            rate = add(rate, affine)
         state[1, w, p, V] = velocity
-        put_columns(state, 1, w, p, C, matrix(by_x, by_y, by_z))
+        put_columns(state, 1, w, p, C, rate)
     if ti.static(part in (DEFORM, DECOMPOSITION)):
         change = scale(dt, columns(state, 0, w, p, C))
         step = add(diagonal(1.0 + 0.0 * dt), change)

@@ -47,9 +47,7 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, first_node, stencil, we
 from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
-    central_moments,
-    gather,
-    gather_value,
+    gather_affine,
     scatter,
 )
 from zoobench.sim.kernels.two_fields import layer
@@ -226,10 +224,10 @@ def from_grid(
     """
     width = ti.static(variant.width)
     share = weights(at.offset, width)
-    total, by_x, by_y, by_z = gather(grid, VELOCITY, nodes, at.node, share, width)
-    velocity, factor = spatial(total), ti.static(INVERSE_MOMENT[width]) * scene.inverse
-    rate = scale(factor, central_moments(at.offset, total, by_x, by_y, by_z))  # sum w v_i (x_i - x_p)^T / M
+    total, rate = gather_affine(grid, VELOCITY, 0, nodes, at, share, scene.inverse, width)
+    velocity = spatial(total)
     rho, mean, place = 0.0 * dt, 0.0 * dt, state[s, w, p, X] + dt * velocity
+    affine, change = rate, scale(dt, rate)
     if ti.static(variant.law == WATER):
         if p >= scene.robot:
             # slots s and t may be the same: all is read before anything is written
@@ -240,12 +238,13 @@ def from_grid(
             place += particle_shift(grid, nodes, at, scene, J, rho, correction, width)
     if ti.static(variant.uses(AFLIP)):
         if has_transfer(scene, p, variant, AFLIP):
-            before = spatial(gather_value(grid, BEFORE, nodes, start + at.node, share, width))
-            velocity += FLIP_SHARE * (state[s, w, p, V] - before)
+            before, affine_before = gather_affine(grid, BEFORE, start, nodes, at, share, scene.inverse, width)
+            velocity += FLIP_SHARE * (state[s, w, p, V] - spatial(before))
+            kept = add(columns(state, s, w, p, C), scale(-1.0, affine_before))
+            affine = add(rate, scale(FLIP_SHARE, kept))
     state[t, w, p, X] = place
     state[t, w, p, V] = velocity
-    put_columns(state, t, w, p, C, rate)
-    change = scale(dt, rate)
+    put_columns(state, t, w, p, C, affine)
     if is_robot(scene, p, variant):
         deformation = columns(state, s, w, p, F)
         put_columns(state, t, w, p, F, add(deformation, matmul(change, deformation)))

@@ -50,11 +50,10 @@ from zoobench.sim.kernels.transfer import (
     AFLIP,
     PIC,
     central_moments,
-    gather_adjoint,
+    gather_affine,
+    gather_affine_adjoint,
     gather_value,
     scatter_adjoint,
-    scatter_value,
-    value_derivative,
 )
 from zoobench.sim.kernels.two_fields import layer
 from zoobench.sim.kernels.water import correction_share, density_factor, room, room_adjoint
@@ -99,13 +98,18 @@ def from_grid_adjoint(
 ):  # fmt: skip
     """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint.
 
-    The adjoints of v, C and the stress at slot t are used up here, but with AFLIP that of v: `to_grid_adjoint` needs it
-    for the share that the particle kept.
+    The adjoints of v, C and the stress at slot t are used up here, but with AFLIP those of v and C: `to_grid_adjoint`
+    needs them for the share that the particle kept.
     """
     width = ti.static(variant.width)
     at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), width)
     share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
-    rate, rate_adjoint = columns(state, t, w, p, C), columns(adjoint, 0, w, p, C)
+    # what moved and deformed the particle; with AFLIP its own motion at slot t is another
+    velocity, rate = state[t, w, p, V], columns(state, t, w, p, C)
+    if ti.static(variant.uses(AFLIP)):
+        if has_transfer(scene, p, variant, AFLIP):
+            velocity, rate = gather_affine(grid, VELOCITY, 0, nodes, at, share, scene.inverse, width)
+    rate_adjoint = columns(adjoint, 0, w, p, C)
     new_x_adjoint, v_adjoint = adjoint[0, w, p, X], adjoint[0, w, p, V]
     offset_adjoint, mass_adjoint = 0.0 * at.offset, 0.0 * dt
     if is_robot(scene, p, variant):
@@ -139,21 +143,20 @@ def from_grid_adjoint(
                 offset_adjoint += mean_ratio_adjoint(
                     grid, start + at.node, grid_adjoint, at.node, nodes, share, slopes, mean, mean_adjoint, width
                 )
-    velocity = state[t, w, p, V]
     if ti.static(variant.uses(AFLIP)):
         if has_transfer(scene, p, variant, AFLIP):
-            velocity = spatial(gather_value(grid, VELOCITY, nodes, at.node, share, width))
-            kept_adjoint = -FLIP_SHARE * v_adjoint
-            scatter_value(grid_adjoint, BEFORE, nodes, at.node, share, kept_adjoint, width)
-            offset_adjoint += value_derivative(grid, BEFORE, nodes, start + at.node, share, slopes, kept_adjoint, width)
-    # adjoint of the weighted velocity at a node: origin + slopes; of the weighted mass there: mass_adjoint
-    slope = scale(ti.static(INVERSE_MOMENT[width]) * scene.inverse, rate_adjoint)
-    origin = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
-    origin = origin - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
-    origin[3] = mass_adjoint
-    offset_adjoint += gather_adjoint(grid, VELOCITY, grid_adjoint, nodes, at.node, share, slopes, origin, slope, width)
-    # the offset also stands in C = moments - velocity offset^T
-    adjoint[0, w, p, X] = new_x_adjoint + scene.inverse * (offset_adjoint - transposed_matvec(slope, velocity))
+            before, _affine = gather_affine(grid, BEFORE, start, nodes, at, share, scene.inverse, width)
+            offset_adjoint += gather_affine_adjoint(
+                grid, BEFORE, start, grid_adjoint, BEFORE, nodes, at, share, slopes, scene.inverse, before,
+                -FLIP_SHARE * v_adjoint, scale(-FLIP_SHARE, columns(adjoint, 0, w, p, C)), width,
+            )  # fmt: skip
+    value_adjoint = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
+    value_adjoint[3] = mass_adjoint
+    offset_adjoint += gather_affine_adjoint(
+        grid, VELOCITY, 0, grid_adjoint, MOMENTUM, nodes, at, share, slopes, scene.inverse, velocity, value_adjoint,
+        rate_adjoint, width,
+    )  # fmt: skip
+    adjoint[0, w, p, X] = new_x_adjoint + scene.inverse * offset_adjoint
 
 
 @ti.func
@@ -244,10 +247,12 @@ def to_grid_adjoint(
     # adjoints of the momentum m v and of m C so far
     mass_adjoint += dot(v_adjoint, velocity) + contract(rate_adjoint, rate)
     v_adjoint *= m
+    rate_adjoint = scale(m, rate_adjoint)
     if has_transfer(scene, p, variant, AFLIP):
         v_adjoint += FLIP_SHARE * adjoint[0, w, p, V]
+        rate_adjoint = add(rate_adjoint, scale(FLIP_SHARE, columns(adjoint, 0, w, p, C)))
     adjoint[0, w, p, V] = v_adjoint
-    put_columns(adjoint, 0, w, p, C, scale(m, rate_adjoint))
+    put_columns(adjoint, 0, w, p, C, rate_adjoint)
     # the stress is symmetric, so only the symmetric part of its adjoint acts
     even = scale(0.5 * factor, add(affine_adjoint, transpose(affine_adjoint)))
     tau_adjoint = scale(q[VOLUME], even)

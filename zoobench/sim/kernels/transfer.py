@@ -11,9 +11,8 @@ selects a field of the grid, `start` its first node there.
 
 import taichi as ti
 
-from zoobench.sim.kernels.columns import matrix, spatial, zero_lanes
-from zoobench.sim.kernels.layout import MOMENTUM
-from zoobench.sim.kernels.splines import pick
+from zoobench.sim.kernels.columns import matrix, scale, spatial, transposed_matvec, zero_lanes
+from zoobench.sim.kernels.splines import INVERSE_MOMENT, pick
 
 APIC, PIC, AFLIP = 0, 1, 2
 """Transfers, chosen at compile time. With PIC a particle's affine motion is not scattered; for AFLIP see `flip`."""
@@ -80,12 +79,38 @@ def central_moments(offset, total, by_x, by_y, by_z):
 
 
 @ti.func
+def gather_affine(
+    grid: ti.template(), field: ti.template(), start, nodes: ti.template(), at: ti.template(), w: ti.template(),
+    inverse, width: ti.template(),
+):  # fmt: skip
+    """A field at a particle: its value, and the affine matrix sum w v_i (x_i - x_p)^T / M of its first three lanes."""
+    total, by_x, by_y, by_z = gather(grid, field, nodes, start + at.node, w, width)
+    factor = ti.static(INVERSE_MOMENT[width]) * inverse
+    return total, scale(factor, central_moments(at.offset, total, by_x, by_y, by_z))
+
+
+@ti.func
+def gather_affine_adjoint(
+    grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
+    nodes: ti.template(), at: ti.template(), w: ti.template(), dw: ti.template(), inverse, value, value_adjoint,
+    affine_adjoint: ti.template(), width: ti.template(),
+):  # fmt: skip
+    """Adjoint of `gather_affine`, whose value was `value`: adds to the nodes' in `into`, returns that of the offset."""
+    slope = scale(ti.static(INVERSE_MOMENT[width]) * inverse, affine_adjoint)
+    origin = value_adjoint - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
+    by_weights = gather_adjoint(grid, field, start, grid_adjoint, into, nodes, at.node, w, dw, origin, slope, width)
+    # the offset also stands in the affine matrix, moments - value offset^T
+    return by_weights - transposed_matvec(slope, spatial(value))
+
+
+@ti.func
 def gather_adjoint(
-    grid: ti.template(), field: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), node,
-    w: ti.template(), dw: ti.template(), origin, slope: ti.template(), width: ti.template(),
+    grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
+    nodes: ti.template(), node, w: ti.template(), dw: ti.template(), origin, slope: ti.template(),
+    width: ti.template(),
 ):  # fmt: skip
     """Adjoint of `gather`, with origin + i slope_x + j slope_y + k slope_z for that of the weighted value at (i, j, k):
-    adds to the nodes' adjoint (MOMENTUM), returns that of the offset."""
+    adds to the nodes' adjoint in the field `into`, returns that of the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
     for i in range(width):
@@ -99,8 +124,8 @@ def gather_adjoint(
             line_0, line_z = zero_lanes(), zero_lanes()
             for k in ti.static(range(width)):
                 # derivative by the node's weight; those by the offset follow from dw, direction by direction
-                work = grid[field, first + k] * value
-                grid_adjoint[MOMENTUM, first + k] += (share * w[k][2]) * value
+                work = grid[field, start + first + k] * value
+                grid_adjoint[into, first + k] += (share * w[k][2]) * value
                 line_0 += w[k][2] * work
                 line_z += dw[k][2] * work
                 value += slope.z

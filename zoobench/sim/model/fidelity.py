@@ -41,8 +41,8 @@ class Fidelity:
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
         transfer: of the robot's velocity between particles and grid: `apic` an affine velocity field (Jiang et al.
-            2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and 99 % of the velocity that
-            the grid does not resolve (Fei et al. 2021), which damps least.
+            2015), `pic` the velocity alone, which damps heavily, `aflip` an affine field and 95 % of the motion that
+            the grid does not resolve (after Fei et al. 2021, see `kernels.flip`), which damps least.
         medium_transfer: the same of a medium.
         kernel: the B-spline between particles and nodes, `quadratic` over 3 nodes or `cubic` over 4 in each direction.
         shift: displacement of the robot on the grid [cells] along x, and `SHIFT_ASIDE` times it along z. A converged
