@@ -23,6 +23,7 @@ from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Effect
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.verify.accuracy.grid_rates import grid_rates
 from zoobench.verify.accuracy.records import Balance, label
 from zoobench.verify.energies import energy_balance, to_array
 
@@ -107,14 +108,27 @@ def _substep(solver: Solver, dt: float, losses: Losses) -> None:
     matter = solver.matter
     window = matter.window[0, 0].clone()
     # copies, since the substep overwrites them
-    rate, strain, history = (to_array(tensor[0, 0]).copy() for tensor in (matter.C, matter.b, matter.history))
+    place, rate, strain, history = (
+        to_array(tensor[0, 0]).copy() for tensor in (matter.x, matter.C, matter.b, matter.history)
+    )
     unforced, forced = (to_array(solver.launcher.momenta(matter, solver.parameters, step)) for step in (0.0, dt))
     solver.substeps(1, dt)
-    new_rate = to_array(matter.C[0, 0])
+    nodes = to_array(solver.launcher.nodes(window))
     push = dt * np.array(solver.scene.gravity)
-    losses.contact += _contact_loss(unforced, forced, to_array(solver.launcher.nodes(window)), push)
-    losses.viscous += dt * _viscous_power(solver, rate, 0.5 * (rate + new_rate))
-    losses.plastic += _plastic_loss(solver, strain, history, new_rate, dt)
+    losses.contact += _contact_loss(unforced, forced, nodes, push)
+    free = unforced / np.maximum(unforced[..., 3:], np.finfo(float).tiny)
+    before, after = (_rates(solver, velocities, to_array(window)[:3], place) for velocities in (free, nodes))
+    losses.viscous += dt * _viscous_power(solver, rate, 0.5 * (before + after))
+    losses.plastic += _plastic_loss(solver, strain, history, after, dt)
+
+
+def _rates(solver: Solver, nodes: Array, first: Array, places: Array) -> Array:
+    """Velocity gradients `[particle_count, 3, 3]` [1/s] of all particles, each in its own field of the grid."""
+    count = solver.robot_count
+    return np.concatenate([
+        grid_rates(nodes[0], first, places[:count], solver.fidelity),
+        grid_rates(nodes[-1], first, places[count:], solver.fidelity),
+    ])  # fmt: skip
 
 
 def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> float:
