@@ -43,3 +43,15 @@ def test_elastic_energy_is_that_of_neo_hookean_matter() -> None:
         solver.matter.load_slot(0, scenes.strained(solver, np.exp(log_j / 3) * np.eye(3)))
         energies.append(energy_balance(solver).elastic / volume - 1.5 * mu * np.exp(2 * log_j / 3) + mu * log_j)
     assert energies[1] - energies[0] == pytest.approx(-0.1 * lam * np.log(0.05))
+
+
+def test_energy_in_free_fall_is_that_of_one_moment() -> None:
+    """Constant to round-off where velocities are brought to the moment of the places, else off by m g^2 t dt / 2."""
+    solver = Solver(scenes.drop(_block()), scenes.fidelity(64))
+    solver.reset()
+    dt, count = 1e-3, 20
+    plain, first = (energy_balance(solver, step=step).total for step in (0.0, dt))
+    solver.substeps(count, dt)
+    mass = 1000.0 * (2 * scenes.SPACING) ** 3
+    assert energy_balance(solver, step=dt).total == pytest.approx(first, rel=1e-12)
+    assert energy_balance(solver).total == pytest.approx(plain - 0.5 * mass * 9.81**2 * count * dt * dt, rel=1e-12)

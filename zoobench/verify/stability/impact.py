@@ -78,7 +78,7 @@ def repeated_frames(record: EpisodeRecorder) -> None:
     The step is chosen before the cube meets the wall, so the first attempt of some frames ends inverted or too fast.
     """
     retries = 0
-    for speed in (12.0, 14.0, 16.0, 18.0):
+    for speed in (12.0, 15.0, 18.0, 21.0):
         body = scenes.passive(scenes.cube((0.3125, 0.0625, 0.3125)), velocity=np.array([0.0, -speed, 0.0]))
         scene = replace(scenes.drop(body, (0.75, 2.5, 0.75)), ground=None)
         solver = Solver(scene, scenes.fidelity(64, courant=0.9))
