@@ -15,15 +15,15 @@ def _name(name: str, spacing: float, summary: str) -> None:
     def fidelity(
         *,
         grid_spacing: float = spacing,
-        courant: float = 0.7,
-        particles_per_cell: int = 8,
-        precision: Literal[32, 64] = 32,
-        step: float = 0.0,
-        transfer: Transfer = "aflip",
-        medium_transfer: Transfer = "apic",
-        kernel: Kernel = "quadratic",
-        shift: float = 0.0,
-        sleep: float = 0.0,
+        courant: float = Fidelity.courant,
+        particles_per_cell: int = Fidelity.particles_per_cell,
+        precision: Literal[32, 64] = Fidelity.precision,
+        step: float = Fidelity.step,
+        transfer: Transfer = Fidelity.transfer,
+        medium_transfer: Transfer = Fidelity.medium_transfer,
+        kernel: Kernel = Fidelity.kernel,
+        shift: float = Fidelity.shift,
+        sleep: float = Fidelity.sleep,
     ) -> Fidelity:
         return Fidelity(
             grid_spacing, courant, particles_per_cell, precision, step, transfer, medium_transfer, kernel, shift, sleep

@@ -1,6 +1,7 @@
 """Environments at rest, with the default robot."""
 
 from zoobench import registry
+from zoobench.designs.base import Body
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
@@ -18,8 +19,8 @@ def made(name: str) -> Environment:
     return env
 
 
-def solver_of(name: str, fidelity: Fidelity) -> Solver:
-    """A solver that starts from the equilibrated state."""
+def solver_of(name: str, fidelity: Fidelity, body: Body | None = None) -> Solver:
+    """A solver that starts from the equilibrated state, of the caterpillar if no body is given."""
     env = made(name)
-    scene = env.scene(Caterpillar().body(fidelity), fidelity)
+    scene = env.scene(body or Caterpillar().body(fidelity), fidelity)
     return Solver(scene, fidelity, start=equilibrated(scene, fidelity, env.equilibration_frames))

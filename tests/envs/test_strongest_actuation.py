@@ -1,13 +1,24 @@
 """The strongest actuation: every muscle switched between full contraction and full extension."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import trimesh
 from numpy.typing import NDArray
 
 from tests.envs.at_rest import ENVS, solver_of
+from zoobench import registry
+from zoobench.designs.base import Body
+from zoobench.designs.mesh import MeshDesign
+from zoobench.designs.solid import body_for
+from zoobench.designs.space import DesignSpace
+from zoobench.inputs import InputFile
+from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.spec import FRAME_SECONDS
+from zoobench.spec import FRAME_SECONDS, Ref
 
+BODIES = [name for name in registry.names(Kind.DESIGN) if not registry.get(Kind.DESIGN, name).required]
 FRAMES = 200
 OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own frequency along its length
 GOLDEN = (3.0 - np.sqrt(5.0)) / 2.0  # phases that never repeat: no two muscles switch together
@@ -20,8 +31,8 @@ def square_waves(muscles: int, in_unison: bool = False) -> NDArray[np.float64]:
     return np.where(np.sin(angle) >= 0.0, 1.0, -1.0)[:, None]
 
 
-def _check(name: str, fidelity: Fidelity, in_unison: bool = False) -> None:
-    solver = solver_of(name, fidelity)
+def _check(name: str, fidelity: Fidelity, in_unison: bool = False, body: Body | None = None) -> None:
+    solver = solver_of(name, fidelity, body)
     rollout = solver.run(square_waves(solver.muscle_count, in_unison))
     assert not rollout.divergences
     assert not rollout.tears
@@ -50,3 +61,28 @@ def test_the_strongest_actuation_is_survived_everywhere(name: str, spacing: floa
 def test_all_muscles_in_unison_do_not_tear_the_robot(name: str) -> None:
     """At the body's own frequency, with full amplitude."""
     _check(name, Fidelity(1 / 64), in_unison=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ENVS)
+@pytest.mark.parametrize("design", BODIES)
+def test_every_body_survives_the_strongest_actuation(name: str, design: str) -> None:
+    """Every animal, and of every design space a body drawn from its prior, at draft."""
+    fidelity = Fidelity(1 / 64)
+    made = registry.create(Kind.DESIGN, Ref(design))
+    body = made.body(fidelity)
+    if isinstance(made, DesignSpace):
+        body = body_for(made, made.initial(np.random.default_rng(5), body), body)
+    _check(name, fidelity, body=body)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ENVS)
+def test_an_imported_mesh_survives_the_strongest_actuation(name: str, tmp_path: Path) -> None:
+    """An ellipsoid from a file, with the muscles that it is given by its import."""
+    shape = trimesh.creation.icosphere(subdivisions=3)
+    shape.apply_scale((0.06, 0.03, 0.03))
+    file = tmp_path / "ellipsoid.stl"
+    shape.export(file)
+    made = MeshDesign(path=InputFile(str(file)))
+    _check(name, Fidelity(1 / 64), body=made.body(Fidelity(1 / 64)))

@@ -14,7 +14,7 @@ from zoobench.sim.model.fidelity import Fidelity
         ({"grid_spacing": 1.0}, "Try 1/64"),
         ({"grid_spacing": float("nan")}, "grid spacing"),
         ({"courant": 0.0}, "Courant fraction 0 "),
-        ({"courant": 0.91}, "0.5 is a good choice"),
+        ({"courant": 0.91}, "0.7 is a good choice"),
         ({"courant": float("nan")}, "Courant fraction"),
         ({"particles_per_cell": 2}, r"Choose one of \(1, 4, 8, 27\)"),
         ({"precision": 16}, "Choose 32 or 64"),

@@ -36,7 +36,7 @@ def simulated(cube: Cube) -> np.ndarray:
     body = ElasticBody.passive(material, cube.positions(), volumes)
     edge = cube.cells * cube.spacing
     scene = Scene(body, (0.0, 0.0, 0.0), (edge, edge, edge), gravity=(0.0, cube.gravity, 0.0))
-    rollout = Solver(scene, Fidelity(cube.spacing, step=cube.dt)).run(np.zeros((1, 1, 0)))
+    rollout = Solver(scene, Fidelity(cube.spacing, step=cube.dt, transfer="apic")).run(np.zeros((1, 1, 0)))
     assert rollout.substeps == SUBSTEPS
     return rollout.positions[-1, 0]
 

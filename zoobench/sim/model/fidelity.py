@@ -52,11 +52,11 @@ class Fidelity:
     """
 
     grid_spacing: float
-    courant: float = 0.5
+    courant: float = 0.7
     particles_per_cell: int = 8
     precision: Literal[32, 64] = 32
     step: float = 0.0
-    transfer: Transfer = "apic"
+    transfer: Transfer = "aflip"
     medium_transfer: Transfer = "apic"
     kernel: Kernel = "quadratic"
     shift: float = 0.0
@@ -66,7 +66,7 @@ class Fidelity:
         if not 0.0 < self.grid_spacing < 1.0:
             raise UsageError(f"The grid spacing {self.grid_spacing:g} m is not between 0 and 1 m. Try 1/64.")
         if not 0.0 < self.courant <= 0.9:
-            raise UsageError(f"The Courant fraction {self.courant:g} is not in (0, 0.9]. 0.5 is a good choice.")
+            raise UsageError(f"The Courant fraction {self.courant:g} is not in (0, 0.9]. 0.7 is a good choice.")
         if self.particles_per_cell not in PARTICLES_PER_CELL:
             raise UsageError(
                 f"{self.particles_per_cell} particles per cell are not offered. Choose one of {PARTICLES_PER_CELL}."
