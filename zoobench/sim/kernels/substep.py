@@ -21,7 +21,7 @@ from zoobench.sim.kernels.columns import (
 )
 from zoobench.sim.kernels.drift import mean_ratio, scatter_ratio
 from zoobench.sim.kernels.elastic import fibre_stress, neo_hookean, viscous
-from zoobench.sim.kernels.flip import FLIP_SHARE
+from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -240,8 +240,7 @@ def from_grid(
         if has_transfer(scene, p, variant, AFLIP):
             before, affine_before = gather_affine(grid, BEFORE, start, nodes, at, share, scene.inverse, width)
             velocity += FLIP_SHARE * (state[s, w, p, V] - spatial(before))
-            kept = add(columns(state, s, w, p, C), scale(-1.0, affine_before))
-            affine = add(rate, scale(FLIP_SHARE, kept))
+            affine = add(rate, kept_affine(columns(state, s, w, p, C), affine_before, rate, dt))
     state[t, w, p, X] = place
     state[t, w, p, V] = velocity
     put_columns(state, t, w, p, C, affine)

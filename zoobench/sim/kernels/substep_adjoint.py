@@ -21,7 +21,7 @@ from zoobench.sim.kernels.columns import (
 )
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio_adjoint
 from zoobench.sim.kernels.elastic import fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
-from zoobench.sim.kernels.flip import FLIP_SHARE
+from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine_adjoint
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -98,8 +98,8 @@ def from_grid_adjoint(
 ):  # fmt: skip
     """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint.
 
-    The adjoints of v, C and the stress at slot t are used up here, but with AFLIP those of v and C: `to_grid_adjoint`
-    needs them for the share that the particle kept.
+    The adjoints of v, C and the stress at slot t are used up here; with AFLIP what acts through the motion that the
+    particle kept is left in the place of those of v and C, to which `to_grid_adjoint` adds.
     """
     width = ti.static(variant.width)
     at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), width)
@@ -145,11 +145,17 @@ def from_grid_adjoint(
                 )
     if ti.static(variant.uses(AFLIP)):
         if has_transfer(scene, p, variant, AFLIP):
-            before, _affine = gather_affine(grid, BEFORE, start, nodes, at, share, scene.inverse, width)
+            before, affine_before = gather_affine(grid, BEFORE, start, nodes, at, share, scene.inverse, width)
+            kept_adjoint, by_rate = kept_affine_adjoint(
+                columns(state, s, w, p, C), affine_before, rate, dt, columns(adjoint, 0, w, p, C)
+            )
+            rate_adjoint = add(rate_adjoint, by_rate)
             offset_adjoint += gather_affine_adjoint(
                 grid, BEFORE, start, grid_adjoint, BEFORE, nodes, at, share, slopes, scene.inverse, before,
-                -FLIP_SHARE * v_adjoint, scale(-FLIP_SHARE, columns(adjoint, 0, w, p, C)), width,
+                -FLIP_SHARE * v_adjoint, scale(-1.0, kept_adjoint), width,
             )  # fmt: skip
+            adjoint[0, w, p, V] = FLIP_SHARE * v_adjoint
+            put_columns(adjoint, 0, w, p, C, kept_adjoint)
     value_adjoint = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
     value_adjoint[3] = mass_adjoint
     offset_adjoint += gather_affine_adjoint(
@@ -249,8 +255,8 @@ def to_grid_adjoint(
     v_adjoint *= m
     rate_adjoint = scale(m, rate_adjoint)
     if has_transfer(scene, p, variant, AFLIP):
-        v_adjoint += FLIP_SHARE * adjoint[0, w, p, V]
-        rate_adjoint = add(rate_adjoint, scale(FLIP_SHARE, columns(adjoint, 0, w, p, C)))
+        v_adjoint += adjoint[0, w, p, V]
+        rate_adjoint = add(rate_adjoint, columns(adjoint, 0, w, p, C))
     adjoint[0, w, p, V] = v_adjoint
     put_columns(adjoint, 0, w, p, C, rate_adjoint)
     # the stress is symmetric, so only the symmetric part of its adjoint acts

@@ -37,7 +37,9 @@ def medium_material(name: str) -> Medium:
     return material
 
 
-def fidelity(precision: int = 32, courant: float = Fidelity.courant, spacing: float = SPACING, step: float = 0.0) -> Fidelity:
+def fidelity(
+    precision: int = 32, courant: float = Fidelity.courant, spacing: float = SPACING, step: float = 0.0
+) -> Fidelity:
     """The numerical settings that ship, on the grid of the cases."""
     bits: Literal[32, 64] = 64 if precision == 64 else 32
     return Fidelity(spacing, courant=courant, precision=bits, step=step)
