@@ -1,5 +1,6 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,11 @@ import pytest
 import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
 from zoobench.inputs import Start, find_with
+
+# For libraries that are loaded from here on. Two workers share the cores, and threads of linear algebra wait for each
+# other in a loop, which took a third of the processor's time of the designs.
+for _library in ("MKL", "OMP", "OPENBLAS"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
 _OF_SCENES = ("sim", "verify")

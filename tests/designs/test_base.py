@@ -52,3 +52,18 @@ def test_an_odd_lattice_keeps_left_and_right_alike(design: Block | Caterpillar) 
     amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
     for muscle, found in amount.items():
         assert found == pytest.approx(amount[muscle.replace("left", "right")])
+
+
+@pytest.mark.parametrize("make", [Block, Caterpillar])
+def test_a_body_is_sampled_once_for_a_lattice(make: type[Block] | type[Caterpillar]) -> None:
+    """It is that of a design of its own; what does not change the lattice does not change the body."""
+    design = make()
+    body, finer = design.body(Fidelity(1 / 32)), design.body(Fidelity(1 / 40))
+    assert design.body(Fidelity(1 / 32, precision=64, courant=0.3, transfer="aflip")) is body
+    assert design.body(Fidelity(1 / 40)) is finer
+    assert design.body(Fidelity(1 / 32, particles_per_cell=1)).particle_count < body.particle_count
+    assert finer.particle_count > body.particle_count
+    np.testing.assert_array_equal(make().body(Fidelity(1 / 40)).positions, finer.positions)
+    for cells in range(10, 18):
+        design.body(Fidelity(1 / cells, particles_per_cell=1))
+    assert design.body(Fidelity(1 / 32)) is not body, "no more than the last bodies are kept"

@@ -1,7 +1,9 @@
 """The protocol of designs, and the body: particles at rest with the labels for tasks."""
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -87,6 +89,31 @@ class Design(Protocol):
             SceneError: the fidelity is too coarse for a single particle.
         """
         ...
+
+
+_MOST_KEPT = 8
+"""Bodies of one design that are kept."""
+
+_D = TypeVar("_D", bound=Design)
+
+
+def sampled_once(method: Callable[[_D, Fidelity], Body]) -> Callable[[_D, Fidelity], Body]:
+    """Decorate `body` of an immutable design that reads only the lattice of a fidelity: its last bodies are kept.
+
+    To sample a solid takes up to a second. Whoever is given a body must not write into its arrays.
+    """
+
+    @functools.wraps(method)
+    def body(design: _D, fidelity: Fidelity) -> Body:
+        kept: dict[tuple[float, int], Body] = vars(design).setdefault("_bodies", {})
+        lattice = fidelity.grid_spacing, fidelity.particles_per_cell
+        if lattice not in kept:
+            while len(kept) >= _MOST_KEPT:
+                kept.pop(next(iter(kept)))
+            kept[lattice] = method(design, fidelity)
+        return kept[lattice]
+
+    return body
 
 
 def check_ends(body: Body, name: str) -> None:
