@@ -116,10 +116,12 @@ def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
     when it compiles, and keeps kernels of both kinds apart in its cache.
 
     Args:
-        optimised: let Taichi itself optimise, too, before the compiler does.
+        optimised: let Taichi itself optimise, too, before the compiler does, unless ZOOBENCH_QUICK_COMPILE is in the
+            environment: that takes longest of all compiling, and changes no bit of what is computed.
     """
     settings = impl.current_cfg()
     usual = settings.real_matrix_scalarize, settings.advanced_optimization
+    optimised = optimised and not os.environ.get("ZOOBENCH_QUICK_COMPILE")
     settings.real_matrix_scalarize, settings.advanced_optimization = False, optimised
     try:
         yield
