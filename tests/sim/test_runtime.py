@@ -101,11 +101,9 @@ def _uses_a_name_that_is_not_there() -> ti.f32:
 
 def test_an_error_in_a_kernel_quotes_its_line() -> None:
     """With the culprit underlined, though Taichi is not let quote each line of the kernels that are in order."""
-    runtime.stop()
     runtime.start(32)
     with pytest.raises(ti.TaichiNameError) as raised:
         _uses_a_name_that_is_not_there()
-    runtime.stop()
     told = str(raised.value).strip().splitlines()
     assert told[0] == f'File "{__file__}", line {_line_of("2.0 * nowhere")}, in _uses_a_name_that_is_not_there:'
     assert "return 2.0 * nowhere" in told[1]
