@@ -1,5 +1,6 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -11,46 +12,34 @@ import zoobench  # noqa: F401  # before any library whose rounding it chooses
 from tests.postgres import Server, ServerError
 from zoobench.inputs import Start, find_with
 
+# For libraries that are loaded from here on. Two workers share the cores, and threads of linear algebra wait for each
+# other in a loop, which took a third of the processor's time of the designs.
+for _library in ("MKL", "OMP", "OPENBLAS"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
 _OF_SCENES = ("sim", "verify")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Kernels are compiled quickly, in child processes, too; with `-m slow` as users have them."""
+    if config.option.markexpr != "slow":
+        os.environ.setdefault("ZOOBENCH_QUICK_COMPILE", "1")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """The first half begins with the cells of the benchmark, the second with scenes of the tests' own.
 
     Each of two workers begins with a half and takes over what the other leaves at its end. Kernels are shared by tests
-    within these groups and seldom between them, so that few are compiled twice. Within a file, cases of 32 bits come
-    last: each change of the precision restarts the runtime.
+    within these groups and seldom between them, so that few are compiled twice.
     """
     groups: dict[str, list[pytest.Item]] = {}
-    places = {path: place for place, path in enumerate(dict.fromkeys(item.path for item in items))}
-    for item in sorted(items, key=lambda item: (places[item.path], _is_single(item))):
+    for item in items:
         groups.setdefault(item.path.relative_to(config.rootpath / "tests").parts[0], []).append(item)
     cells, scenes = ([item for name in names for item in groups.pop(name, [])] for names in (_OF_CELLS, _OF_SCENES))
     others = [item for group in groups.values() for item in group]
     share = max(len(items) // 2 - len(cells), 0)
     items[:] = cells + others[:share] + scenes + others[share:]
-
-
-def _is_single(item: pytest.Item) -> bool:
-    """Whether its parameters name a precision of 32 bits."""
-    return hasattr(item, "callspec") and item.callspec.params.get("precision") == 32
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compile_fast(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Taichi itself optimises no kernel: that takes longest of all compiling, and changes no bit of what is computed.
-
-    With `-m slow` kernels are compiled as users have them, and always so in child processes.
-    """
-    runtime = sys.modules.get("zoobench.sim.runtime")
-    if runtime is None or request.config.option.markexpr == "slow":
-        yield
-        return
-    vector_lanes = runtime.vector_lanes
-    runtime.vector_lanes = lambda *, optimised=False: vector_lanes()
-    yield
-    runtime.vector_lanes = vector_lanes
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -87,7 +87,7 @@ def test_a_fidelity_is_what_it_says(name: str) -> None:
 def test_a_body_is_whole(name: str) -> None:
     """It stands on its ground point, muscles are named and used, head and tail exist, mass is that of a finer body."""
     design = registry.create(Kind.DESIGN, Ref(name))
-    fine = design.body(Fidelity(1 / 128))
+    fine = design.body(Fidelity(1 / 64, particles_per_cell=PARTICLES_PER_CELL[-1]))
     for particles_per_cell in PARTICLES_PER_CELL:
         body = design.body(Fidelity(1 / 64, particles_per_cell=particles_per_cell))
         assert body.masses(1000.0).sum() == pytest.approx(fine.masses(1000.0).sum(), rel=0.01)

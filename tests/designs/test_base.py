@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from zoobench.designs import base
 from zoobench.designs.block import Block
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.designs.sampling import Shape
@@ -52,3 +53,24 @@ def test_an_odd_lattice_keeps_left_and_right_alike(design: Block | Caterpillar) 
     amount = dict(zip(body.muscles, body.muscle_membership.sum(axis=0), strict=True))
     for muscle, found in amount.items():
         assert found == pytest.approx(amount[muscle.replace("left", "right")])
+
+
+@pytest.mark.parametrize("make", [Block, Caterpillar])
+def test_a_body_is_sampled_once_for_a_lattice(
+    make: type[Block] | type[Caterpillar], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is that of a design of its own; what does not change the lattice does not change the body."""
+    design = make()
+    body, finer = design.body(Fidelity(1 / 32)), design.body(Fidelity(1 / 40))
+    assert design.body(Fidelity(1 / 32, precision=64, courant=0.3, transfer="aflip")) is body
+    assert design.body(Fidelity(1 / 40)) is finer
+    coarser = design.body(Fidelity(1 / 32, particles_per_cell=1))
+    assert coarser.particle_count < body.particle_count < finer.particle_count
+    np.testing.assert_array_equal(make().body(Fidelity(1 / 40)).positions, finer.positions)
+    monkeypatch.setattr(base, "_MOST_KEPT", finer.particle_count)
+    other = design.body(Fidelity(1 / 20, particles_per_cell=1))
+    assert design.body(Fidelity(1 / 20, particles_per_cell=1)) is other
+    assert design.body(Fidelity(1 / 32)) is not body, "no more than so many particles are kept"
+    monkeypatch.setattr(base, "_MOST_KEPT", 0)
+    large = Fidelity(1 / 24, particles_per_cell=1)
+    assert design.body(large) is not design.body(large)

@@ -17,6 +17,7 @@ from zoobench.methods.hyperneat import Bodies, HyperNeat
 from zoobench.spec import Budget
 
 
+@pytest.mark.slow  # tests/methods/test_known_answers.py finds the same body, to 95 %
 def test_it_finds_a_body_that_is_known() -> None:
     """The front half of a block, to 98 % of the particles."""
     solution = HyperNeat().run(Sculpture(Budget("episodes", 600)), Context(0))  # type: ignore[arg-type]

@@ -1,7 +1,6 @@
 """Launches that are prepared once and repeated."""
 
 import gc
-from collections.abc import Iterator
 
 import pytest
 import taichi as ti
@@ -23,10 +22,10 @@ def add_to(total: Values, part: Values, factor: float, power: ti.template()):  #
 
 
 @pytest.fixture
-def taichis(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+def taichis(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """A runtime of 32 bits, and the launches that Taichi prepared, by the name of their kernel."""
     runtime.start(32)
-    seen = []
+    seen: list[str] = []
     launch = kernel_impl.Kernel.launch_kernel
 
     def watched(kernel: kernel_impl.Kernel, *arguments: object) -> None:
@@ -34,8 +33,7 @@ def taichis(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
         launch(kernel, *arguments)
 
     monkeypatch.setattr(kernel_impl.Kernel, "launch_kernel", watched)
-    yield seen
-    runtime.stop()
+    return seen
 
 
 def _pair() -> tuple[Tensor, Tensor]:

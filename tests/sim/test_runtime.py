@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import torch
+from taichi.lang.kernel_impl import Func
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
@@ -16,7 +17,7 @@ from zoobench.sim.solver import Solver
 
 
 def test_start_is_idempotent_and_a_new_precision_a_new_generation() -> None:
-    """The generation grows only when the runtime was made anew."""
+    """A solver of the other precision must not be used again: what it still compiles would have wrong literals."""
     first = runtime.start(64)
     assert runtime.start(64) == first
     assert runtime.start(32) > first
@@ -31,13 +32,29 @@ def test_kernels_compute_in_the_precision_asked_for() -> None:
         assert ti.lang.impl.get_runtime().default_fp == (ti.f64 if precision == 64 else ti.f32)
 
 
-def test_kernels_outlive_a_restart() -> None:
-    """A solver made after a restart gives the bits of the one before it."""
-    paths = []
-    for precision in (64, 32, 64):
+def test_kernels_outlive_another_precision_and_a_restart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver gives the same bits in a runtime that has had the other precision; nothing is compiled twice there."""
+    compiled = []
+    call = Func.__call__
+
+    def noting(self: Func, *args: object, **kwargs: object) -> object:
+        compiled.append(self.func.__name__)
+        return call(self, *args, **kwargs)
+
+    monkeypatch.setattr(Func, "__call__", noting)
+    runtime.stop()
+    paths, counts = [], []
+    for precision in (32, 64, 32, 64):
         solver = Solver(scenes.ground_scene(), scenes.fidelity(precision))
         paths.append(solver.run(scenes.actuation(solver, 2)).positions)
+        counts.append(len(compiled))
+    assert 0 < counts[0] < counts[1] == counts[2] == counts[3]
+    runtime.stop()
+    solver = Solver(scenes.ground_scene(), scenes.fidelity(64))
+    paths.append(solver.run(scenes.actuation(solver, 2)).positions)
     assert np.array_equal(paths[0], paths[2])
+    assert np.array_equal(paths[1], paths[3])
+    assert np.array_equal(paths[1], paths[4])
     assert not np.array_equal(paths[0], paths[1])
 
 
@@ -84,11 +101,9 @@ def _uses_a_name_that_is_not_there() -> ti.f32:
 
 def test_an_error_in_a_kernel_quotes_its_line() -> None:
     """With the culprit underlined, though Taichi is not let quote each line of the kernels that are in order."""
-    runtime.stop()
     runtime.start(32)
     with pytest.raises(ti.TaichiNameError) as raised:
         _uses_a_name_that_is_not_there()
-    runtime.stop()
     told = str(raised.value).strip().splitlines()
     assert told[0] == f'File "{__file__}", line {_line_of("2.0 * nowhere")}, in _uses_a_name_that_is_not_there:'
     assert "return 2.0 * nowhere" in told[1]

@@ -14,7 +14,6 @@ from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
-from zoobench.sim import runtime
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.model.scene import Effect, Ground, Scene
@@ -40,8 +39,8 @@ def _run(solver: Solver, frames: int = 1, schedule: np.ndarray | None = None) ->
 
 
 @pytest.fixture
-def compiled(monkeypatch: pytest.MonkeyPatch) -> set[str]:
-    """Names of the kernel functions that are compiled from now on; whatever was compiled before is forgotten."""
+def compiled(nothing_compiled: None, monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Names of the kernel functions that are compiled from now on."""
     names: set[str] = set()
     call = Func.__call__
 
@@ -49,7 +48,6 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> set[str]:
         names.add(self.func.__name__)
         return call(self, *args, **kwargs)
 
-    runtime.stop()
     monkeypatch.setattr(Func, "__call__", noting)
     return names
 

@@ -12,7 +12,7 @@ import pytest
 from tests.sim import scenes
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.sim import runtime, step_control
+from zoobench.sim import step_control
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.diagnostics import Finding
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, Gradient, Rollout, SubstepMeter
@@ -149,7 +149,9 @@ def test_a_rollout_can_be_differentiated_after_another(monkeypatch: pytest.Monke
     assert scenes.same(first.backward(rollouts[0], *weights), gradient)
 
 
-def test_a_released_tape_takes_no_memory(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+def test_a_released_tape_takes_no_memory(
+    nothing_compiled: None, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
     """Though what Taichi compiled a kernel with refers to its first tensors until the garbage is collected."""
     rooms: list[weakref.ref[Array]] = []
     zeros = np.zeros
@@ -159,7 +161,6 @@ def test_a_released_tape_takes_no_memory(monkeypatch: pytest.MonkeyPatch, reques
         rooms.append(weakref.ref(room))
         return room
 
-    runtime.stop()
     request.addfinalizer(gc.enable)
     gc.disable()
     solver = Solver(scenes.flight_scene(), scenes.fidelity(32), gradients=True, checkpoint_interval=2)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.designs.base import Body
+from zoobench.designs.base import Body, sampled_once
 from zoobench.designs.sampling import Shape
 from zoobench.designs.shapes import Distance, Point, smooth_union
 from zoobench.errors import UsageError
@@ -148,6 +148,7 @@ class Animal:
         solid = Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
         return replace(solid, points=_POINTS)
 
+    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""
         sample = self.shape.sample(fidelity)

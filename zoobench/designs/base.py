@@ -1,7 +1,9 @@
 """The protocol of designs, and the body: particles at rest with the labels for tasks."""
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -87,6 +89,32 @@ class Design(Protocol):
             SceneError: the fidelity is too coarse for a single particle.
         """
         ...
+
+
+_MOST_KEPT = 100_000
+"""Particles of one design's bodies that are kept, some 25 MB."""
+
+_D = TypeVar("_D", bound=Design)
+
+
+def sampled_once(method: Callable[[_D, Fidelity], Body]) -> Callable[[_D, Fidelity], Body]:
+    """Decorate `body` of an immutable design that reads only the lattice of a fidelity: its last bodies are kept.
+
+    To sample a solid takes up to a second. Whoever is given a body must not write into its arrays. Large ones are not
+    kept: they are seldom asked for twice, and take the memory of a simulation.
+    """
+
+    @functools.wraps(method)
+    def body(design: _D, fidelity: Fidelity) -> Body:
+        kept: dict[tuple[float, int], Body] = vars(design).setdefault("_bodies", {})
+        lattice = fidelity.grid_spacing, fidelity.particles_per_cell
+        if (found := kept.get(lattice)) is None:
+            found = kept[lattice] = method(design, fidelity)
+            while sum(each.particle_count for each in kept.values()) > _MOST_KEPT:
+                kept.pop(next(iter(kept)))
+        return found
+
+    return body
 
 
 def check_ends(body: Body, name: str) -> None:

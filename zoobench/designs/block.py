@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from zoobench.arrays import Array, Mask
-from zoobench.designs.base import Body, check_size
+from zoobench.designs.base import Body, check_size, sampled_once
 from zoobench.designs.sampling import Shape
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
@@ -59,6 +59,7 @@ class Block:
         layers = [f"-{name}" for name in _LAYERS] if self.layers == 2 else [""]
         return tuple(f"row-{row + 1}{side}{layer}" for row in range(self.rows) for side in columns for layer in layers)
 
+    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
         sample = self.shape.sample(fidelity)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from zoobench.arrays import Array, Mask
-from zoobench.designs.base import Body, check_size
+from zoobench.designs.base import Body, check_size, sampled_once
 from zoobench.designs.sampling import Shape
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
@@ -53,6 +53,7 @@ class Caterpillar:
         size = (self.length, self.height, self.width)
         return Shape.standing(lambda points: _inside(points / size), *size)
 
+    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
         sample = self.shape.sample(fidelity)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array, Mask
-from zoobench.designs.base import Body
+from zoobench.designs.base import Body, sampled_once
 from zoobench.designs.cloud_file import Points, load_points
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
 from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
@@ -146,6 +146,7 @@ class CloudDesign:
         lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
         return group(self._scheme, lattice[self._nearest(lattice)[1]], self.muscles)
 
+    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution.
 

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from zoobench.designs.base import Body
+from zoobench.designs.base import Body, sampled_once
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
 from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
 from zoobench.designs.sampling import Shape
@@ -109,6 +109,7 @@ class MeshDesign:
         lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
         return group(self.grouping, lattice[self.shape.inside(lattice)], self.muscles)
 
+    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution.
 

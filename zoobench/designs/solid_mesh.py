@@ -39,9 +39,9 @@ class Mesh:
         The faces that a vertical line crosses above a point, counted with the sign of their normals, are its winding
         number. Points of a lattice share these lines, so that the cost grows with the lines and not with the points.
         """
-        columns, line = np.unique(points[:, [0, 2]], axis=0, return_inverse=True)
-        line = line.ravel()
-        crossed, heights, signs = self._crossings(columns)
+        # complex numbers sort by their parts, x and then z, five times as fast as rows
+        places, line = np.unique(points[:, 0] + 1j * points[:, 2], return_inverse=True)
+        crossed, heights, signs = self._crossings(np.stack([places.real, places.imag], axis=1))
         low, high = self.vertices[:, 1].min(), self.vertices[:, 1].max()
 
         def rank(lines: NDArray[np.int64], y: Array) -> Array:
@@ -63,11 +63,12 @@ class Mesh:
         lines = columns + shift
         corners = self.vertices[self.faces]
         flat = corners[:, :, [0, 2]]
-        begin = np.searchsorted(lines[:, 0], flat[:, :, 0].min(axis=1))
-        counts = np.searchsorted(lines[:, 0], flat[:, :, 0].max(axis=1), side="right") - begin
+        least, most = flat.min(axis=1), flat.max(axis=1)
+        begin = np.searchsorted(lines[:, 0], least[:, 0])
+        counts = np.searchsorted(lines[:, 0], most[:, 0], side="right") - begin
         face = np.repeat(np.arange(len(corners)), counts)
         line = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)
-        near = (lines[line, 1] >= flat[face, :, 1].min(axis=1)) & (lines[line, 1] <= flat[face, :, 1].max(axis=1))
+        near = (lines[line, 1] >= least[face, 1]) & (lines[line, 1] <= most[face, 1])
         face, line = face[near], line[near]
         a, b, c = (flat[face, n] for n in range(3))
         area = _cross(b - a, c - a)

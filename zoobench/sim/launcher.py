@@ -144,7 +144,8 @@ class Launcher:
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
-        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant)
+        law, skin = self.variant.law, self.variant.skin
+        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, law, skin)
 
     def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
         """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""

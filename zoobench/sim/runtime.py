@@ -1,4 +1,4 @@
-"""Taichi's runtime in this process: started once per precision, stopped so that the compile cache is written."""
+"""Taichi's runtime in this process: one for both precisions, stopped so that the compile cache is written."""
 
 import ast
 import atexit
@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import taichi as ti
@@ -42,6 +42,9 @@ def cache_folder() -> Path:
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
     """Start Taichi for one precision and device, unless it is running so.
 
+    Another precision on the same device keeps the runtime, and with it the kernels that were compiled for the other: a
+    kernel is known by the types of its arrays, which are those of the precision.
+
     On the CPU with one thread only: the sums of two threads on one grid node would depend on their order.
     With `debug`, or ZOOBENCH_DEBUG in the environment, every access to an array is checked against its bounds.
 
@@ -58,15 +61,17 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         return _generation
     if device == "cuda" and not torch.cuda.is_available():
         raise UsageError("No CUDA device is available on this machine. Use the device 'cpu'.")
-    if _started is not None:
+    if _started is not None and _started[1:] == wanted[1:]:
+        _compute_in(precision)
+    else:
         stop()
-    torch.set_num_threads(1)
-    if cache:
-        _drop_stale_lock()
-    if not _generation:
-        atexit.register(stop)
-    with contextlib.redirect_stdout(None):  # Taichi prints to standard output, which is reserved for data
-        _initialise(precision, device, debug, cache)
+        torch.set_num_threads(1)
+        if cache:
+            _drop_stale_lock()
+        if not _generation:
+            atexit.register(stop)
+        with contextlib.redirect_stdout(None):  # Taichi prints to standard output, which is reserved for data
+            _initialise(precision, device, debug, cache)
     _started = wanted
     _generation += 1
     return _generation
@@ -78,7 +83,7 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
-        default_fp=ti.f64 if precision == 64 else ti.f32,
+        default_fp=_literals(precision),
         cpu_max_num_threads=1,
         # fast math may assume that no NaN exists, and the survey of a diverging simulation looks for them
         fast_math=False,
@@ -93,6 +98,16 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
     )
 
 
+def _compute_in(precision: int) -> None:
+    """Kernels compiled from now on have literals of this precision."""
+    impl.get_runtime().set_default_fp(_literals(precision))
+    impl.current_cfg().default_fp = _literals(precision)
+
+
+def _literals(precision: int) -> Any:
+    return ti.f64 if precision == 64 else ti.f32
+
+
 @contextlib.contextmanager
 def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
     """Kernels first called within are compiled to vector instructions, one for each vector of four lanes.
@@ -101,10 +116,12 @@ def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
     when it compiles, and keeps kernels of both kinds apart in its cache.
 
     Args:
-        optimised: let Taichi itself optimise, too, before the compiler does.
+        optimised: let Taichi itself optimise, too, before the compiler does, unless ZOOBENCH_QUICK_COMPILE is in the
+            environment: that takes longest of all compiling, and changes no bit of what is computed.
     """
     settings = impl.current_cfg()
     usual = settings.real_matrix_scalarize, settings.advanced_optimization
+    optimised = optimised and not os.environ.get("ZOOBENCH_QUICK_COMPILE")
     settings.real_matrix_scalarize, settings.advanced_optimization = False, optimised
     try:
         yield

@@ -13,7 +13,7 @@ Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
 Triple = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 SAND = SandMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1600.0, friction_angle=45.0)
-CLAY = ClayMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1800.0, yield_stress=400.0)
+CLAY = ClayMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1800.0, yield_stress=250.0)
 MUD = MudMaterial(youngs_modulus=1e4, poissons_ratio=0.3, density=1400.0, yield_stress=200.0, viscosity=1.0)
 SNOW = replace(scenes.SNOW, youngs_modulus=1e4, poissons_ratio=0.3)
 SOLIDS: dict[str, Solid] = {"sand": SAND, "clay": CLAY, "mud": MUD, "snow": SNOW}

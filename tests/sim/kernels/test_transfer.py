@@ -310,8 +310,9 @@ def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, k
     assert [scenes.same(gradient, full) for gradient in others] == [True, True]
 
 
-@pytest.mark.parametrize("name", ["ground", pytest.param("water", marks=pytest.mark.slow)])
-@hardest_first
+@pytest.mark.slow  # each compiles for ten seconds; mixed transfers above and tests/sim/kernels/test_serial.py are fast
+@pytest.mark.parametrize("name", ["ground", "water"])
+@pytest.mark.parametrize(("transfer", "kernel"), NEW)
 def test_parallel_driver_agrees_with_the_serial_one(transfer: Transfer, kernel: Kernel, name: str) -> None:
     """Path and gradient to 1e-12 of the largest."""
     scenes.compare_drivers(scenes.SCENES[name](), 5, scenes.fidelity(transfer=transfer, kernel=kernel))

@@ -47,12 +47,13 @@ def medium_kappa(history, constants, law: ti.template()):
 @ti.kernel
 def survey(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
-    variant: ti.template(),
+    law: ti.template(), skin: ti.template(),
 ):  # fmt: skip
     """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
 
     `culprit[w]` holds the particle of each of the first four, where the first NaN is kept, and of the stretch.
-    Massless particles are left out.
+    Massless particles are left out. Of a variant only the medium's law and whether there is a skin make a difference,
+    so that scenes which differ in other things share the kernel.
     """
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
@@ -83,13 +84,13 @@ def survey(
                         square = stretched
                         widest = p
                     viscosity = ti.max(viscosity, scene.eta * per_mass)
-                    if ti.static(variant.skin):
+                    if ti.static(skin):
                         ground = ti.max(ground, scene.skin_rate * per_mass)
                     # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
                     active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * stretched
                     robot = ti.max(robot, (active + 3.0 * k * scene.lam) * per_mass)
-                elif ti.static(variant.law):
-                    kappa = medium_kappa(history(state, 0, w, p), scene.medium, variant.law)
+                elif ti.static(law):
+                    kappa = medium_kappa(history(state, 0, w, p), scene.medium, law)
                     medium = ti.max(medium, kappa * per_mass)
                 for c in ti.static(range(4)):
                     # negated, as a NaN fails every comparison; worst is equal to itself unless it is a NaN already
