@@ -59,12 +59,11 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
     Raises:
         StorageError: the database refuses; the run in hand can be resumed.
     """
-    owner = Owner.current()
     requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     while not stop.is_set():
         store.recover(ids=orders.run_ids)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(owner, provenance=gather(), ids=orders.run_ids)
+        claim = store.claim(Owner.current(), provenance=gather(), ids=orders.run_ids)
         if claim is None:
             return
         try:

@@ -141,7 +141,8 @@ class _WorkerPool:
         """Whether the run is in the hands of a worker that is not one of these."""
         if row.state is not RunState.RUNNING or row.owner is None:
             return False
-        return Owner.parse(row.owner).pid not in {worker.process.pid for worker in self._workers}
+        owner = Owner.parse(row.owner)
+        return not (owner.is_here and owner.pid in {worker.process.pid for worker in self._workers})
 
     def wait(self, timeout: float) -> None:
         """Wait until a worker ends, which closes its output, `timeout` [s] at most."""
