@@ -20,7 +20,6 @@ from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.provenance import THREAD_VARIABLES, gather
-from zoobench.harness.supervise import supervise
 
 
 @dataclass(frozen=True)
@@ -59,6 +58,8 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
     Raises:
         StorageError: the database refuses; the run in hand can be resumed.
     """
+    from zoobench.harness.supervise import supervise  # loads what the launcher need not have
+
     requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     while not stop.is_set():
         store.recover(ids=orders.run_ids)

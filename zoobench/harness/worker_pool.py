@@ -19,8 +19,7 @@ from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError, ZoobenchError
 from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.interruption import Interruption
-from zoobench.harness.process import CHILD_COMMAND
-from zoobench.harness.supervise import GRACE_SECONDS
+from zoobench.harness.process import CHILD_COMMAND, GRACE_SECONDS
 from zoobench.harness.worker import WorkerOrders
 
 POLL_SECONDS = 0.5
