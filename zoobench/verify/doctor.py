@@ -112,13 +112,19 @@ def _check_database(location: str) -> Diagnosis:
 
     try:
         with Store(location, create=False) as store:
-            complaints = store.check()
-            runs = sum(store.counts().values())
+            complaints = store.check() or store.damage()
+            runs, unproved = sum(store.counts().values()), store.unsealed()
     except StorageError as error:
         return Diagnosis("database", Verdict.PROBLEM, str(error))
     if complaints:
-        return Diagnosis("database", Verdict.PROBLEM, f"{store.name} is damaged: {'; '.join(complaints[:3])}")
-    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs")
+        return Diagnosis("database", Verdict.PROBLEM, f"{store.name} is damaged: {_first(complaints)}.")
+    older = f"; {unproved} of an earlier zoobench have no digest to prove it" if unproved else ""
+    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs{older}")
+
+
+def _first(complaints: list[str]) -> str:
+    more = f"; and {len(complaints) - 3:,} more" if len(complaints) > 3 else ""
+    return "; ".join(complaints[:3]) + more
 
 
 def _check_space(folder: Path) -> Diagnosis:
