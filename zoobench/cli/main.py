@@ -20,6 +20,7 @@ from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import doctor
+from zoobench.cli.output import say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.render import render
@@ -90,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         finally:
             sys.stdout.flush()  # here, where a failure can still be reported
     except ZoobenchError as error:
-        print(f"Error: {error}", file=sys.stderr)
+        say(f"Error: {error}")
         return error.exit_code
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EPIPE):
