@@ -189,3 +189,9 @@ def test_a_changed_result_is_not_published(tmp_path: Path) -> None:
         with pytest.raises(StorageError, match="the results of run 1 have changed"):
             gather(store, "mine", "mine", "a test", [(spec, None)])
         assert gather(store, "mine", "mine", "a test", [(other, None)]).rows[0].finals["score"].value == 1.0
+
+
+def test_a_deep_export_is_refused() -> None:
+    """In words."""
+    with pytest.raises(UsageError, match=r"mine\.json is no export"):
+        from_text("[" * 100_000, "mine.json")

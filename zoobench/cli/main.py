@@ -85,6 +85,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Every other ending is a SystemExit: 0 ok, 1 some run failed or a check fell short, 2 usage, 130 interrupted.
     """
+    is_heard = sys.stdout is not None
+    _open_closed_streams()
+    if not is_heard:
+        say("Error: Standard output is closed. Leave it open, or send it to a file or to /dev/null.")
+        return 2
     try:
         try:
             app(args=None if arguments is None else list(arguments), prog_name="zoobench")
@@ -98,6 +103,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         return _end_without_room(error)
     return 0
+
+
+def _open_closed_streams() -> None:
+    """Let standard streams that are closed lead nowhere: a database that got such a number would be written into."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115
 
 
 def _end_without_room(error: OSError) -> int:

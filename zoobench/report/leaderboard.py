@@ -160,7 +160,7 @@ def from_text(text: str, where: str) -> Leaderboard:
         rows = tuple(row for record in document["runs"] for row in _rows_of(record, documents, components))
         _check_rows(rows)
         return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), rows)
-    except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
+    except (UsageError, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise UsageError(
             f"{where} is no export of a leaderboard: {what}. `zoobench leaderboard publish SUITE DIR` writes one."
