@@ -1,10 +1,12 @@
 """Opening a database and its transactions; the one module that depends on which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
-"database is locked" under contention, whatever the timeout), 30 s of patience. PostgreSQL opens by its URL: readers
+"database is locked" under contention, whatever the timeout), 30 s of patience; on a read-only medium it is read as it
+is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL: readers
 see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
+import os
 import random
 import re
 import shutil
@@ -39,7 +41,7 @@ class Database:
     """An open database: `read` and `write` give a session; every error of it becomes a StorageError.
 
     `location` is a path to an SQLite file or a URL, `name` the same without a password, for messages. With `create` a
-    missing file is made, without it refused.
+    missing file is made, without it refused; `is_read_only` tells of a file that this process cannot change.
 
     Raises:
         StorageError: the path cannot be used, as the message explains.
@@ -48,11 +50,13 @@ class Database:
     def __init__(self, location: str | Path, *, create: bool = True) -> None:
         self.name = without_password(str(location))
         self._path: Path | None = None
+        self.is_read_only = False
         if "://" not in self.name:
             self._path = Path(location)
             _check_path(self._path, create)
+            self.is_read_only = self._path.exists() and not _is_writable(self._path)
         with self._translated():
-            self._engine = create_engine(_url(str(location)))
+            self._engine = create_engine(_read_only_url(Path(location)) if self.is_read_only else _url(str(location)))
         if self._path is None:
             event.listen(self._engine, "connect", _configure_postgresql)
             self._reading = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
@@ -95,7 +99,7 @@ class Database:
         Raises:
             StorageError: the database cannot be written.
         """
-        if self._path is None:
+        if self._path is None or self.is_read_only:
             return
         deadline = time.monotonic() + BUSY_SECONDS
         with self._translated(), self._engine.connect() as connection:  # the mode cannot change within a transaction
@@ -168,6 +172,23 @@ def _url(location: str) -> URL:
     return url.update_query_dict({**_LIBPQ_PATIENCE, **url.query})
 
 
+def _is_writable(path: Path) -> bool:
+    """Whether a file can be changed, and others be made beside it, as SQLite does."""
+    as_effective = {"effective_ids": True} if os.access in os.supports_effective_ids else {}
+    return all(os.access(place, os.W_OK, **as_effective) for place in (path, path.absolute().parent))
+
+
+def _read_only_url(path: Path) -> URL:
+    """Of a file that cannot be changed: what is in its write-ahead log is read, too, if there is such a log."""
+    how = {"mode": "ro"} if _has_log(path) else {"mode": "ro", "immutable": "1"}
+    return URL.create("sqlite", database=path.absolute().as_uri(), query={**how, "uri": "true"})
+
+
+def _has_log(path: Path) -> bool:
+    log = path.with_name(f"{path.name}-wal")
+    return log.exists() and log.stat().st_size > 0
+
+
 def _check_path(path: Path, create: bool) -> None:
     try:
         exists, is_file, folder_exists = path.exists(), path.is_file(), path.parent.is_dir()
@@ -226,6 +247,11 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
     if code in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
         return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
     if code.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY", "SQLITE_PERM", "SQLITE_AUTH")):
+        if path and os.access(path, os.R_OK) and not _is_writable(path) and _has_log(path):
+            return StorageError(
+                f"{name} cannot be read where it is: its newest content is in {name}-wal, and the place is read-only. "
+                "Copy both files to a writable place, and name the copy with --db."
+            )
         return StorageError(f"No permission to open {name} for writing. The file and its folder must be writable.")
     if _is_busy(error) or code == "55P03":
         return StorageError(

@@ -26,6 +26,11 @@ def prepare(database: Database) -> None:
             f"{database.name} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
             "Update with `pip install --upgrade zoobench`, or name another database with --db."
         )
+    if revision != HEAD and database.is_read_only:
+        raise StorageError(
+            f"{database.name} has schema {revision or 'none'}, and cannot be brought to {HEAD} where it is read-only. "
+            "Copy it to a writable place, and name the copy with --db."
+        )
     database.use_log()
     if revision != HEAD:
         with database.write(alone=True) as session:  # another process may be at it too
