@@ -13,6 +13,7 @@ import pytest
 from sqlalchemy import text
 
 from tests.harness.helpers import spec
+from zoobench.db import engine
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, RunState
 from zoobench.db.store import Store
@@ -211,3 +212,46 @@ def test_an_older_database_on_a_read_only_medium_is_refused_in_words(shelf: Path
         session.execute(text("UPDATE alembic_version SET version_num = '0006'"))
     with read_only(shelf):
         assert "Copy it to a writable place" in _refusal(shelf, create=False)
+
+
+@pytest.fixture
+def locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path, sqlite3.Connection]]:
+    """A database with a run in another's hands, and a writer that has stopped within its transaction."""
+    monkeypatch.setattr(engine, "BUSY_SECONDS", 0.2)
+    path = tmp_path / "zoo.db"
+    with Store(path) as store:
+        store.enqueue([spec()])
+        assert store.claim(Owner("another-host", "boot", "1", 1, 0), provenance={}) is not None
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    writer.execute("BEGIN IMMEDIATE")
+    yield path, writer
+    writer.close()
+
+
+def test_a_stopped_writer_is_waited_for_while_its_lease_lives(
+    locked: tuple[Path, sqlite3.Connection], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Far beyond the usual patience, with a word; what was to be stored is stored."""
+    path, writer = locked
+    release = threading.Timer(1.5, writer.execute, ["ROLLBACK"])
+    release.start()
+    with Store(path) as store:
+        assert len(store.enqueue([spec(1)]).new) == 1
+        assert len(store.runs()) == 2
+    release.join()
+    assert [record.message for record in caplog.records] == [
+        f"{path} is locked by another zoobench, whose lease lives. Waiting for it."
+    ]
+
+
+def test_a_lock_that_nobody_alive_holds_is_not_waited_for(
+    locked: tuple[Path, sqlite3.Connection], caplog: pytest.LogCaptureFixture
+) -> None:
+    """The patience is over when the last lease is."""
+    path, writer = locked
+    writer.execute("UPDATE runs SET lease_until = 1.0")
+    writer.execute("COMMIT")
+    writer.execute("BEGIN IMMEDIATE")
+    with Store(path) as store, pytest.raises(StorageError, match="has been locked"):
+        store.enqueue([spec(1)])
+    assert caplog.records == []

@@ -1,11 +1,12 @@
 """Opening a database and its transactions; the one module that depends on which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
-"database is locked" under contention, whatever the timeout), 30 s of patience; on a read-only medium it is read as it
-is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL: readers
-see one snapshot, writers lock the rows that they write, with the same patience.
+"database is locked" under contention, whatever the timeout), 30 s of patience, and more while a worker's lease lives.
+On a read-only medium it is read as it is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL:
+readers see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
+import logging
 import os
 import random
 import re
@@ -18,14 +19,17 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, make_url
+from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, func, make_url, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from zoobench.db.models import Base
+from zoobench.db.models import Base, RunRecord
+from zoobench.db.rows import RunState
 from zoobench.errors import StorageError, StorageFullError
+
+_LOG = logging.getLogger(__name__)
 
 BUSY_SECONDS = 30.0
 _NETWORK_FILE_SYSTEMS = frozenset(
@@ -66,7 +70,7 @@ class Database:
             event.listen(self._engine, "connect", _configure_sqlite)
             self._reading = self._engine.execution_options(zoobench_begin="BEGIN")
             self._writing = self._alone = self._engine.execution_options(zoobench_begin="BEGIN IMMEDIATE")
-        event.listen(self._engine, "begin", _begin)
+        event.listen(self._engine, "begin", self._begin)
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -132,6 +136,37 @@ class Database:
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
+
+    def _begin(self, connection: Connection) -> None:
+        begin = connection.get_execution_options().get("zoobench_begin")
+        if begin and self._path is None:
+            connection.exec_driver_sql(begin)
+        elif begin:
+            self._begin_sqlite(connection, begin)
+
+    def _begin_sqlite(self, connection: Connection, begin: str) -> None:
+        """Begin a transaction; wait for another writer for as long as there is a worker whose lease lives."""
+        is_told = False
+        while True:
+            try:
+                connection.connection.dbapi_connection.execute(begin)  # type: ignore[union-attr]
+                return
+            except sqlite3.OperationalError as error:
+                refusal = OperationalError(begin, None, error)
+                if not _is_busy(refusal) or not self._has_live_lease():
+                    raise refusal from error
+            if not is_told:
+                _LOG.warning("%s is locked by another zoobench, whose lease lives. Waiting for it.", self.name)
+            is_told = True
+
+    def _has_live_lease(self) -> bool:
+        leases = select(func.max(RunRecord.lease_until)).where(RunRecord.state == RunState.RUNNING)
+        try:
+            with Session(self._reading) as session:
+                until: float | None = session.scalar(leases)
+        except DBAPIError:  # it cannot be read either, or is being made
+            return False
+        return until is not None and until > time.time()
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
@@ -229,11 +264,6 @@ def _configure_postgresql(connection: DBAPIConnection, _record: object) -> None:
     cursor.execute(f"SET idle_in_transaction_session_timeout = {BUSY_SECONDS * 1000:.0f}")
     cursor.close()
     connection.commit()
-
-
-def _begin(connection: Connection) -> None:
-    if begin := connection.get_execution_options().get("zoobench_begin"):
-        connection.exec_driver_sql(begin)
 
 
 def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
