@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -141,3 +142,17 @@ def test_options_that_leave_nothing_are_refused(zoobench: Command, database: Pat
 def test_logs_of_a_run_that_said_nothing(zoobench: Command, database: Path) -> None:
     """It says so, and in which state the run is."""
     assert "Run 12 is queued" in zoobench("logs", 12).err
+
+
+def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database: Path) -> None:
+    """In its reason, its log, its traceback and the text of an error; they are seen instead."""
+    with sqlite3.connect(database) as connection:
+        connection.execute("UPDATE runs SET reason = char(27) || ']0;title' || char(7) WHERE reason IS NOT NULL")
+        connection.execute("UPDATE logs SET text = char(27) || '[2J' || text")
+        connection.execute("UPDATE attempts SET traceback = char(27) || '[2J' WHERE traceback IS NOT NULL")
+    connection.close()
+    replies = [zoobench(*words) for words in (("results",), ("logs", "10"), ("show", "10"), ("logs", "\x1b[2J"))]
+    for reply in replies:
+        assert "\x1b" not in reply.out + reply.err
+        assert "\x07" not in reply.out + reply.err
+        assert "\\x1b" in reply.out + reply.err

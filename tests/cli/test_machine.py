@@ -1,6 +1,7 @@
 """`doctor`."""
 
 import json
+import sqlite3
 from pathlib import Path
 from typing import Any
 
@@ -69,3 +70,16 @@ def test_doctor_warns_of_a_cache_that_cannot_be_written(tmp_path: Path) -> None:
     check = examining._check_cache(tmp_path / "file" / "kernels")
     assert check.verdict is examining.Verdict.WARNING
     assert "ZOOBENCH_CACHE" in check.detail
+
+
+@pytest.mark.usefixtures("without_taichi")
+def test_doctor_finds_a_changed_number(zoobench: Command, database: Path) -> None:
+    """One that SQLite itself takes for sound."""
+    with sqlite3.connect(database) as connection:
+        connection.execute("UPDATE finals SET value = value * 2 WHERE run_id < 6 AND name = 'score'")
+    connection.close()
+    code, checks = verdicts(zoobench)
+    assert code == 1
+    assert "the results of run 1 have changed; " in checks["database"]["detail"]
+    assert "; and 2 more" in checks["database"]["detail"]
+    assert verdicts(zoobench, "--quick")[0] == 0

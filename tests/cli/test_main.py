@@ -152,3 +152,19 @@ def test_module_entry_point_returns_the_exit_code() -> None:
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("Error: ")
+
+
+@pytest.mark.parametrize("words", [["results"], ["list", "envs"]])
+def test_a_closed_standard_output_is_refused(words: list[str], tmp_path: Path) -> None:
+    """In words; whatever is opened instead of it is not printed into."""
+    done = subprocess.run(
+        ["sh", "-c", 'exec "$@" >&-', "sh", *PROCESS, *words], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert (done.returncode, done.stderr[:35]) == (2, "Error: Standard output is closed. L")
+
+
+def test_without_standard_error_data_stay_data(tmp_path: Path) -> None:
+    """A message that nobody can hear is not printed among them."""
+    command = ["sh", "-c", 'exec "$@" 2>&- <&-', "sh", *PROCESS, "results"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")

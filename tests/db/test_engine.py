@@ -2,7 +2,10 @@
 
 import os
 import sqlite3
+import tempfile
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import psutil
@@ -10,6 +13,7 @@ import pytest
 from sqlalchemy import text
 
 from tests.harness.helpers import spec
+from zoobench.db import engine
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, RunState
 from zoobench.db.store import Store
@@ -147,3 +151,107 @@ def test_a_new_database_waits_for_another_that_is_being_made(tmp_path: Path) -> 
         assert store.runs() == []
     release.join()
     other.close()
+
+
+@contextmanager
+def read_only(path: Path) -> Iterator[None]:
+    """The folder and all that is in it cannot be written, and we are nobody special."""
+    places = [path.parent, *path.parent.iterdir()]
+    for place in places:
+        place.chmod(0o555 if place.is_dir() else 0o444)
+    is_root = os.geteuid() == 0
+    if is_root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if is_root:
+            os.seteuid(0)
+        for place in places:
+            place.chmod(0o755)
+
+
+@pytest.fixture
+def shelf() -> Iterator[Path]:
+    """Where a database will be that everybody may read."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder) / "zoo 100%.db"
+
+
+def test_a_read_only_medium_can_be_read(shelf: Path) -> None:
+    """All questions are answered, and nothing can be stored there."""
+    with Store(shelf) as store:
+        store.enqueue([spec()])
+    before = sorted(shelf.parent.iterdir())
+    with read_only(shelf), Store(shelf, create=False) as store:
+        assert [row.spec for row in store.runs()] == [spec()]
+        assert store.check() == []
+        with pytest.raises(StorageError, match="must be writable"):
+            store.enqueue([spec(1)])
+    assert sorted(shelf.parent.iterdir()) == before
+
+
+def test_a_log_on_a_read_only_medium_is_not_forgotten(shelf: Path) -> None:
+    """What a killed writer left in it is read where SQLite can; where not, the words say what to do."""
+    with Store(shelf) as store:
+        store.enqueue([spec()])
+        copies = {path.name: path.read_bytes() for path in shelf.parent.iterdir()}
+    assert set(copies) == {shelf.name, f"{shelf.name}-wal", f"{shelf.name}-shm"}
+    for name, content in copies.items():
+        shelf.with_name(name).write_bytes(content)
+    with read_only(shelf), Store(shelf, create=False) as store:
+        assert [row.spec for row in store.runs()] == [spec()]
+    shelf.with_name(f"{shelf.name}-shm").unlink()
+    with read_only(shelf):
+        assert "Copy both files to a writable place" in _refusal(shelf, create=False)
+
+
+def test_an_older_database_on_a_read_only_medium_is_refused_in_words(shelf: Path) -> None:
+    """It would have to be changed first."""
+    with Store(shelf) as store, store._database.write() as session:
+        session.execute(text("UPDATE alembic_version SET version_num = '0006'"))
+    with read_only(shelf):
+        assert "Copy it to a writable place" in _refusal(shelf, create=False)
+
+
+@pytest.fixture
+def locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path, sqlite3.Connection]]:
+    """A database with a run in another's hands, and a writer that has stopped within its transaction."""
+    monkeypatch.setattr(engine, "BUSY_SECONDS", 0.2)
+    path = tmp_path / "zoo.db"
+    with Store(path) as store:
+        store.enqueue([spec()])
+        assert store.claim(Owner("another-host", "boot", "1", 1, 0), provenance={}) is not None
+    writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    writer.execute("BEGIN IMMEDIATE")
+    yield path, writer
+    writer.close()
+
+
+def test_a_stopped_writer_is_waited_for_while_its_lease_lives(
+    locked: tuple[Path, sqlite3.Connection], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Far beyond the usual patience, with a word; what was to be stored is stored."""
+    path, writer = locked
+    release = threading.Timer(1.5, writer.execute, ["ROLLBACK"])
+    release.start()
+    with Store(path) as store:
+        assert len(store.enqueue([spec(1)]).new) == 1
+        assert len(store.runs()) == 2
+    release.join()
+    assert [record.message for record in caplog.records] == [
+        f"{path} is locked by another zoobench, whose lease lives. Waiting for it."
+    ]
+
+
+def test_a_lock_that_nobody_alive_holds_is_not_waited_for(
+    locked: tuple[Path, sqlite3.Connection], caplog: pytest.LogCaptureFixture
+) -> None:
+    """The patience is over when the last lease is."""
+    path, writer = locked
+    writer.execute("UPDATE runs SET lease_until = 1.0")
+    writer.execute("COMMIT")
+    writer.execute("BEGIN IMMEDIATE")
+    with Store(path) as store, pytest.raises(StorageError, match="has been locked"):
+        store.enqueue([spec(1)])
+    assert caplog.records == []

@@ -4,6 +4,7 @@ import math
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -14,8 +15,8 @@ from zoobench.db.rows import Batch, Claim, Ending, RunState, SharedScore
 from zoobench.db.store import Store
 
 ME = Owner.current()
-DEAD = Owner(ME.host, ME.pid, ME.start - 1000.0)
-ELSEWHERE = Owner("another-host", 1, 0.0)
+DEAD = replace(ME, start=ME.start - 1000)
+ELSEWHERE = Owner("another-host", "another-boot", "1", 1, 0)
 KEY = "a" * 64
 OURS, THEIRS = SharedScore(is_ours=True), SharedScore(is_ours=False)
 

@@ -18,8 +18,8 @@ from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
 ME = Owner.current()
-DEAD = Owner(ME.host, ME.pid, ME.start - 1000.0)  # this process's number, borne by an earlier one
-ELSEWHERE = Owner("another-host", 1, 0.0)
+DEAD = replace(ME, start=ME.start - 1000)  # this process's number, borne by an earlier one
+ELSEWHERE = Owner("another-host", "another-boot", "1", 1, 0)
 DONE = Ending(RunState.DONE, finals=(FinalRow("score", 1.5, "m/s"), FinalRow("height", math.nan, "m")))
 
 

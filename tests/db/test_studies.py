@@ -65,6 +65,7 @@ def _age(location: str) -> None:
     with Store(location) as store, store._database.write() as session:
         for table in ("study_rows", "studies", "solutions", "archives", "milestones", "reference_scores"):
             session.execute(text(f"DROP TABLE {table}"))
+        session.execute(text("ALTER TABLE runs DROP COLUMN digest"))
         session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 
 

@@ -1,23 +1,29 @@
 """A child process and what it leaves behind."""
 
+import subprocess
 import sys
 import time
+from pathlib import Path
 
+import psutil
 import pytest
 
-from tests.harness.helpers import spec
-from zoobench.db.rows import Claim
-from zoobench.harness import process
+from tests.harness.helpers import enqueue, spec, work_on_fakes
+from tests.harness.test_messages import bad
+from zoobench.db.rows import Claim, RunState
+from zoobench.db.store import Store
+from zoobench.harness import messages, process, worker_pool
+from zoobench.harness.fork_server import can_fork
 from zoobench.harness.process import ChildProcess, End, LogLine
 
 LEAVES_A_PROCESS_BEHIND = """
 import subprocess, sys
-subprocess.Popen([sys.executable, "-c", "import time; time.sleep(30)"])
+subprocess.Popen([sys.executable, "-c", "import time; time.sleep(30)"], start_new_session=True)
 print("last words", file=sys.stderr)
 """
 
 
-def test_a_child_ends_though_what_it_started_holds_its_pipes_open(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its last words are read, its end is announced, and closing it does not hang."""
     monkeypatch.setattr(process, "_LAST_WORDS_SECONDS", 0.3)
     begin = time.monotonic()
@@ -31,3 +37,60 @@ def test_a_child_ends_though_what_it_started_holds_its_pipes_open(monkeypatch: p
     assert child.wait() == 0
     child.close()
     assert time.monotonic() - begin < 20.0
+
+
+def test_a_last_message_is_read_however_long_it_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The patience with a dead child's pipes is with their silence, not with the work on what came out of them."""
+    monkeypatch.setattr(process, "_LAST_WORDS_SECONDS", 0.2)
+
+    def slowly(line: bytes) -> messages.Message | None:
+        time.sleep(1.0 if b'"done"' in line else 0.0)
+        return read(line)
+
+    read = messages.read_message
+    monkeypatch.setattr(messages, "read_message", slowly)
+    assert [row.state for row in work_on_fakes(tmp_path / "zoo.db")] == [RunState.DONE]
+
+
+FLOODED = """
+import resource, sys
+from tests.harness.helpers import work_on_fakes
+from tests.harness.test_messages import bad
+from zoobench.db.store import Store
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+before = peak()
+work_on_fakes(sys.argv[1], child=bad("flood"))
+print(peak() - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak of memory has another unit")
+def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
+    """A quarter of a gigabyte on standard error without a newline; the worker keeps the beginning of it."""
+    path = tmp_path / "zoo.db"
+    done = subprocess.run([sys.executable, "-c", FLOODED, path], capture_output=True, text=True, check=True)
+    assert int(done.stdout) < 64 * 2**20
+    with Store(path) as store:
+        assert [row.state for row in store.runs()] == [RunState.DONE]
+        assert [line.text for line in store.logs(1)] == ["x" * 2000]
+
+
+@pytest.mark.parametrize("oddity", ["leaves", "leaves-and-dies"])
+@pytest.mark.parametrize("forks", [False, pytest.param(True, marks=pytest.mark.skipif(not can_fork(), reason="none"))])
+def test_what_a_child_has_started_ends_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, oddity: str, forks: bool
+) -> None:
+    """Whether it was started or forked, and however it ended."""
+    path = tmp_path / "zoo.db"
+    if forks:
+        monkeypatch.setattr(worker_pool, "CHILD_COMMAND", bad(oddity))
+        worker_pool.run_all(path, enqueue(path), child=bad(oddity))
+    else:
+        work_on_fakes(path, child=bad(oddity))
+    with Store(path) as store:
+        left = [int(line.text.split()[1]) for line in store.logs(1) if line.text.startswith("left ")]
+    assert left
+    assert [pid for pid in left if psutil.pid_exists(pid) and psutil.Process(pid).status() != "zombie"] == []

@@ -261,3 +261,32 @@ def test_a_suite_is_named_or_in_a_file(tmp_path: Path) -> None:
     path.write_bytes(b"\xff\xfe")
     with pytest.raises(UsageError, match="Cannot read the suite"):
         suites.load(str(path))
+
+
+_EVERYTHING = """
+summary: everything
+grids:
+  - {envs: "*", tasks: "*", designs: "*", controllers: "*", methods: "*", seeds: 10000, budget: 10, fidelity: draft,
+     frames: 10}
+"""
+_LAUGHS = "".join(f"a{i}: &a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]\n" for i in range(1, 9))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("summary: " + "[" * 5000, "nested too deep"),
+        (COMPLETE.replace("budget: 100 substeps", "budget: 2001-99-99"), "Cannot read '2001-99-99' as a budget"),
+        (COMPLETE.replace("budget: 100 substeps", "budget: 2001-01-01"), "Cannot read '2001-01-01' as a budget"),
+        (COMPLETE.replace("budget: 100 substeps", "budget: !!timestamp 2001-99-99"), "month must be in"),
+        ("a0: &a0 x\n" + _LAUGHS + "summary: x\ngrids: *a8", r"expected keys with values"),
+        ("summary: x\ngrids: [{envs: " + "[" * 30 + "]" * 30 + "}]", r"envs: \[\[\["),
+        (_EVERYTHING, "The grid has [0-9,]+ runs, and 200,000 are the most"),
+    ],
+    ids=["deep", "no-date", "date", "timestamp", "aliases", "nested", "everything"],
+)
+def test_a_file_that_asks_too_much_is_refused(content: str, message: str) -> None:
+    """In words, before time or memory is spent on it."""
+    with pytest.raises(UsageError, match=message) as error:
+        suite_of(content)
+    assert len(str(error.value)) < 1000

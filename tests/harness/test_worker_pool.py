@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ from tests.postgres import Server
 from zoobench.db.rows import Batch, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
+from zoobench.harness import worker_pool
 from zoobench.harness.supervise import supervise
 from zoobench.harness.worker_pool import run_all
 
@@ -270,6 +272,27 @@ def test_a_workers_storage_error_is_the_launchers(path: Path) -> None:
 
     with pytest.raises(StorageError, match="There is no database"):
         run_all(path, ids, child=_SLOW_WALK, on_update=spoil)
+
+
+def test_a_stopped_writer_is_waited_for_with_a_word(
+    path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A writer that has stopped within its transaction stops the others for a while, and loses no run of theirs."""
+    monkeypatch.setattr(worker_pool, "_SILENT_SECONDS", 2.0)
+    ids = enqueue(path, 1)
+    writers: list[sqlite3.Connection] = []
+
+    def stop(rows: list[RunRow]) -> None:
+        if not writers and rows[0].fraction > 0.0:
+            writers.append(sqlite3.connect(path, isolation_level=None, check_same_thread=False))
+            writers[0].execute("BEGIN IMMEDIATE")
+            threading.Timer(4.0, writers[0].close).start()
+
+    (row,) = run_all(path, ids, child=_SLOW_WALK, on_update=stop)
+    assert (row.state, row.attempt) == (RunState.DONE, 1)
+    assert [record.message for record in caplog.records] == [
+        f"Nothing could be stored for 2 s: {path} is locked by another zoobench or another program. Waiting."
+    ]
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from zoobench.cell.episode import Evaluation
+from zoobench.errors import UsageError
 from zoobench.methods.base import Incumbent, is_milestone, pack, unpack
 
 
@@ -59,3 +60,12 @@ def test_few_iterations_are_milestones_however_many_there_are() -> None:
     """1, 2, 4, 8: eighteen in a hundred thousand."""
     assert [step for step in range(20) if is_milestone(step)] == [1, 2, 4, 8, 16]
     assert sum(map(is_milestone, range(200_000))) == 18
+
+
+def test_scores_that_are_all_nan_are_told_of() -> None:
+    """Evaluations that ended well without one finite score are the task's fault, after a restart as well."""
+    incumbent = Incumbent()
+    for score in (math.nan, math.inf):
+        incumbent.offer(np.array([1.0]), _evaluation(score))
+    with pytest.raises(UsageError, match="2 evaluations ended well with a score that is NaN or infinite"):
+        Incumbent.from_state(incumbent.state()).solution()

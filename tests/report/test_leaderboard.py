@@ -5,12 +5,13 @@ import math
 from pathlib import Path
 
 import pytest
+from sqlalchemy import text
 
 from tests.report.boards import asked, board
 from tests.report.content import add_done, claim_new, make_spec
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
-from zoobench.errors import UsageError
+from zoobench.errors import StorageError, UsageError
 from zoobench.report.leaderboard import from_text, gather, to_text
 from zoobench.spec import RunSpec
 
@@ -176,3 +177,21 @@ def test_an_export_with_a_run_twice_or_of_smoke_is_refused(tmp_path: Path) -> No
     run = {**runs[0], "key": make_spec(fidelity="smoke-v1").key()}
     with pytest.raises(UsageError, match="is a smoke run"):
         from_text(json.dumps({**document, "components": components, "runs": [run]}), "mine.json")
+
+
+def test_a_changed_result_is_not_published(tmp_path: Path) -> None:
+    """Another run of the database may be as damaged as it likes."""
+    spec, other = make_spec(), make_spec(seed=1)
+    with Store(tmp_path / "runs.db") as store:
+        numbers = add_done(store, spec, 1.0), add_done(store, other, 1.0)
+        with store._database.write() as session:
+            session.execute(text(f"UPDATE finals SET value = 2.0 WHERE run_id = {numbers[0]} AND name = 'score'"))
+        with pytest.raises(StorageError, match="the results of run 1 have changed"):
+            gather(store, "mine", "mine", "a test", [(spec, None)])
+        assert gather(store, "mine", "mine", "a test", [(other, None)]).rows[0].finals["score"].value == 1.0
+
+
+def test_a_deep_export_is_refused() -> None:
+    """In words."""
+    with pytest.raises(UsageError, match=r"mine\.json is no export"):
+        from_text("[" * 100_000, "mine.json")

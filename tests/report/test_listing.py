@@ -5,6 +5,7 @@ import io
 import json
 
 import pytest
+from markdown_it import MarkdownIt
 
 from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_markdown
 
@@ -42,3 +43,26 @@ def test_a_row_that_does_not_fit_is_refused() -> None:
 def test_truth_values_read_as_words() -> None:
     """A person reads yes and no."""
     assert [cell_text(value) for value in (True, False, None, 3)] == ["yes", "no", "", "3"]
+
+
+ODD = "\x1b[31mred\x9b2J\u202e<script>alert(1)</script> [here](javascript:x) \\\\|"
+
+
+def test_no_listing_does_what_its_text_says() -> None:
+    """Escape sequences are seen on a terminal, HTML and links in Markdown; JSON means what was given."""
+    odd = Listing(("name",), ((ODD,),))
+    assert cell_text(ODD).startswith("\\x1b[31mred\\x9b2J\\u202e")
+    for text in (cell_text(ODD), to_json(odd.records()), to_csv(odd), to_markdown(odd)):
+        assert all(sign.isprintable() or sign == "\n" for sign in text)
+    assert json.loads(to_json(odd.records())) == [{"name": ODD}]
+    html = MarkdownIt("commonmark", {"html": True}).enable("table").render(to_markdown(odd))
+    assert "<script" not in html
+    assert "href" not in html
+    assert html.count("<td>") == 1
+
+
+def test_a_spreadsheet_computes_nothing() -> None:
+    """What would be a formula is text; numbers stay numbers, be they typed or written as text."""
+    cells = ("=1+1", "+A1", "-cmd|' /C calc'!A0", "@SUM(A1)", "\t=1", -0.5, "-0.5", "+1e-3", "-", "a=b")
+    (row,) = csv.reader(io.StringIO(to_csv(Listing(tuple("abcdefghij"), (cells,)))).readlines()[1:])
+    assert row == ["'=1+1", "'+A1", "'-cmd|' /C calc'!A0", "'@SUM(A1)", "'\t=1", "-0.5", "-0.5", "+1e-3", "-", "a=b"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, emit_facts, say
+from zoobench.cli.output import Format, emit, emit_facts, print_text, say
 from zoobench.cli.solutions import may_be_run, names_run
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.report.listing import Listing, cell_text, to_json
@@ -196,7 +196,7 @@ def _print_components(cards: list[dict[str, Any]]) -> None:
             (f"  {item['name']}", f"{item['type']}, default {item['default']}") for item in card["parameters"]
         ]
         emit_facts([("name", f"{card['name']} ({card['kind']}, version {card['version']})")])
-        print(f"\n{card['description']}\n")
+        print_text(f"\n{card['description']}\n")
         if card["provisional"]:
             emit_facts([("provisional", card["provisional"])])
         if card["tags"]:
@@ -230,7 +230,7 @@ def _print_body(body: dict[str, Any]) -> None:
     counts = body["particles"].items()
     emit_facts((f"  {name}", "too coarse" if count is None else f"{count:,}") for name, count in counts)
     for note in body["notes"]:
-        print(note)
+        print_text(note)
 
 
 def _print_run(card: dict[str, Any]) -> None:
@@ -260,7 +260,7 @@ def _print_run(card: dict[str, Any]) -> None:
         print("\nprovenance of the last attempt")
         provenance = card["attempts"][-1]["provenance"]
         emit_facts((f"  {name}", cell_text(value)) for name, value in _flat(provenance))
-    print(f"\nrepeat it in another database with\n  {card['repeat']}")
+    print_text(f"\nrepeat it in another database with\n  {card['repeat']}")
 
 
 def _attempt_facts(card: dict[str, Any]) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from typer import Argument, Option
 
 from zoobench.cli.curves import Currency
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
-from zoobench.cli.output import Format, emit, say
+from zoobench.cli.output import Format, emit, print_text, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
@@ -106,9 +106,9 @@ def logs(
         say(f"attempt {item.number} of run {found.id}: {item.outcome}{f', {item.reason}' if item.reason else ''}")
         for line in lines:
             if line.attempt == item.number:
-                print(f"{datetime.fromtimestamp(line.at):%H:%M:%S}  {line.text}")
+                print_text(f"{datetime.fromtimestamp(line.at):%H:%M:%S}  {line.text}")
         if item.traceback:
-            print(item.traceback.rstrip())
+            print_text(item.traceback.rstrip())
     if not lines and not any(item.traceback for item in attempts):
         say(f"Run {found.id} is {found.state} and has printed nothing.")
 
@@ -134,6 +134,7 @@ def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised
     """Print tables of scores and the footer below them; in JSON one object with both."""
     from dataclasses import asdict
 
+    from zoobench.report.foreign_text import in_markdown
     from zoobench.report.listing import to_json
     from zoobench.report.tables import long_listing, table_listing
 
@@ -146,8 +147,8 @@ def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised
     else:
         mark = "### " if form is Format.MD else ""
         for item in tables:
-            print(f"{mark}Score: {item.title}\n")
+            print_text(f"{mark}Score: {item.title}\n")
             emit(table_listing(item, normalised), form)
             print()
         for line in foot.lines() if tables else ():
-            print(f"- {line}" if form is Format.MD else line)
+            print_text(f"- {in_markdown(line)}" if form is Format.MD else line)

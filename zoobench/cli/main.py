@@ -20,6 +20,7 @@ from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import doctor
+from zoobench.cli.output import say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.render import render
@@ -84,19 +85,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Every other ending is a SystemExit: 0 ok, 1 some run failed or a check fell short, 2 usage, 130 interrupted.
     """
+    is_heard = sys.stdout is not None
+    _open_closed_streams()
+    if not is_heard:
+        say("Error: Standard output is closed. Leave it open, or send it to a file or to /dev/null.")
+        return 2
     try:
         try:
             app(args=None if arguments is None else list(arguments), prog_name="zoobench")
         finally:
             sys.stdout.flush()  # here, where a failure can still be reported
     except ZoobenchError as error:
-        print(f"Error: {error}", file=sys.stderr)
+        say(f"Error: {error}")
         return error.exit_code
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EPIPE):
             raise
         return _end_without_room(error)
     return 0
+
+
+def _open_closed_streams() -> None:
+    """Let standard streams that are closed lead nowhere: a database that got such a number would be written into."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115
 
 
 def _end_without_room(error: OSError) -> int:

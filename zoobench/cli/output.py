@@ -28,7 +28,16 @@ class Format(StrEnum):
 
 def say(text: str) -> None:
     """Print a message on standard error."""
-    print(text, file=sys.stderr, flush=True)
+    from zoobench.report.foreign_text import visible
+
+    print(visible(text), file=sys.stderr, flush=True)
+
+
+def print_text(text: str) -> None:
+    """Print text on standard output in which others may have had a hand."""
+    from zoobench.report.foreign_text import visible
+
+    print(visible(text))
 
 
 def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
@@ -108,7 +117,7 @@ def emit_facts(facts: Iterable[tuple[str, str]]) -> None:
     pairs = list(facts)
     width = max((len(name) for name, _ in pairs), default=0)
     for name, text in pairs:
-        print(f"{name:<{width}}  {text}".rstrip())
+        print_text(f"{name:<{width}}  {text}".rstrip())
 
 
 def console(*, stderr: bool = False) -> "Console":

@@ -179,7 +179,9 @@ def _share(row: "RunRow") -> float:
 
 
 def _name(row: "RunRow") -> str:
-    return f"{row.id} {row.spec}"
+    from zoobench.report.foreign_text import visible
+
+    return visible(f"{row.id} {row.spec}")
 
 
 def _standing(row: "RunRow") -> str:
@@ -193,8 +195,9 @@ def _standing(row: "RunRow") -> str:
 
 
 def _ending(row: "RunRow") -> str:
+    from zoobench.report.foreign_text import visible
     from zoobench.report.views import duration
 
     score = "" if row.score is None else f", score {row.score:.4g}"
     reason = f": {row.reason}" if row.reason else ""
-    return f"{row.state:<9} {_name(row)}{score}, {duration(row.seconds)}{reason}"
+    return visible(f"{row.state:<9} {_name(row)}{score}, {duration(row.seconds)}{reason}")

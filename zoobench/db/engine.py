@@ -1,10 +1,13 @@
 """Opening a database and its transactions; the one module that depends on which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
-"database is locked" under contention, whatever the timeout), 30 s of patience. PostgreSQL opens by its URL: readers
-see one snapshot, writers lock the rows that they write, with the same patience.
+"database is locked" under contention, whatever the timeout), 30 s of patience, and more while a worker's lease lives.
+On a read-only medium it is read as it is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL:
+readers see one snapshot, writers lock the rows that they write, with the same patience.
 """
 
+import logging
+import os
 import random
 import re
 import shutil
@@ -16,14 +19,17 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, make_url
+from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, func, make_url, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from zoobench.db.models import Base
+from zoobench.db.models import Base, RunRecord
+from zoobench.db.rows import RunState
 from zoobench.errors import StorageError, StorageFullError
+
+_LOG = logging.getLogger(__name__)
 
 BUSY_SECONDS = 30.0
 _NETWORK_FILE_SYSTEMS = frozenset(
@@ -39,7 +45,7 @@ class Database:
     """An open database: `read` and `write` give a session; every error of it becomes a StorageError.
 
     `location` is a path to an SQLite file or a URL, `name` the same without a password, for messages. With `create` a
-    missing file is made, without it refused.
+    missing file is made, without it refused; `is_read_only` tells of a file that this process cannot change.
 
     Raises:
         StorageError: the path cannot be used, as the message explains.
@@ -48,11 +54,13 @@ class Database:
     def __init__(self, location: str | Path, *, create: bool = True) -> None:
         self.name = without_password(str(location))
         self._path: Path | None = None
+        self.is_read_only = False
         if "://" not in self.name:
             self._path = Path(location)
             _check_path(self._path, create)
+            self.is_read_only = self._path.exists() and not _is_writable(self._path)
         with self._translated():
-            self._engine = create_engine(_url(str(location)))
+            self._engine = create_engine(_read_only_url(Path(location)) if self.is_read_only else _url(str(location)))
         if self._path is None:
             event.listen(self._engine, "connect", _configure_postgresql)
             self._reading = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
@@ -62,7 +70,7 @@ class Database:
             event.listen(self._engine, "connect", _configure_sqlite)
             self._reading = self._engine.execution_options(zoobench_begin="BEGIN")
             self._writing = self._alone = self._engine.execution_options(zoobench_begin="BEGIN IMMEDIATE")
-        event.listen(self._engine, "begin", _begin)
+        event.listen(self._engine, "begin", self._begin)
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -95,7 +103,7 @@ class Database:
         Raises:
             StorageError: the database cannot be written.
         """
-        if self._path is None:
+        if self._path is None or self.is_read_only:
             return
         deadline = time.monotonic() + BUSY_SECONDS
         with self._translated(), self._engine.connect() as connection:  # the mode cannot change within a transaction
@@ -128,6 +136,37 @@ class Database:
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
+
+    def _begin(self, connection: Connection) -> None:
+        begin = connection.get_execution_options().get("zoobench_begin")
+        if begin and self._path is None:
+            connection.exec_driver_sql(begin)
+        elif begin:
+            self._begin_sqlite(connection, begin)
+
+    def _begin_sqlite(self, connection: Connection, begin: str) -> None:
+        """Begin a transaction; wait for another writer for as long as there is a worker whose lease lives."""
+        is_told = False
+        while True:
+            try:
+                connection.connection.dbapi_connection.execute(begin)  # type: ignore[union-attr]
+                return
+            except sqlite3.OperationalError as error:
+                refusal = OperationalError(begin, None, error)
+                if not _is_busy(refusal) or not self._has_live_lease():
+                    raise refusal from error
+            if not is_told:
+                _LOG.warning("%s is locked by another zoobench, whose lease lives. Waiting for it.", self.name)
+            is_told = True
+
+    def _has_live_lease(self) -> bool:
+        leases = select(func.max(RunRecord.lease_until)).where(RunRecord.state == RunState.RUNNING)
+        try:
+            with Session(self._reading) as session:
+                until: float | None = session.scalar(leases)
+        except DBAPIError:  # it cannot be read either, or is being made
+            return False
+        return until is not None and until > time.time()
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
@@ -166,6 +205,23 @@ def _url(location: str) -> URL:
     if "@" in (url.host or ""):
         raise ArgumentError("an @ within a password is written %40")
     return url.update_query_dict({**_LIBPQ_PATIENCE, **url.query})
+
+
+def _is_writable(path: Path) -> bool:
+    """Whether a file can be changed, and others be made beside it, as SQLite does."""
+    as_effective = {"effective_ids": True} if os.access in os.supports_effective_ids else {}
+    return all(os.access(place, os.W_OK, **as_effective) for place in (path, path.absolute().parent))
+
+
+def _read_only_url(path: Path) -> URL:
+    """Of a file that cannot be changed: what is in its write-ahead log is read, too, if there is such a log."""
+    how = {"mode": "ro"} if _has_log(path) else {"mode": "ro", "immutable": "1"}
+    return URL.create("sqlite", database=path.absolute().as_uri(), query={**how, "uri": "true"})
+
+
+def _has_log(path: Path) -> bool:
+    log = path.with_name(f"{path.name}-wal")
+    return log.exists() and log.stat().st_size > 0
 
 
 def _check_path(path: Path, create: bool) -> None:
@@ -210,11 +266,6 @@ def _configure_postgresql(connection: DBAPIConnection, _record: object) -> None:
     connection.commit()
 
 
-def _begin(connection: Connection) -> None:
-    if begin := connection.get_execution_options().get("zoobench_begin"):
-        connection.exec_driver_sql(begin)
-
-
 def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
     code = getattr(error.orig, "sqlite_errorname", "") or getattr(error.orig, "sqlstate", "") or ""
     said = " ".join(str(error.orig).split())
@@ -226,6 +277,11 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
     if code in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
         return StorageError(f"{name} is not an SQLite database, or a damaged one. Give another with --db.")
     if code.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY", "SQLITE_PERM", "SQLITE_AUTH")):
+        if path and os.access(path, os.R_OK) and not _is_writable(path) and _has_log(path):
+            return StorageError(
+                f"{name} cannot be read where it is: its newest content is in {name}-wal, and the place is read-only. "
+                "Copy both files to a writable place, and name the copy with --db."
+            )
         return StorageError(f"No permission to open {name} for writing. The file and its folder must be writable.")
     if _is_busy(error) or code == "55P03":
         return StorageError(

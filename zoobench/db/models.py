@@ -31,7 +31,8 @@ class RunRecord(Base):
     """One run of one spec. `(id, owner, attempt)` is the fencing token of its worker.
 
     `lease_until` shows whether its worker is alive, `progress_at` whether it makes progress; `strikes` counts
-    the attempts lost in a row without a new checkpoint.
+    the attempts lost in a row without a new checkpoint. `digest` is that of a run that has ended, see
+    `zoobench.db.digests`; those that an earlier zoobench ended have none.
     """
 
     __tablename__ = "runs"
@@ -51,6 +52,7 @@ class RunRecord(Base):
     created_at: Mapped[float]
     started_at: Mapped[float | None]
     finished_at: Mapped[float | None]
+    digest: Mapped[str | None] = mapped_column(String(64))
 
 
 class ProvenanceRecord(Base):

@@ -10,6 +10,7 @@ from typing import Any, Self
 from sqlalchemy import ColumnElement, ScalarSelect, and_, func, or_, select
 from sqlalchemy.orm import Session, aliased
 
+from zoobench.db.digests import damage, spec_of, unsealed
 from zoobench.db.engine import Database, among
 from zoobench.db.models import (
     ArchiveRecord,
@@ -224,6 +225,16 @@ class Reader:
         """The findings of the database's own integrity check; empty if there are none."""
         return self._database.check()
 
+    def damage(self, ids: Collection[int] | None = None) -> list[str]:
+        """What of these runs, or in all of the database, is not as it was stored, as sentences; empty if all is."""
+        with self._database.read() as session:
+            return list(damage(session, ids))
+
+    def unsealed(self) -> int:
+        """Number of runs that an earlier zoobench has ended, whose results nothing can prove intact."""
+        with self._database.read() as session:
+            return unsealed(session)
+
 
 def load_all_stored(session: Session, spec: RunSpec) -> tuple[Start, ...]:
     """The runs that a spec names, and those that their gaits and bodies name in turn, as far as they are done."""
@@ -240,7 +251,7 @@ def load_all_stored(session: Session, spec: RunSpec) -> tuple[Start, ...]:
 def _load_stored(session: Session, key: str) -> Start | None:
     """As `Reader.stored`, within a transaction."""
     statement = (
-        select(SpecRecord.document, SolutionRecord.params, RunRecord.id)
+        select(SpecRecord.document, SolutionRecord.params, RunRecord.id, SpecRecord.key)
         .join(RunRecord, RunRecord.spec_key == SpecRecord.key)
         .join(SolutionRecord, SolutionRecord.run_id == RunRecord.id)
         .where(SpecRecord.key.startswith(key), RunRecord.state == RunState.DONE)
@@ -249,7 +260,7 @@ def _load_stored(session: Session, key: str) -> Start | None:
     if found is None:
         return None
     milestones = tuple(row.params for row in _load_milestones(session, found[2]))
-    return Start(RunSpec.from_dict(json.loads(found[0])), decode_params(found[1]), milestones)
+    return Start(spec_of(found[3], found[0]), decode_params(found[1]), milestones)
 
 
 def _load_milestones(session: Session, run_id: int) -> list[MilestoneRow]:
@@ -302,7 +313,7 @@ def _run_row(
     running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
     computed: dict[str, Any] = {
         "key": record.spec_key,
-        "spec": RunSpec.from_dict(json.loads(document)),
+        "spec": spec_of(record.spec_key, document),
         "state": RunState(record.state),
         "first_attempt": former + 1,
         "seconds": (finished or 0.0) + running,

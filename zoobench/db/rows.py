@@ -126,7 +126,7 @@ class RunRow:
     Attributes:
         attempt: the number of the newest attempt, 0 before the first.
         first_attempt: the one that the present result began with; above 1 if the run was done before and is done again.
-        owner: `host:pid:start` of the worker that holds it.
+        owner: the worker that holds it, as text of `zoobench.db.owner.Owner`.
         fraction: how much of its budget is used, 0 to 1.
         score: of the incumbent, None before the first and for a diverged one.
         seconds: wall time of all attempts together since `first_attempt` [s].

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import Database
 from zoobench.errors import StorageError
 
-_REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006")  # those under migrations/versions, oldest first
+_REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007")  # those under migrations/versions, oldest first
 HEAD = _REVISIONS[-1]
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
@@ -25,6 +25,11 @@ def prepare(database: Database) -> None:
         raise StorageError(
             f"{database.name} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
             "Update with `pip install --upgrade zoobench`, or name another database with --db."
+        )
+    if revision != HEAD and database.is_read_only:
+        raise StorageError(
+            f"{database.name} has schema {revision or 'none'}, and cannot be brought to {HEAD} where it is read-only. "
+            "Copy it to a writable place, and name the copy with --db."
         )
     database.use_log()
     if revision != HEAD:

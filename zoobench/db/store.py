@@ -4,7 +4,6 @@ A worker owns a run by its claim: owner and attempt number are checked in every 
 that a worker that was given up for dead cannot touch what another has taken over.
 """
 
-import json
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 from sqlalchemy import Update, case, delete, select, update
 from sqlalchemy.orm import Session
 
+from zoobench.db.digests import seal, spec_of
 from zoobench.db.engine import among
 from zoobench.db.lifecycle import LEASE_SECONDS, attempt_update, close_attempt, last_heard_of, why_lost
 from zoobench.db.models import (
@@ -100,6 +100,7 @@ class Store(Reader):
                 state=RunState.QUEUED,
                 reason=None,
                 finished_at=None,
+                digest=None,
                 strikes=0,
                 fraction=case((anew, 0.0), else_=RunRecord.fraction),
                 score=case((anew, None), else_=RunRecord.score),
@@ -121,16 +122,20 @@ class Store(Reader):
             .returning(RunRecord)
         )
         with self._database.write() as session:
-            run = session.scalars(statement).one_or_none()
-            if run is None:
-                return None
-            now = time.time()  # the lock may have been waited for
-            run.lease_until, run.started_at = now + LEASE_SECONDS, run.started_at or now
-            checkpoint = session.get(CheckpointRecord, run.id)
-            self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
-            spec = _load_spec(session, run.spec_key)
-            data = checkpoint.data if checkpoint else None
-            return Claim(run.id, spec, str(owner), run.attempt, data, load_all_stored(session, spec))
+            while (run := session.scalars(statement).one_or_none()) is not None:
+                now = time.time()  # the lock may have been waited for
+                run.lease_until, run.started_at = now + LEASE_SECONDS, run.started_at or now
+                checkpoint = session.get(CheckpointRecord, run.id)
+                self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
+                try:
+                    spec = spec_of(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
+                    stored = load_all_stored(session, spec)
+                except StorageError as error:  # nobody can do it, and the queue goes on
+                    close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, str(error)))
+                    continue
+                data = checkpoint.data if checkpoint else None
+                return Claim(run.id, spec, str(owner), run.attempt, data, stored)
+        return None
 
     def _open_attempt(
         self,
@@ -189,6 +194,8 @@ class Store(Reader):
                 session.add(ArchiveRecord(run_id=claim.run_id, data=ending.archive))
             if ending.outcome is RunState.DONE:
                 session.execute(delete(CheckpointRecord).where(CheckpointRecord.run_id == claim.run_id))
+            if ending.outcome not in (RunState.LOST, RunState.CANCELLED):
+                seal(session, claim.run_id)
 
     def recover(self, *, ids: Collection[int] | None = None) -> list[int]:
         """Take back the runs of workers that died: at once on this host, by the expired lease elsewhere.
@@ -209,6 +216,8 @@ class Store(Reader):
             for run, reason in lost:
                 ending = Ending(RunState.LOST, reason)
                 close_attempt(session, run.id, run.attempt, ending, ended_at=last_heard_of(run))
+                if run.state == RunState.FAILED:
+                    seal(session, run.id)
             return [run.id for run, _ in lost]
 
     def reference(self, claim: Claim, key: str) -> SharedScore:
@@ -311,7 +320,3 @@ def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
         "budget_kind": spec.budget.kind,
         "budget_amount": spec.budget.amount,
     }
-
-
-def _load_spec(session: Session, key: str) -> RunSpec:
-    return RunSpec.from_dict(json.loads(session.get_one(SpecRecord, key).document))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.designs.claimed_size import check_npz, check_pcd
 from zoobench.designs.grouping import main_axis
 from zoobench.designs.mesh_repair import trimesh_or_advice
 from zoobench.designs.thin_parts import NEAR, clumps
@@ -164,6 +165,7 @@ def _whole(values: Any) -> NDArray[np.int64]:
 
 
 def _npz(content: bytes) -> dict[str, Any]:
+    check_npz(content)
     with np.load(BytesIO(content), allow_pickle=False) as file:
         return {name: file[name] for name in file.files}
 
@@ -180,6 +182,7 @@ def _pcd(content: bytes) -> dict[str, Any]:
         raise UsageError(
             "PCD files need pypcd4, which is not installed. Try: pip install 'zoobench[meshes]'."
         ) from None
+    check_pcd(content)
     cloud: Any = PointCloud.from_fileobj(BytesIO(content))
     rows, promised = cloud.pc_data, cloud.metadata.points
     if len(rows) != promised:  # the library accepts truncated files

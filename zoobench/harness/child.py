@@ -18,20 +18,21 @@ Anything that other code prints goes to standard error, which is the run's log.
 
 import base64
 import json
+import math
 import os
 import queue
 import threading
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from zoobench import registry
 from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
-from zoobench.errors import DivergenceError, ZoobenchError
+from zoobench.errors import DivergenceError, UsageError, ZoobenchError
 from zoobench.harness.grid import FOR_STUDIES
-from zoobench.harness.lifeline import Lifeline, die_with
+from zoobench.harness.lifeline import Lifeline, die_with, end_group
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
 from zoobench.spec import RunSpec
@@ -192,6 +193,8 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
 
     Score, the task's metrics, the reference scores, what was spent, and the method's facts.
 
+    Raises UsageError if one of them, or of the parameters, is NaN or infinite.
+
     No times, and nothing that depends on the machine's memory: two runs of one spec must agree in every number.
     """
     meter = problem.meter
@@ -208,7 +211,19 @@ def finals_of(problem: "Problem", solution: "Solution", references: "Mapping[str
     rows = {name: (metric.value, metric.unit) for name, metric in metrics.items()}
     rows |= {name: (float(value), "") for name, value in {**solution.facts, **spent}.items()}
     rows["score"] = (solution.evaluation.score, rows.get("score", (0.0, ""))[1])
+    _check_numbers({name: value for name, (value, _) in rows.items()}, solution.params.tolist())
     return [(name, float(value), unit) for name, (value, unit) in sorted(rows.items())]
+
+
+def _check_numbers(finals: Mapping[str, float], params: Sequence[float]) -> None:
+    """Raise UsageError if one of a run's results is NaN or infinite."""
+    numbers = {**finals, **{f"parameter {number}": value for number, value in enumerate(params)}}
+    wrong = [f"{name} = {value:g}" for name, value in numbers.items() if not math.isfinite(value)]
+    if wrong:
+        raise UsageError(
+            f"The solution has {', '.join(wrong[:3])}, and only finite numbers are results. Correct what gives them: "
+            "the task or the method."
+        )
 
 
 def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
@@ -220,7 +235,7 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     job = json.loads(line)
     die_with(job["parent"])
     orders = Orders()
-    lifeline.watch(on_line=orders.hear, on_end=lambda: os._exit(1))
+    lifeline.watch(on_line=orders.hear, on_end=end_group)
     wire = Wire()
     checkpoint = None if job["checkpoint"] is None else base64.b64decode(job["checkpoint"])
     last_word: dict[str, Any]

@@ -5,7 +5,7 @@ but fork, wait and kill. Whoever holds the other end of the socket DESCRIPTOR ma
 does. A request is a JSON object of the `module` and `arguments` of `python -m`, `environment` and `sources`, with four
 descriptors: standard input, output and error, and a socket, the leash. On the leash it tells the pids of itself and of
 the process, and in the end the exit code. `KILL` from the other side kills the process, and so does the end of whoever
-holds that side. The end of the server kills all of them.
+holds that side. The end of the server kills all of them. Each leads a group, and what it has started ends with it.
 
 It closes the leash of a process that would not be what Python starts: if the sources were changed since it began, or if
 the environment has other settings for libraries that it has loaded.
@@ -143,11 +143,14 @@ class _Server:
             server = os.getpid()
             pid = os.fork()
             if pid == 0:
+                os.setpgid(0, 0)
                 self._leave()
                 leash.detach()
                 request.begin()
                 die_with(server)
                 return True
+            with suppress(OSError):  # on both sides, as either may come first
+                os.setpgid(pid, pid)
             forked = _Forked(pid, os.pidfd_open(pid), leash)
             self._forked.append(forked)
             for source in (forked.end, leash):
@@ -167,10 +170,12 @@ class _Server:
             said = b""
             with suppress(OSError):
                 said = forked.leash.recv(len(KILL))
-            os.kill(forked.pid, signal.SIGKILL)
+            os.killpg(forked.pid, signal.SIGKILL)
             if not said:
                 self._selector.unregister(forked.leash)
             return
+        with suppress(ProcessLookupError):  # its number is still its own
+            os.killpg(forked.pid, signal.SIGKILL)
         code = os.waitstatus_to_exitcode(os.waitpid(forked.pid, 0)[1])
         with suppress(OSError):
             forked.leash.send(CODE.pack(code))

@@ -41,11 +41,17 @@ class ForkedProcess:
             self._leash.send(KILL)
 
     def wait(self) -> int:
-        """Its exit code, or minus the number of the signal that killed it; it dies with its server, by SIGKILL."""
+        """Its exit code, or minus the number of the signal that killed it; it dies with its server, by SIGKILL.
+
+        Then nothing of its group is left.
+        """
         with self._lock:
             if self._code is None:
                 said = hear(self._leash, CODE.size)
                 self._code = int(CODE.unpack(said)[0]) if said else -signal.SIGKILL
+                if not said:  # else the server has done so
+                    with suppress(ProcessLookupError, PermissionError):
+                        os.killpg(self.pid, signal.SIGKILL)
                 self._leash.close()
             return self._code
 

@@ -1,5 +1,6 @@
 """From selectors to runs: the product of the axes, as specs or as skips with their reason. No database here."""
 
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -21,6 +22,8 @@ CLASHING = (("given-body", Kind.DESIGN, "space", "needs a body that is given", "
 """Tags of a method, and those that the component of this kind must not have then, with the reason in words."""
 HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
 MOST_SEEDS = 10_000
+MOST_RUNS = 200_000  # of one grid
+_AXES = ("envs", "tasks", "designs", "controllers", "methods", "seeds")
 FOR_STUDIES = "study"  # tag of a component that a study uses: globs leave it out
 
 
@@ -51,11 +54,15 @@ def expand(grid: GridSpec) -> list[RunSpec | Skip]:
     """All runs of a grid, each once, with every reference resolved; seeds vary fastest.
 
     Raises:
-        UnknownNameError, UsageError: an axis is empty, or names or sets what does not exist.
+        UnknownNameError, UsageError: an axis is empty, or names or sets what does not exist, or the runs are too many.
     """
-    for axis in ("envs", "tasks", "designs", "controllers", "methods", "seeds"):
+    for axis in _AXES:
         if not getattr(grid, axis):
             raise UsageError(f"The grid has no {axis}. Name at least one.")
+    if (count := math.prod(len(getattr(grid, axis)) for axis in _AXES)) > MOST_RUNS:
+        raise UsageError(
+            f"The grid has {count:,} runs, and {MOST_RUNS:,} are the most. Name fewer components or seeds."
+        )
     runs: dict[str, RunSpec | Skip] = {}
     for spec in _product(grid):
         reason = _why_impossible(spec)

@@ -5,29 +5,30 @@ import contextlib
 import json
 import os
 import queue
+import signal
 import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import IO, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from zoobench.db.rows import Claim
 from zoobench.harness.forked import ForkedProcess, fork
+from zoobench.harness.line_reader import LineReader, PipedLine
+
+if TYPE_CHECKING:
+    from zoobench.harness.messages import Message
 
 CHILD_COMMAND = (sys.executable, "-m", "zoobench.harness.child")
+GRACE_SECONDS = 3.0  # for a child that was asked to stop
+LONGEST_MESSAGE = 1 << 29  # [bytes]; databases hold no more in one place
 _LONGEST_LOG_LINE = 2000
+_MOST_EVENTS = 1000  # that wait to be taken: a child that says more waits, too
 _LAST_WORDS_SECONDS = 5.0
-"""Time for reading the pipes of a dead child to their ends: a process that it left behind may hold them open."""
-
-
-@dataclass(frozen=True)
-class Message:
-    """One JSON object from the child; `kind` is its type."""
-
-    kind: str
-    contents: dict[str, Any]
+"""Silence after which a dead child's pipes are left alone: a process that it left behind may hold them open."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,44 @@ class LogLine:
 
 
 @dataclass(frozen=True)
+class Refused:
+    """The child has sent a message that cannot be taken, for this reason."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
 class End:
     """The child has closed its streams: it is dead, or about to be."""
 
 
-Event = Message | LogLine | End
+Event: TypeAlias = "Message | LogLine | Refused | End"
+
+
+class StartedProcess(subprocess.Popen[bytes]):
+    """A process in a group of its own; whatever it starts ends with it."""
+
+    def __init__(self, command: Sequence[str]) -> None:
+        super().__init__(
+            list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0
+        )
+
+    def kill(self) -> None:
+        """End it and its group now, if it still runs."""
+        if self.returncode is None:
+            self._end_group()
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Its exit code, or minus the number of the signal that killed it; then nothing of its group is left."""
+        was_known = self.returncode is not None
+        code = super().wait(timeout)
+        if not was_known:
+            self._end_group()
+        return code
+
+    def _end_group(self) -> None:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.pid, signal.SIGKILL)
 
 
 class ChildProcess:
@@ -55,26 +89,22 @@ class ChildProcess:
     """
 
     def __init__(self, command: Sequence[str], claim: Claim, requests: socket.socket | None = None) -> None:
-        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._events: queue.Queue[Event] = queue.Queue(_MOST_EVENTS)
         forked = None if requests is None else fork(requests, command)
-        self._process: ForkedProcess | subprocess.Popen[bytes] = forked or subprocess.Popen(
-            list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
+        self._process: ForkedProcess | StartedProcess = forked or StartedProcess(command)
         parent = forked.parent if forked else os.getpid()
         assert self._process.stdout is not None
         assert self._process.stderr is not None
-        self._readers = [
-            threading.Thread(target=self._read_messages, args=(self._process.stdout,), daemon=True),
-            threading.Thread(target=self._read_log, args=(self._process.stderr,), daemon=True),
-        ]
-        for reader in self._readers:
-            reader.start()
+        self._readers = (
+            LineReader(self._process.stdout, LONGEST_MESSAGE, self._take_message),
+            LineReader(self._process.stderr, 4 * _LONGEST_LOG_LINE, self._take_log),
+        )
         threading.Thread(target=self._announce_end, daemon=True).start()
         checkpoint = None if claim.checkpoint is None else base64.b64encode(claim.checkpoint).decode()
         stored = [{**vars(each), "spec": each.spec.to_dict()} for each in claim.stored]
         self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": parent})
 
-    def next(self, timeout: float) -> Event | None:
+    def next(self, timeout: float) -> "Event | None":
         """The next event, or None after `timeout` [s] without one."""
         try:
             return self._events.get(timeout=max(timeout, 0.0))
@@ -90,7 +120,7 @@ class ChildProcess:
         self._tell({"reference": [value, unit]})
 
     def kill(self) -> None:
-        """End it now, if it still runs."""
+        """End it, and what it has started, now."""
         self._process.kill()
 
     def wait(self) -> int:
@@ -101,8 +131,11 @@ class ChildProcess:
         """Kill it and close its streams."""
         self.kill()
         self.wait()
-        self._join_readers()
-        if any(reader.is_alive() for reader in self._readers):
+        ended = time.monotonic()
+        while self._is_read(ended):
+            with contextlib.suppress(queue.Empty):  # nobody takes them any more, and a reader may wait for that
+                self._events.get(timeout=0.02)
+        if any(reader.is_alive for reader in self._readers):
             return  # a stream cannot be closed while it is read; both end with the process that holds it open
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             assert stream is not None
@@ -116,27 +149,33 @@ class ChildProcess:
             stream.write(json.dumps(contents).encode() + b"\n")
             stream.flush()
 
-    def _read_messages(self, stream: IO[bytes]) -> None:
-        for line in stream:
-            try:
-                contents = json.loads(line)
-                self._events.put(Message(contents.pop("type"), contents))
-            except (ValueError, KeyError, AttributeError):  # a line that was cut off by a kill
-                self._events.put(LogLine(_readable(line)))
+    def _take_message(self, line: PipedLine) -> None:
+        from zoobench.harness.messages import RefusedMessageError, read_message
 
-    def _read_log(self, stream: IO[bytes]) -> None:
-        for line in stream:
-            self._events.put(LogLine(_readable(line)))
+        if line.is_cut:
+            self._events.put(Refused(f"The method sent a message of more than {LONGEST_MESSAGE:,} bytes."))
+            return
+        try:
+            message = read_message(line.content)
+        except RefusedMessageError as error:
+            self._events.put(Refused(str(error)))
+            return
+        self._events.put(_log_line(line) if message is None else message)
+
+    def _take_log(self, line: PipedLine) -> None:
+        self._events.put(_log_line(line))
 
     def _announce_end(self) -> None:
         self._process.wait()
-        self._join_readers()
+        ended = time.monotonic()
+        while self._is_read(ended):
+            for reader in self._readers:
+                reader.join(0.02)
         self._events.put(End())
 
-    def _join_readers(self) -> None:
-        for reader in self._readers:
-            reader.join(_LAST_WORDS_SECONDS)
+    def _is_read(self, ended: float) -> bool:
+        return any(reader.is_at_work(ended, _LAST_WORDS_SECONDS) for reader in self._readers)
 
 
-def _readable(line: bytes) -> str:
-    return line.decode(errors="replace").rstrip()[:_LONGEST_LOG_LINE]
+def _log_line(line: PipedLine) -> LogLine:
+    return LogLine(line.content.decode(errors="replace").rstrip()[:_LONGEST_LOG_LINE])

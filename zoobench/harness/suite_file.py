@@ -1,6 +1,7 @@
 """The form of a suite file: YAML whose keys and types are checked by models; references are read elsewhere."""
 
 from collections.abc import Hashable
+from reprlib import Repr
 from typing import Annotated, Any
 
 import yaml
@@ -17,6 +18,9 @@ Amount = str | int | float
 Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 _FORM = ConfigDict(extra="forbid", strict=True)
 _MAPPING = "keys with values"
+_SHORT = Repr()  # of what was given: aliases may make a small file large
+_SHORT.maxstring = _SHORT.maxother = 200
+_SHORT.maxlevel = _SHORT.maxlist = _SHORT.maxdict = 3
 
 
 def _names(kind: str) -> Any:
@@ -67,8 +71,10 @@ def parse(content: str, file: str) -> SuiteFile:
     try:
         # A SafeLoader: nothing but plain data comes from a file.
         document = yaml.load(content, _Loader)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, AttributeError) as error:  # the latter of scalars with a wrong tag
         raise UsageError(f"Cannot read {file} as YAML: {' '.join(str(error).split())}.") from None
+    except RecursionError:
+        raise UsageError(f"Cannot read {file} as YAML: it is nested too deep. Write grids as a flat list.") from None
     try:
         found = SuiteFile.model_validate(document)
     except ValidationError as error:
@@ -101,13 +107,13 @@ def _refusal(error: ErrorDetails, document: Any, file: str) -> UsageError:
     value = document
     for part in path:
         value = value.get(part) if isinstance(value, dict) else value[part]
-    given = "nothing" if value is None else f"{value!r}"
+    given = "nothing" if value is None else _SHORT.repr(value)
     expected = _MAPPING if field is None else field.description
     return UsageError(f"{', '.join([file, *names])}: {given}, expected {expected}.")
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML in which a key may not come twice: the first would be lost in silence."""
+    """YAML in which a key may not come twice, as the first would be lost in silence, and that knows no dates."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
@@ -118,3 +124,9 @@ class _Loader(yaml.SafeLoader):
                 )
             seen.add(key.value)
         return super().construct_mapping(node, deep)
+
+
+_Loader.yaml_implicit_resolvers = {
+    sign: [each for each in resolvers if each[0] != "tag:yaml.org,2002:timestamp"]
+    for sign, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}

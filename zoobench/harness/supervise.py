@@ -1,6 +1,5 @@
 """Supervision of one attempt: the child's messages are stored, and its outcome is determined."""
 
-import base64
 import signal
 import socket
 import threading
@@ -12,16 +11,26 @@ from typing import Any
 from zoobench.db.rows import Batch, Claim, Ending, FinalRow, MilestoneRow, RunState, decode_params
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import StorageError
-from zoobench.harness.process import ChildProcess, End, Event, LogLine, Message
+from zoobench.harness.messages import (
+    CheckpointMessage,
+    DivergedMessage,
+    DoneMessage,
+    FailedMessage,
+    LastWord,
+    MetricMessage,
+    MilestoneMessage,
+    ProgressMessage,
+    ReferenceMessage,
+    ReferenceWantedMessage,
+)
+from zoobench.harness.process import GRACE_SECONDS, ChildProcess, End, Event, LogLine, Refused
 
 COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
-GRACE_SECONDS = 3.0  # for a child that was asked to stop
 EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1
 _MOST_LOOK_SECONDS = 1.0  # between looks whether another run has computed it; the first come sooner
-_LAST_WORDS = frozenset({"done", "diverged", "failed", "stopped"})
 _MOST_LOG_LINES = 10_000  # of one attempt
 
 
@@ -90,7 +99,8 @@ class _Supervisor:
         self._batch = Batch()
         self._log_lines = 0
         self._last_log = ""
-        self._last_word: Message | None = None
+        self._last_word: LastWord | None = None
+        self._refused = ""
         self._halted: tuple[RunState, str] | None = None
         self._kill_at = float("inf")
         self._wanted: _Wanted | None = None
@@ -115,23 +125,23 @@ class _Supervisor:
         match event:
             case LogLine(text):
                 self._log(text)
-            case Message("metric", contents):
-                for name, value in contents["values"].items():
-                    self._batch.metrics[name, contents["step"]] = value
-            case Message("milestone", contents):
-                params = decode_params(base64.b64decode(contents["params"]))
-                row = MilestoneRow(contents["step"], contents["score"], params)
-                self._batch.milestones[row.step] = row
-            case Message("checkpoint", contents):
-                self._batch.checkpoint = base64.b64decode(contents["data"])
-            case Message("progress", contents):
-                self._batch.fraction, self._batch.score = contents["fraction"], contents["score"]
-            case Message("reference_wanted", contents):
+            case Refused(reason):
+                self._refused = self._refused or reason
+                self._process.kill()
+            case MetricMessage(step=step, values=values):
+                self._batch.metrics.update({(name, step): value for name, value in values.items()})
+            case MilestoneMessage(step=step, score=score, params=params):
+                self._batch.milestones[step] = MilestoneRow(step, score, decode_params(params))
+            case CheckpointMessage(data=data):
+                self._batch.checkpoint = data
+            case ProgressMessage(fraction=fraction, score=score):
+                self._batch.fraction, self._batch.score = fraction, score
+            case ReferenceWantedMessage(key=key):
                 now = time.monotonic()
-                self._wanted = _Wanted(contents["key"], since=now, look_at=now)
-            case Message("reference", {"key": key, "value": value, "unit": unit}):
+                self._wanted = _Wanted(key, since=now, look_at=now)
+            case ReferenceMessage(key=key, value=value, unit=unit):
                 self._store.keep_reference(self._claim, key, value, unit)
-            case Message(kind) if kind in _LAST_WORDS:
+            case LastWord():
                 self._last_word = event
                 self._kill_at = min(self._kill_at, time.monotonic() + EXIT_SECONDS)
 
@@ -173,20 +183,19 @@ class _Supervisor:
     def _judge(self, code: int) -> Ending:
         """The ending of the attempt, by the child's last message; without one, by how the process ended."""
         exit_facts: dict[str, Any] = {"exit_code": code} if code >= 0 else {"signal": -code}
+        if self._refused:
+            return Ending(RunState.FAILED, self._refused, **exit_facts)
         word = self._last_word
         if word is not None:
-            exit_facts["peak_memory"] = word.contents["peak_memory"]
-        if word is not None and word.kind == "done":
-            finals = tuple(FinalRow(name, value, unit) for name, value, unit in word.contents["finals"])
-            params = tuple(word.contents["params"])
-            kept = word.contents.get("archive")
-            archive = None if kept is None else base64.b64decode(kept)
-            return Ending(RunState.DONE, finals=finals, params=params, archive=archive, **exit_facts)
-        if word is not None and word.kind == "diverged":
-            return Ending(RunState.DIVERGED, word.contents["reason"], **exit_facts)
-        if word is not None and word.kind == "failed":
-            trace = word.contents["traceback"]
-            return Ending(RunState.FAILED, word.contents["reason"], traceback=trace, **exit_facts)
+            exit_facts["peak_memory"] = word.peak_memory
+        match word:
+            case DoneMessage(finals=finals, params=params, archive=archive):
+                rows = tuple(FinalRow(*final) for final in finals)
+                return Ending(RunState.DONE, finals=rows, params=tuple(params), archive=archive, **exit_facts)
+            case DivergedMessage(reason=reason):
+                return Ending(RunState.DIVERGED, reason, **exit_facts)
+            case FailedMessage(reason=reason, traceback=trace):
+                return Ending(RunState.FAILED, reason, traceback=trace, **exit_facts)
         if self._halted is not None:
             return Ending(*self._halted, **exit_facts)
         return Ending(RunState.LOST, self._describe_death(code), **exit_facts)

@@ -20,7 +20,6 @@ from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.provenance import THREAD_VARIABLES, gather
-from zoobench.harness.supervise import supervise
 
 
 @dataclass(frozen=True)
@@ -59,12 +58,13 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
     Raises:
         StorageError: the database refuses; the run in hand can be resumed.
     """
-    owner = Owner.current()
+    from zoobench.harness.supervise import supervise  # loads what the launcher need not have
+
     requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     while not stop.is_set():
         store.recover(ids=orders.run_ids)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(owner, provenance=gather(), ids=orders.run_ids)
+        claim = store.claim(Owner.current(), provenance=gather(), ids=orders.run_ids)
         if claim is None:
             return
         try:

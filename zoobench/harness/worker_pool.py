@@ -1,6 +1,7 @@
 """A pool of workers on this machine that does a set of runs."""
 
 import json
+import logging
 import subprocess
 import sys
 import time
@@ -13,18 +14,21 @@ from typing import Self
 
 from zoobench import errors
 from zoobench.cell.memory import shared_among
+from zoobench.db.lifecycle import LEASE_SECONDS
 from zoobench.db.owner import Owner
 from zoobench.db.rows import OPEN_STATES, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError, ZoobenchError
 from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.interruption import Interruption
-from zoobench.harness.process import CHILD_COMMAND
-from zoobench.harness.supervise import GRACE_SECONDS
+from zoobench.harness.process import CHILD_COMMAND, GRACE_SECONDS
 from zoobench.harness.worker import WorkerOrders
+
+_LOG = logging.getLogger(__name__)
 
 POLL_SECONDS = 0.5
 _WORKER_COMMAND = (sys.executable, "-m", "zoobench.harness.worker")
+_SILENT_SECONDS = 20.0  # without a renewed lease, until the user is told
 _PATIENCE_SECONDS = GRACE_SECONDS + 5.0  # for workers to stop their children and hand their runs back
 
 
@@ -62,6 +66,7 @@ def run_all(
             rows = store.runs(ids=run_ids)
             if on_update is not None:
                 on_update(rows)
+            pool.tell_of_silence(rows, store.name)
             ours = [row for row in rows if row.state in OPEN_STATES and not pool.is_elsewhere(row)]
             if not any(row.state in OPEN_STATES for row in rows):
                 return rows
@@ -118,6 +123,7 @@ class _WorkerPool:
         self._orders = orders
         self._workers: list[_Worker] = []
         self._server = ExitStack()
+        self._is_silent = False
 
     def __enter__(self) -> Self:
         if self._orders.child == CHILD_COMMAND and can_fork():
@@ -141,7 +147,21 @@ class _WorkerPool:
         """Whether the run is in the hands of a worker that is not one of these."""
         if row.state is not RunState.RUNNING or row.owner is None:
             return False
-        return Owner.parse(row.owner).pid not in {worker.process.pid for worker in self._workers}
+        owner = Owner.parse(row.owner)
+        return not (owner.is_here and owner.pid in {worker.process.pid for worker in self._workers})
+
+    def tell_of_silence(self, rows: Iterable[RunRow], database: str) -> None:
+        """Say so, once, when nothing could be stored of the runs of these workers for long."""
+        ours = [row for row in rows if row.state is RunState.RUNNING and not self.is_elsewhere(row)]
+        renewed = [row.lease_until - LEASE_SECONDS for row in ours if row.lease_until is not None]
+        is_silent = bool(renewed) and time.time() - min(renewed) > _SILENT_SECONDS
+        if is_silent and not self._is_silent:
+            _LOG.warning(
+                "Nothing could be stored for %.0f s: %s is locked by another zoobench or another program. Waiting.",
+                _SILENT_SECONDS,
+                database,
+            )
+        self._is_silent = is_silent
 
     def wait(self, timeout: float) -> None:
         """Wait until a worker ends, which closes its output, `timeout` [s] at most."""

@@ -11,7 +11,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable
+from zoobench.errors import Divergence, DivergenceError, Failure, Unbuildable, UsageError
 from zoobench.methods.archive import Archive
 
 
@@ -105,6 +105,7 @@ class Incumbent:
     evaluation: Evaluation | None = None
     diverged: int = 0
     last_failure: Failure | None = None
+    unscored: int = 0  # evaluations that did not fail and have no finite score
 
     @property
     def score(self) -> float | None:
@@ -118,14 +119,22 @@ class Incumbent:
             self.last_failure = evaluation.failure
         elif np.isfinite(evaluation.score) and (self.score is None or evaluation.score > self.score):
             self.params, self.evaluation = params.copy(), evaluation
+        elif not np.isfinite(evaluation.score):
+            self.unscored += 1
 
     def solution(self, **facts: float) -> Solution:
         """The solution of an ended run.
 
         Raises:
+            UsageError: no score was finite, though some evaluations did not fail.
             DivergenceError: every evaluation failed.
         """
         if self.params is None or self.evaluation is None:
+            if self.unscored:
+                raise UsageError(
+                    f"{self.unscored} evaluations ended well with a score that is NaN or infinite, and none with a "
+                    "finite one. Correct the task."
+                )
             if self.last_failure is None:
                 raise ValueError("A solution was asked for before anything was evaluated.")
             raise DivergenceError(self.last_failure)
@@ -138,6 +147,7 @@ class Incumbent:
             "params": None if self.params is None else self.params.tolist(),
             "evaluation": None if self.evaluation is None else self.evaluation.state(),
             "diverged": self.diverged,
+            "unscored": self.unscored,
             "last_failure": None if last is None else [type(last).__name__, vars(last)],
         }
 
@@ -150,6 +160,7 @@ class Incumbent:
             None if evaluation is None else Evaluation.from_state(evaluation),
             state["diverged"],
             None if last is None else _FAILURES[last[0]](**last[1]),
+            state.get("unscored", 0),
         )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import FinalRow, RunRow, RunState
-from zoobench.errors import UsageError
+from zoobench.errors import StorageError, UsageError
 from zoobench.report.run_results import SMOKE, RunResult, choose_results, origins
 from zoobench.spec import AXES, RunSelection, RunSpec, canonical_json
 
@@ -106,12 +106,18 @@ def gather(
 
     Raises:
         UsageError: the suite has no other runs.
-        StorageError: the database cannot be read.
+        StorageError: the database cannot be read, or a result is not as it was stored.
     """
     counted = [(spec, why) for spec, why in asked if spec.fidelity.name != SMOKE]
     if not counted:
         raise UsageError(f"All runs of the suite {name!r} have the fidelity smoke, and no table shows those.")
     known = {result.run.key: result for result in choose_results(reader, RunSelection())}
+    wanted = [result.run.id for spec, _ in counted if (result := known.get(spec.key()))]
+    if damaged := reader.damage(wanted):
+        raise StorageError(
+            f"{reader.name} is damaged: {damaged[0]}, and {len(damaged) - 1} more of its runs. Restore it from a copy, "
+            "or do these runs again with `zoobench run --rerun`; `zoobench doctor` lists them."
+        )
     rows = (_board_row(reader, spec, why, known.get(spec.key())) for spec, why in counted)
     return Leaderboard(name, source, summary, tuple(rows))
 
@@ -154,7 +160,7 @@ def from_text(text: str, where: str) -> Leaderboard:
         rows = tuple(row for record in document["runs"] for row in _rows_of(record, documents, components))
         _check_rows(rows)
         return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), rows)
-    except (UsageError, ValueError, TypeError, LookupError, AttributeError) as error:
+    except (UsageError, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise UsageError(
             f"{where} is no export of a leaderboard: {what}. `zoobench leaderboard publish SUITE DIR` writes one."

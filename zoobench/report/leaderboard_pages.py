@@ -7,6 +7,7 @@ from typing import Any
 
 from zoobench.db.rows import RunState
 from zoobench.report.footer import footer
+from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.labels import labels
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
@@ -59,12 +60,12 @@ def markdown_page(board: Leaderboard) -> str:
     lines = [
         f"# {board.name}",
         "",
-        f"{board.summary[:1].upper()}{board.summary[1:]}.",
+        in_markdown(f"{board.summary[:1].upper()}{board.summary[1:]}."),
         "",
         *_state_lines(board, every, tables),
     ]
     for table in tables:
-        lines += ["", f"## Score: {table.title}", "", to_markdown(table_listing(table))]
+        lines += ["", f"## Score: {in_markdown(table.title)}", "", to_markdown(table_listing(table))]
     if lost := _without_score(board.rows):
         lines += ["", "## Without a score", "", to_markdown(_reasons_listing(lost))]
     if tables:
@@ -72,7 +73,7 @@ def markdown_page(board: Leaderboard) -> str:
         command = ["zoobench", "leaderboard", "publish", board.source, FOLDER]
         # what is provisional is said above the tables
         origin = replace(footer(tables, board.attempts, command), provisional=())
-        lines += [f"- {line}" for line in origin.lines()]
+        lines += [f"- {in_markdown(line)}" for line in origin.lines()]
     return "\n".join(lines) + "\n"
 
 
@@ -137,7 +138,7 @@ def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:
             place = (row.env, row.task, row.design, row.controller)
             runs = [run for run in exists if _setting(run) == setting and _place(run) == place]
             names = (row.env.name, row.task.name, row.design.name, row.controller.name)
-            lines += [f"# {' x '.join(names)}", _repeat(runs)]
+            lines += [f"# {' x '.join(names)}", visible(_repeat(runs))]
     return [*lines, "```"]
 
 

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from zoobench.report.foreign_text import in_csv, in_json, in_markdown, visible
+
 
 @dataclass(frozen=True)
 class Listing:
@@ -42,12 +44,12 @@ def cell_text(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.4g}"
-    return str(value)
+    return visible(str(value))
 
 
 def to_json(value: Any) -> str:
     """Indented JSON text of plain data; keys keep their order, NaN is refused."""
-    return json.dumps(value, indent=2, allow_nan=False, ensure_ascii=False)
+    return in_json(json.dumps(value, indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def to_csv(listing: Listing) -> str:
@@ -55,12 +57,12 @@ def to_csv(listing: Listing) -> str:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(listing.columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in listing.rows)
+    writer.writerows(map(_csv_cell, row) for row in listing.rows)
     return buffer.getvalue().rstrip("\n")
 
 
 def to_markdown(listing: Listing) -> str:
-    """A Markdown table; pipes and line breaks inside cells are escaped."""
+    """A Markdown table; pipes, line breaks and HTML inside cells are escaped."""
     lines = [_markdown_line(listing.columns), "|" + " --- |" * len(listing.columns)]
     for number, row in enumerate(listing.rows):
         texts = [cell_text(cell) for cell in row]
@@ -70,8 +72,12 @@ def to_markdown(listing: Listing) -> str:
 
 
 def _markdown_line(cells: Sequence[str]) -> str:
-    escaped = (cell.replace("|", "\\|").replace("\n", " ") for cell in cells)
+    escaped = (in_markdown(cell).replace("\\|", "\\\\|").replace("|", "\\|").replace("\n", " ") for cell in cells)
     return "| " + " | ".join(escaped) + " |"
+
+
+def _csv_cell(value: Any) -> Any:
+    return "" if value is None else in_csv(value) if isinstance(value, str) else value
 
 
 def _finite(value: Any) -> Any:

@@ -46,14 +46,17 @@ class Diagnosis:
     detail: str
 
 
-def examine(database: str) -> Iterator[Diagnosis]:
-    """Check Python, packages, Taichi, the compile cache, plug-ins, the database and disk space."""
+def examine(database: str, *, quick: bool = False) -> Iterator[Diagnosis]:
+    """Check Python, packages, Taichi, the compile cache, plug-ins, the database and disk space.
+
+    With `quick` the results in the database are not compared with their digests.
+    """
     is_new_enough = sys.version_info >= (3, 11)
     yield Diagnosis("python", Verdict.OK if is_new_enough else Verdict.PROBLEM, sys.version.split()[0])
     yield _check_packages()
     yield from _check_taichi()
     yield _check_plugins()
-    yield _check_database(database)
+    yield _check_database(database, quick=quick)
     if "://" not in database:
         yield _check_space(Path(database).absolute().parent)
 
@@ -105,20 +108,26 @@ def _check_plugins() -> Diagnosis:
     return Diagnosis("plug-ins", Verdict.PROBLEM if broken else Verdict.OK, "; ".join(broken) or "none is broken")
 
 
-def _check_database(location: str) -> Diagnosis:
+def _check_database(location: str, *, quick: bool = False) -> Diagnosis:
     if "://" not in location and not Path(location).exists():
         return Diagnosis("database", Verdict.OK, f"{location} does not exist yet; `zoobench run` makes it")
     from zoobench.db.store import Store
 
     try:
         with Store(location, create=False) as store:
-            complaints = store.check()
-            runs = sum(store.counts().values())
+            complaints = store.check() or ([] if quick else store.damage())
+            runs, unproved = sum(store.counts().values()), store.unsealed()
     except StorageError as error:
         return Diagnosis("database", Verdict.PROBLEM, str(error))
     if complaints:
-        return Diagnosis("database", Verdict.PROBLEM, f"{store.name} is damaged: {'; '.join(complaints[:3])}")
-    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs")
+        return Diagnosis("database", Verdict.PROBLEM, f"{store.name} is damaged: {_first(complaints)}.")
+    older = f"; {unproved} of an earlier zoobench have no digest to prove it" if unproved else ""
+    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs{older}")
+
+
+def _first(complaints: list[str]) -> str:
+    more = f"; and {len(complaints) - 3:,} more" if len(complaints) > 3 else ""
+    return "; ".join(complaints[:3]) + more
 
 
 def _check_space(folder: Path) -> Diagnosis:

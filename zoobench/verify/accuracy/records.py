@@ -176,7 +176,7 @@ def read(path: Path) -> Measurements:
         return Measurements(samples, tuple(document["origin"]), balances)
     except OSError as error:
         raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
-    except (ValueError, LookupError, TypeError, AttributeError, UsageError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, UsageError) as error:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
 
 

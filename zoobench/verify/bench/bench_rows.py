@@ -157,7 +157,7 @@ def read(path: Path) -> BenchResults:
     """
     try:
         return BenchResults.from_dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(
             f"{str(path)!r} holds no results of bench: {error}. Write them with `zoobench bench --output FILE`."
         ) from error

@@ -1,0 +1,36 @@
+"""The results that a child process gives."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.methods.toy import Quadratic
+from zoobench.cell.episode import Evaluation
+from zoobench.errors import UsageError
+from zoobench.harness.child import finals_of
+from zoobench.methods.base import Solution
+from zoobench.spec import Budget
+from zoobench.tasks.base import Metric
+
+
+@pytest.mark.parametrize(
+    ("score", "error", "parameter", "wrong"),
+    [
+        (math.nan, 0.0, 0.0, "score = nan"),
+        (-math.inf, 0.0, 0.0, "score = -inf"),
+        (1.0, math.inf, 0.0, "heading_error = inf"),
+        (1.0, 0.0, math.nan, "parameter 1 = nan"),
+    ],
+)
+def test_a_result_that_is_no_number_is_none(score: float, error: float, parameter: float, wrong: str) -> None:
+    """The run has failed, and the reason names what is wrong; with finite numbers it has a result."""
+    problem = Quadratic(Budget("episodes", 1))
+
+    def results(score: float, error: float, parameter: float) -> list[tuple[str, float, str]]:
+        evaluation = Evaluation(score, {"heading_error": Metric(error, "rad")}, np.zeros(1))
+        return finals_of(problem, Solution(np.array([0.0, parameter]), evaluation), {})  # type: ignore[arg-type]
+
+    assert ("score", 1.0, "") in results(1.0, 0.0, 0.0)
+    with pytest.raises(UsageError, match=wrong):
+        results(score, error, parameter)

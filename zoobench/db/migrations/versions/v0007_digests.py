@@ -1,0 +1,12 @@
+"""A digest of every run that has ended."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+
+
+def upgrade() -> None:
+    """Add the column; runs that have ended before have none."""
+    op.add_column("runs", sa.Column("digest", sa.String(length=64), nullable=True))
