@@ -123,11 +123,11 @@ def _quotient(distance: _Distance, direction: Array, width: float) -> float:
 def taylor(record: CaseRecorder) -> None:
     """J(a + w d) - J(a) - w J' d is of second order in w as long as no node changes between sticking and sliding.
 
-    The first node does so between w = 1e-4 and 2e-4 in this direction, and at 4e-5 in the opposite one; beyond, the
+    The first node does so beyond w = 1e-4 in this direction, and between 2e-5 and 5e-5 in the opposite one; there the
     distance is not differentiable. Below 3e-6 the remainder is that of rounding.
     """
     distance = _Distance(_crawler(0.5))
-    direction = -_direction()
+    direction = _direction()
     derivative = float((distance.gradient() * direction).sum())
     widths = np.geomspace(4e-6, 8e-5, 7)
     left = np.array([abs(distance.at(width * direction) - distance.value - width * derivative) for width in widths])
