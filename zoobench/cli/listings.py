@@ -13,10 +13,13 @@ from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
     from zoobench.report.run_results import RunResult
     from zoobench.report.tables import Table
+    from zoobench.spec import Ref
 
 
 @takes(selection)
@@ -30,17 +33,47 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
-    from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
     from zoobench.report.views import results_listing, results_overview, results_records
 
     with Store(db, create=False) as store:
+        if form is Format.CSV:
+            _stream_results(store, chosen)
+            return
         found = choose_results(store, chosen)
     listing = results_overview(found) if form is Format.TABLE else results_listing(found)
     emit(listing, form, records=results_records(found))
-    for note in footnotes(result.spec.env for result in found):
+    _note_results({result.spec.env for result in found}, has_smoke=any(result.is_smoke for result in found))
+
+
+def _stream_results(store: "Store", chosen: RunSelection) -> None:
+    """Print the selected runs as CSV, a line at a time: there may be any number of them."""
+    from zoobench.report.listing import csv_lines
+    from zoobench.report.run_results import iterate_results
+    from zoobench.report.views import results_columns, results_rows
+
+    finals = store.final_names(chosen)
+    envs, has_smoke = set(), False
+
+    def noted() -> "Iterator[RunResult]":
+        nonlocal has_smoke
+        for result in iterate_results(store, chosen):
+            envs.add(result.spec.env)
+            has_smoke = has_smoke or result.is_smoke
+            yield result
+
+    for line in csv_lines(results_columns(finals), results_rows(noted(), finals)):
+        print(line)
+    _note_results(envs, has_smoke=has_smoke)
+
+
+def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
+    """Say what to keep in mind about the runs that were printed."""
+    from zoobench.report.provisional import footnotes
+
+    for note in footnotes(envs):
         say(note)
-    if any(result.is_smoke for result in found):
+    if has_smoke:
         say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
 
 
@@ -70,19 +103,23 @@ def table(
     from dataclasses import replace
 
     from zoobench.db.store import Store
+    from zoobench.report.cells import read_cells
     from zoobench.report.footer import footer
-    from zoobench.report.run_results import choose_results, origins
-    from zoobench.report.tables import score_tables
+    from zoobench.report.run_results import choose_results
+    from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
     flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
-        counted = [result for result in choose_results(store, chosen) if not result.is_smoke]
-        tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
+        if by is None:
+            tables = tables_of_cells(read_cells(store, chosen))
+        else:
+            tables = _spending_tables(store, choose_results(store, chosen), by, at)
         tables = mark_undecided(tables, decides)
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
-        foot = replace(footer(tables, origins(store, counted), command), undecided=footnotes(tables, decides))
+        origins = store.origins([run for item in tables for run in item.runs])
+        foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
     print_tables(tables, foot, form, normalised)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")

@@ -8,7 +8,15 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import Database
 from zoobench.errors import StorageError
 
-_REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006")  # those under migrations/versions, oldest first
+_REVISIONS = (
+    "0001",
+    "0002",
+    "0003",
+    "0004",
+    "0005",
+    "0006",
+    "0007_sweeps",
+)  # those under migrations/versions, oldest first
 HEAD = _REVISIONS[-1]
 _MIGRATIONS = Path(__file__).parent / "migrations"
 

@@ -94,21 +94,21 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
         superseded=_distinct(_superseded(tables)),
-        provisional=footnotes(row.env for table in tables for row in table.rows),
+        provisional=footnotes({row.env for table in tables for row in table.rows}),
     )
 
 
-def _refs(tables: Sequence[Table]) -> Iterator[tuple[Kind, Ref]]:
+def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:
     """Every reference in the tables."""
-    for table in tables:
-        yield Kind.FIDELITY, table.fidelity
-        yield from ((Kind.METHOD, method) for method in table.methods)
-        for row in table.rows:
-            yield from zip(
-                (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER),
-                (row.env, row.task, row.design, row.controller),
-                strict=True,
-            )
+    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER)
+    rows = [row for table in tables for row in table.rows]
+    found = {
+        (kind, ref)
+        for row in rows
+        for kind, ref in zip(kinds, (row.env, row.task, row.design, row.controller), strict=True)
+    }
+    found |= {(Kind.FIDELITY, table.fidelity) for table in tables}
+    return found | {(Kind.METHOD, method) for table in tables for method in table.methods}
 
 
 def _superseded(tables: Sequence[Table]) -> Iterator[str]:

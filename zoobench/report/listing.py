@@ -8,8 +8,9 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 
@@ -52,11 +53,18 @@ def to_json(value: Any) -> str:
 
 def to_csv(listing: Listing) -> str:
     """CSV with a header line and every digit of the numbers; None is an empty field."""
+    return "\n".join(csv_lines(listing.columns, listing.rows))
+
+
+def csv_lines(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+    """The same line by line, so that any number of rows can be printed; a cell's line breaks stay within its line."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(listing.columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in listing.rows)
-    return buffer.getvalue().rstrip("\n")
+    for row in chain([columns], rows):
+        writer.writerow(["" if cell is None else cell for cell in row])
+        yield buffer.getvalue().removesuffix("\n")
+        buffer.seek(0)
+        buffer.truncate()
 
 
 def to_markdown(listing: Listing) -> str:

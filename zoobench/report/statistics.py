@@ -3,7 +3,8 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import fmean, stdev
+from functools import cache
+from statistics import fmean
 
 CONFIDENCE = 0.95
 
@@ -52,11 +53,17 @@ def t_interval(samples: Sequence[float], confidence: float = CONFIDENCE) -> Inte
     mean = fmean(samples)
     if count == 1:
         return Interval(mean, None, 1)
+    quantile = _quantile(count - 1, confidence)
+    deviation = math.sqrt(math.fsum((sample - mean) ** 2 for sample in samples) / (count - 1))
+    return Interval(mean, quantile * deviation / math.sqrt(count), count)
 
+
+@cache
+def _quantile(freedom: int, confidence: float) -> float:
+    """The two-sided quantile of Student's t distribution; loads scipy once, for whole tables."""
     from scipy.special import stdtrit
 
-    quantile = float(stdtrit(count - 1, 0.5 + confidence / 2))
-    return Interval(mean, quantile * stdev(samples) / math.sqrt(count), count)
+    return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
 def clear_winner(intervals: Sequence[Interval | None]) -> int | None:
