@@ -12,7 +12,8 @@ from zoobench.cli.output import plain_lines
 from zoobench.db.store import Store
 from zoobench.report.listing import to_csv
 from zoobench.report.run_results import choose_results
-from zoobench.report.tables import score_tables, table_listing
+from zoobench.report.table_forms import table_listing
+from zoobench.report.tables import score_tables
 from zoobench.report.views import results_listing
 from zoobench.spec import RunSelection
 from zoobench.verify import doctor

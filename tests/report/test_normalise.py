@@ -9,7 +9,8 @@ from zoobench.db.store import Store
 from zoobench.report.cells import cells_of
 from zoobench.report.normalise import floor_of, shares
 from zoobench.report.run_results import choose_results
-from zoobench.report.tables import long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import score_tables
 from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": -0.1, "random_score": 0.2}

@@ -162,9 +162,12 @@ def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
 
 
 def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, at: float | None) -> "list[Table]":
-    from zoobench.report.learning_curves import curves, spending_tables
+    from zoobench.report.learning_curves import curves, refuse_machines, spending_tables
 
-    return spending_tables(results, curves(store, results, by.value), by.value, at)
+    tables = spending_tables(results, curves(store, results, by.value), by.value, at)
+    if by is Currency.SECONDS:
+        refuse_machines(store.origins([run for item in tables for run in item.runs]))
+    return tables
 
 
 def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False) -> None:
@@ -172,7 +175,7 @@ def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised
     from dataclasses import asdict
 
     from zoobench.report.listing import to_json
-    from zoobench.report.tables import long_listing, table_listing
+    from zoobench.report.table_forms import long_listing, table_listing
 
     if form is Format.JSON:
         print(to_json({"cells": long_listing(tables).records(), "provenance": asdict(foot)}))

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from functools import cache
 from typing import Any
 
 from sqlalchemy import ColumnElement, ScalarSelect, Select, and_, func, or_, select
@@ -43,26 +44,25 @@ def last_former_attempt() -> ScalarSelect[int]:
 def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: ColumnElement[bool]) -> Iterator[RunRow]:
     """The runs that are chosen and fulfil the conditions, by id; the session stays in use until the last."""
     chosen = chosen or Choice()
-    since = select(func.max(AttemptRecord.started_at)).where(
-        AttemptRecord.run_id == RunRecord.id, AttemptRecord.ended_at.is_(None)
-    )
-    own = tuple(getattr(RunRecord, name) for name in _OWN)
-    statement = _with_specs(
-        (
-            *own,
-            RunRecord.state,
-            last_former_attempt(),
-            _finished_seconds(),
-            since.correlate(RunRecord).scalar_subquery(),
-        )
-    )
-    statement = statement.where(*chosen.conditions, *conditions).order_by(RunRecord.id)
+    statement = _runs().where(*chosen.conditions, *conditions)
     spec_of = _reader(session)
     for row in session.execute(statement.execution_options(yield_per=_AT_ONCE)):
         key, seed, long = row[:3]
         spec = spec_of(key, seed, row[3:_SPEC_COUNT], long)
         if chosen.holds(spec):
             yield _run_row(key, spec, row[_SPEC_COUNT:])
+
+
+@cache
+def _runs() -> Select[Any]:
+    """What is asked of runs, by id. A launcher asks twice a second, and this takes longer to build than to answer."""
+    since = select(func.max(AttemptRecord.started_at)).where(
+        AttemptRecord.run_id == RunRecord.id, AttemptRecord.ended_at.is_(None)
+    )
+    running_since = since.correlate(RunRecord).scalar_subquery()
+    own = tuple(getattr(RunRecord, name) for name in _OWN)
+    columns = (*own, RunRecord.state, last_former_attempt(), _finished_seconds(), running_since)
+    return _with_specs(columns).order_by(RunRecord.id)
 
 
 def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Iterator[CellRun]:

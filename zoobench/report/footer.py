@@ -17,8 +17,9 @@ from zoobench.spec import Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
 _LEGEND = (
-    "mean over seeds ± half of the 95 % Student-t interval; n: seeds behind it, with the number asked for if fewer; "
-    "bold or *: all seeds done and the interval above those of the other methods"
+    "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
+    "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
+    "what was spent less than 5 % apart"
 )
 
 
@@ -89,7 +90,7 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
     return Footer(
         commits=_distinct(_commit(document.get("code", {})) for document in documents),
         components=_distinct(str(ref) for _, ref in _refs(tables)),
-        machines=_distinct(map(_machine, documents)),
+        machines=_distinct(map(machine_text, documents)),
         packages=_distinct(map(_packages, documents)),
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
@@ -125,7 +126,8 @@ def _commit(code: Mapping[str, Any]) -> str:
     return f"{str(code['commit'])[:12]}{state}"
 
 
-def _machine(document: Mapping[str, Any]) -> str:
+def machine_text(document: Mapping[str, Any]) -> str:
+    """The machine that a provenance tells of: processor, cores, accelerators, memory."""
     cpu = document.get("cpu", {})
     parts = [f"{cpu.get('model') or 'unknown processor'} ({cpu.get('cores')} cores, {cpu.get('threads')} threads)"]
     parts += document.get("gpus", [])

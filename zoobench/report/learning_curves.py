@@ -8,10 +8,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunState
+from zoobench.errors import UsageError
 from zoobench.report.cells import cells_of
+from zoobench.report.footer import machine_text
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
@@ -75,6 +79,20 @@ def curves(reader: "Reader", results: Iterable[RunResult], kind: BudgetKind) -> 
             spent, scores = zip(*pairs, strict=True)
             found[run_id] = LearningCurve(done[run_id], kind, spent, scores)
     return found
+
+
+def refuse_machines(origins: Iterable[OriginRow]) -> None:
+    """Say that times of several machines cannot be compared, unless all runs come from one.
+
+    Raises:
+        UsageError: they come from several.
+    """
+    machines = sorted({machine_text(origin.provenance) for origin in origins})
+    if len(machines) > 1:
+        raise UsageError(
+            f"These runs were done on {len(machines)} machines, whose seconds cannot be compared: "
+            f"{'; '.join(machines)}. Compare by substeps or episodes, or choose runs of one machine."
+        )
 
 
 def furthest(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[RunResult]:
@@ -182,7 +200,9 @@ def _row(
     """The cells of a row, and the amount at which they are compared."""
     if amount is None:
         amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
-    return compare(cells_of(_read(result, known.get(result.run.id), amount) for result in group), methods), amount
+    return compare(
+        cells_of(_read(result, known.get(result.run.id), amount) for result in group), methods, is_even=True
+    ), amount
 
 
 def _comparable(results: Iterable[RunResult]) -> list[RunResult]:
@@ -199,7 +219,7 @@ def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) 
     score, lacks = None, "kept no curve"
     if curve is not None and amount is not None:
         score, lacks = (curve.at(amount), "no score yet") if curve.reach >= amount else (None, "spent less")
-    finals = {name: final for name, final in result.finals.items() if name != SCORE}
+    finals = {name: final for name, final in result.finals.items() if name in REFERENCES}
     if score is not None:
         finals[SCORE] = FinalRow(SCORE, score, _unit(result))
     return replace(result, finals=finals, lacks=lacks)

@@ -4,20 +4,20 @@ A row is an environment, task, design and controller; a column is a method; a ce
 95 % Student-t interval, and what became of the seeds that gave no score.
 """
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.cells import Cell, Outcome, cells_of, comparable
-from zoobench.report.labels import labels
-from zoobench.report.listing import Listing
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
+
+_ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,12 @@ class TableCell:
         states: how many runs of the cell are in each state.
         lacks: how many that are DONE have no score, by why.
         is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
-        is_winner: every seed is done, nothing of the row is still to come, and the interval lies above those of all
-            other methods.
+        is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
+            methods, and all of them have spent the same.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
         runs: the ids of those behind the mean.
+        spent: by those, on average, in the unit of `Table.currency`; None if it is not known.
     """
 
     interval: Interval | None
@@ -48,6 +49,7 @@ class TableCell:
     lacks: Mapping[str, int] = field(default_factory=dict)
     is_undecided: bool = False
     runs: tuple[int, ...] = ()
+    spent: float | None = None
 
     @property
     def is_empty(self) -> bool:
@@ -72,6 +74,8 @@ class TableCell:
         if self.is_empty:
             return "missing"
         notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
+        if self.interval is not None and self.interval.half_width is None and self.count > 1:
+            notes.append("all equal")
         notes += [
             f"{state} {number}/{self.asked}"
             for state, number in sorted(self.states.items())
@@ -151,6 +155,11 @@ class Table:
     rows: tuple[Row, ...]
 
     @property
+    def currency(self) -> str:
+        """The unit of what its runs have spent: substeps unless the budget counts something else."""
+        return self.budget.kind if self.budget.kind == "episodes" else "substeps"
+
+    @property
     def runs(self) -> list[int]:
         """The ids of the runs that made its numbers."""
         return [run for row in self.rows for cell in row.cells if cell is not None for run in cell.runs]
@@ -183,71 +192,10 @@ def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
     ]
 
 
-def table_listing(table: Table, normalised: bool = False) -> Listing:
-    """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
-    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
-    names["env"] = marked(names["env"])
-    # The controller is a column only where it tells rows apart.
-    axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
-    methods = labels(table.methods)
-    # The amount spent is a column only where it is not in the title.
-    spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
-    rows = [
-        (
-            *(names[axis][getattr(row, axis)] for axis in axes),
-            *(None if row.amount is None else spending.text(row.amount) for spending in spent),
-            *("" if cell is None else cell.text(normalised) for cell in row.cells),
-        )
-        for row in table.rows
-    ]
-    winners = {
-        (number, len(axes) + len(spent) + place)
-        for number, row in enumerate(table.rows)
-        for place, cell in enumerate(row.cells)
-        if cell is not None and cell.is_winner
-    }
-    columns = (*axes, *(f"at [{spending.unit}]" for spending in spent), *(methods[method] for method in table.methods))
-    return Listing(columns, tuple(rows), frozenset(winners))
-
-
-def long_listing(tables: Sequence[Table]) -> Listing:
-    """All tables in long form, one row per cell, for programs; references with every parameter stated.
-
-    Tables drawn from learning curves say what was spent in place of the budget.
-    """
-    what = "spent" if any(isinstance(table.budget, Spending) for table in tables) else "budget"
-    columns = (
-        "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
-        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised", "provisional", "undecided",
-    )  # fmt: skip
-    rows = [
-        _long_row(table, row, method, cell)
-        for table in tables
-        for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
-        if cell is not None
-    ]
-    return Listing(columns, tuple(rows))
-
-
-def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
-    interval = cell.interval
-    states = cell.states
-    return (
-        str(table.fidelity), table.frames, table.budget.kind, row.amount or table.budget.amount,
-        str(row.env), str(row.task), str(row.design), str(row.controller), str(method),
-        interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
-        cell.count, cell.asked,
-        states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
-        sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
-        bool(footnotes([row.env])), cell.is_undecided,
-    )  # fmt: skip
-
-
 def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:
     methods = methods_of(cell.spec for cell in cells)
-    rows = [Row(*key, compare(group, methods)) for key, group in in_rows(cells)]
+    is_even = budget.kind == "seconds"
+    rows = [Row(*key, compare(group, methods, is_even=is_even)) for key, group in in_rows(cells)]
     return Table(fidelity, frames, budget, methods, tuple(rows))
 
 
@@ -276,8 +224,8 @@ def in_rows(members: Iterable[S]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[
     return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
 
 
-def compare(group: Sequence[Cell], methods: tuple[Ref, ...]) -> tuple[TableCell | None, ...]:
-    """The cells of a row, the winner marked."""
+def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -> tuple[TableCell | None, ...]:
+    """The cells of a row, the winner marked; `is_even` says that all have spent the same, whatever they simulated."""
     outcomes = [outcome for cell in group for outcome in cell.outcomes]
     asked = len({outcome.seed for outcome in outcomes})
     by_method = {
@@ -287,11 +235,19 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...]) -> tuple[TableCell 
     cells = [_cell(members, asked) if members else None for members in by_method.values()]
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     is_complete = not any(cell is not None and cell.is_unfinished for cell in cells)
-    if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
+    is_fair = is_complete and (is_even or spent_alike(cells))
+    if best is not None and is_fair and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
     lots = shares(means, floor_of(outcome.floor for outcome in outcomes))
     return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
+
+
+def spent_alike(cells: Iterable[TableCell | None]) -> bool:
+    """Whether what the methods of a row have spent differs by less than `_ALIKE`; one with a score must say it."""
+    spent = [cell.spent for cell in cells if cell is not None and cell.interval is not None]
+    known = [amount for amount in spent if amount is not None]
+    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < _ALIKE * max(known))
 
 
 def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
@@ -303,4 +259,6 @@ def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
     interval = t_interval([score for score, _ in scored])
     runs = tuple(outcome.run for _, outcome in scored)
     missing = len(outcomes) - sum(states.values())
-    return TableCell(interval, ", ".join(units), asked, states, missing=missing, lacks=lacks, runs=runs)
+    known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
+    spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
+    return TableCell(interval, ", ".join(units), asked, states, missing=missing, lacks=lacks, runs=runs, spent=spent)
