@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_markdown
+from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_latex, to_markdown
 
 LISTING = Listing(("name", "score"), (("a,b|c", 0.123456789), ("d", None)), frozenset({(0, 1)}))
 
@@ -42,3 +42,18 @@ def test_a_row_that_does_not_fit_is_refused() -> None:
 def test_truth_values_read_as_words() -> None:
     """A person reads yes and no."""
     assert [cell_text(value) for value in (True, False, None, 3)] == ["yes", "no", "", "3"]
+
+
+def test_latex_is_a_booktabs_table_with_everything_escaped() -> None:
+    """Bold cells are bold, numbers stand to the right, and no sign of a name is taken for a command."""
+    listing = Listing(("a_b", "n [%]"), (("x & y\\z ±", 1.5), ("$5 {†}", 2.0)), frozenset({(0, 0)}))
+    assert to_latex(listing).splitlines() == [
+        r"\begin{tabular}{lr}",
+        r"\toprule",
+        r"a\_b & n [\%] \\",
+        r"\midrule",
+        r"\textbf{x \& y\textbackslash{}z $\pm$} & 1.5 \\",
+        r"\$5 \{\dag{}\} & 2 \\",
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]

@@ -41,7 +41,7 @@ def results(
             _stream_results(store, chosen)
             return
         found = choose_results(store, chosen)
-    listing = results_overview(found) if form is Format.TABLE else results_listing(found)
+    listing = results_overview(found) if form in (Format.TABLE, Format.LATEX) else results_listing(found)
     emit(listing, form, records=results_records(found))
     _note_results({result.spec.env for result in found}, has_smoke=any(result.is_smoke for result in found))
 
@@ -83,6 +83,9 @@ def table(
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
+    pivot: Annotated[
+        bool, Option("--pivot", help="Environments as columns, and a row for each task, design and method.")
+    ] = False,
     by: Annotated[
         Currency | None, Option("--by", help="Compare scores when all runs of a row had spent the same of this.")
     ] = None,
@@ -110,7 +113,7 @@ def table(
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
-    flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
+    flags = [*(["--normalised"] if normalised else []), *(["--pivot"] if pivot else []), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
         if by is None:
             tables = tables_of_cells(read_cells(store, chosen))
@@ -120,7 +123,7 @@ def table(
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
         foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
-    print_tables(tables, foot, form, normalised)
+    print_tables(tables, foot, form, normalised, pivot)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -170,24 +173,33 @@ def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, a
     return tables
 
 
-def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False) -> None:
-    """Print tables of scores and the footer below them; in JSON one object with both."""
+def print_tables(
+    tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False, pivot: bool = False
+) -> None:
+    """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment."""
     from dataclasses import asdict
 
-    from zoobench.report.listing import to_json
-    from zoobench.report.table_forms import long_listing, table_listing
+    from zoobench.report.listing import latex_text, to_json
+    from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
 
     if form is Format.JSON:
         print(to_json({"cells": long_listing(tables).records(), "provenance": asdict(foot)}))
-    elif form is Format.CSV:
+        return
+    if form is Format.CSV:
         emit(long_listing(tables), form)
         for line in foot.lines():
             say(line)
-    else:
-        mark = "### " if form is Format.MD else ""
-        for item in tables:
-            print(f"{mark}Score: {item.title}\n")
-            emit(table_listing(item, normalised), form)
+        return
+    listing = pivot_listing if pivot else table_listing
+    for item in tables:
+        if form is Format.LATEX:
+            print(f"\\begin{{table}}\n\\caption{{Score: {latex_text(item.title)}}}")
+            emit(listing(item, normalised), form)
+            print("\\end{table}\n")
+        else:
+            print(f"{'### ' if form is Format.MD else ''}Score: {item.title}\n")
+            emit(listing(item, normalised), form)
             print()
-        for line in foot.lines() if tables else ():
-            print(f"- {line}" if form is Format.MD else line)
+    mark = {Format.MD: "- ", Format.LATEX: "% "}.get(form, "")
+    for line in foot.lines() if tables else ():
+        print(f"{mark}{line}")

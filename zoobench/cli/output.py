@@ -26,6 +26,7 @@ class Format(StrEnum):
     CSV = "csv"
     JSON = "json"
     MD = "md"
+    LATEX = "latex"
 
 
 def say(text: str) -> None:
@@ -35,7 +36,7 @@ def say(text: str) -> None:
 
 def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
     """Print a listing as data; `records` replaces its rows in the JSON form."""
-    from zoobench.report.listing import to_csv, to_json, to_markdown
+    from zoobench.report.listing import to_csv, to_json, to_latex, to_markdown
 
     if form is Format.JSON:
         print(to_json(listing.records() if records is None else records))
@@ -43,6 +44,8 @@ def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
         print(to_csv(listing))
     elif form is Format.MD:
         print(to_markdown(listing))
+    elif form is Format.LATEX:
+        print(to_latex(listing))
     else:
         _print_table(listing)
 

@@ -75,8 +75,8 @@ class SpecReader:
         *names, frames, kind, amount = columns
         try:
             known = {axis: self._ref(name) for axis, name in zip(AXES, names, strict=True)}
-            *refs, fidelity = (ref for ref, _ in known.values())
-            spec = RunSpec(*refs, seed=0, budget=Budget(kind, amount), fidelity=fidelity, frames=frames)
+            env, task, design, controller, method, fidelity = (ref for ref, _ in known.values())
+            spec = RunSpec(env, task, design, controller, method, 0, Budget(kind, amount), fidelity, frames)
             amount_text = canonical_json(float(amount))
         except (UsageError, ValueError):  # a text with a comma in a parameter, or a number that JSON cannot hold
             return None

@@ -77,6 +77,34 @@ def to_markdown(listing: Listing) -> str:
     return "\n".join(lines)
 
 
+def to_latex(listing: Listing) -> str:
+    """A LaTeX tabular for the package booktabs; numbers to the right, the bold cells bold."""
+    columns = range(len(listing.columns))
+    are_numbers = [any(isinstance(row[place], int | float) for row in listing.rows) for place in columns]
+    lines = [f"\\begin{{tabular}}{{{''.join('r' if is_number else 'l' for is_number in are_numbers)}}}", "\\toprule"]
+    lines += [_latex_line(map(latex_text, listing.columns)), "\\midrule"]
+    for number, row in enumerate(listing.rows):
+        texts = [latex_text(cell_text(cell)) for cell in row]
+        stressed = [f"\\textbf{{{text}}}" if (number, i) in listing.bold else text for i, text in enumerate(texts)]
+        lines.append(_latex_line(stressed))
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"])
+
+
+_LATEX = {
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\n": " ",
+    "±": r"$\pm$", "†": r"\dag{}", "‡": r"\ddag{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+}  # fmt: skip
+
+
+def latex_text(text: str) -> str:
+    """The text with everything that means something to LaTeX escaped."""
+    return "".join(_LATEX.get(sign, sign) for sign in text)
+
+
+def _latex_line(cells: Iterable[str]) -> str:
+    return " & ".join(cells) + r" \\"
+
+
 def _markdown_line(cells: Sequence[str]) -> str:
     escaped = (cell.replace("|", "\\|").replace("\n", " ") for cell in cells)
     return "| " + " | ".join(escaped) + " |"

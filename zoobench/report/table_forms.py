@@ -45,6 +45,34 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     return Listing(columns, tuple(rows), frozenset(winners))
 
 
+def pivot_listing(table: Table, normalised: bool = False) -> Listing:
+    """The table with environments side by side: a row for each task, design, controller and method."""
+    envs = marked(labels(row.env for row in table.rows))
+    axes = ("task", "design", "controller")
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in axes}
+    shown = [axis for axis in axes if axis != "controller" or len(names[axis]) > 1]
+    methods = labels(table.methods)
+    places = list(dict.fromkeys((row.task, row.design, row.controller) for row in table.rows))
+    cells = {
+        (row.task, row.design, row.controller, method, row.env): cell
+        for row in table.rows
+        for method, cell in zip(table.methods, row.cells, strict=True)
+    }
+    rows: list[tuple[str, ...]] = []
+    winners = set()
+    for place in places:
+        words = [names[axis][ref] for axis, ref in zip(axes, place, strict=True) if axis in shown]
+        for method in table.methods:
+            found = [cells.get((*place, method, env)) for env in envs]
+            if any(found):
+                won = (column for column, cell in enumerate(found) if cell is not None and cell.is_winner)
+                winners |= {(len(rows), len(shown) + 1 + column) for column in won}
+                rows.append(
+                    (*words, methods[method], *("" if cell is None else cell.text(normalised) for cell in found))
+                )
+    return Listing((*shown, "method", *envs.values()), tuple(rows), frozenset(winners))
+
+
 def _is_uneven(table: Table, row: Row) -> bool:
     """Whether methods have spent unlike amounts, so that nobody wins the row."""
     return isinstance(table.budget, Budget) and table.budget.kind != "seconds" and not spent_alike(row.cells)
