@@ -8,7 +8,7 @@ import json
 import math
 import re
 import shlex
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from typing import Any, Literal, Self, TypeVar
@@ -224,7 +224,7 @@ class RunSpec:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the inverse of `from_dict`."""
-        return {item.name: _plain(getattr(self, item.name)) for item in fields(self)}
+        return {item.name: plain(getattr(self, item.name)) for item in fields(self)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
@@ -281,14 +281,22 @@ class RunSelection:
         known = list(items)
         left = known
         for axis in AXES if known else ():
-            if text := getattr(self, axis):
-                refs: set[Ref] = {getattr(spec_of(item), axis) for item in known}
-                wanted = {ref for each in Selector.parse_all(text) for ref in _selected(each, refs, axis, place, hint)}
+            if getattr(self, axis):
+                wanted = self.wanted(axis, {getattr(spec_of(item), axis) for item in known}, place, hint)
                 left = [item for item in left if getattr(spec_of(item), axis) in wanted]
         if known and not left:
-            options = ", ".join(option for option in self.options()[::2])
-            raise UsageError(f"No run {place} is all that {options} ask for. Leave one of them out.")
+            raise self.nothing_left(place)
         return left
+
+    def wanted(self, axis: str, refs: Collection[Ref], place: str, hint: str = "") -> set[Ref]:
+        """Those of the references of an axis that are selected; raises as `among`."""
+        selectors = Selector.parse_all(getattr(self, axis))
+        return {ref for each in selectors for ref in _selected(each, refs, axis, place, hint)}
+
+    def nothing_left(self, place: str) -> UsageError:
+        """The error where every axis finds something and no run has all of it."""
+        options = ", ".join(option for option in self.options()[::2])
+        return UsageError(f"No run {place} is all that {options} ask for. Leave one of them out.")
 
 
 def _selected(selector: Selector, refs: Iterable[Ref], axis: str, place: str, hint: str) -> list[Ref]:
@@ -313,7 +321,8 @@ def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
     return shlex.join(words)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A field of a `RunSpec` as plain JSON data."""
     if isinstance(value, Ref):
         return {"name": value.name, "version": value.version, "params": value.kwargs}
     if isinstance(value, Budget):

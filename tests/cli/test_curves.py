@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Command
+from tests.report import content
 from tests.report.content import add_curve, make_spec
 from zoobench.db.store import Store
 from zoobench.spec import RunSpec
@@ -88,13 +89,13 @@ def test_a_table_by_what_was_spent_names_its_command(zoobench: Command, learnt: 
     """Both methods in one table, at what both have spent."""
     out = zoobench("table", "--by", "substeps").out
     assert "best so far at equal substeps, of runs with a budget of 100 episodes and 1000 substeps" in out
-    assert "0.2 ± 0 m/s (n=2)" in out
+    assert "0.2 m/s (n=2, all equal)" in out
     assert "made by: zoobench table --by substeps --format table" in out
 
 
 def test_a_table_at_an_amount_says_who_spent_less(zoobench: Command, learnt: Path) -> None:
     """Random ended at 16 episodes of its own 100, which it was given; in seconds it ended at 1."""
-    assert "0.1 ± 0 m/s (n=2)" in zoobench("table", "--by", "episodes", "--at", "20").out
+    assert "0.1 m/s (n=2, all equal)" in zoobench("table", "--by", "episodes", "--at", "20").out
     out = zoobench("table", "--by", "seconds", "--at", "1.2").out
     assert "no score (n=0 of 2, spent less 2/2)" in out
     assert "made by: zoobench table --by seconds --at 1.2 --format table" in out
@@ -106,3 +107,34 @@ def test_a_table_at_an_amount_says_who_spent_less(zoobench: Command, learnt: Pat
 def test_amounts_that_mean_nothing_are_refused(zoobench: Command, learnt: Path, words: tuple[str, ...]) -> None:
     """An amount of nothing in particular, no amount, and a currency that methods do not share."""
     assert zoobench("table", *words).code == 2
+
+
+def test_seconds_of_several_machines_are_not_compared(
+    zoobench: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither in a table nor in curves; what else was spent is, and every point is still there for programs."""
+    with Store(tmp_path / "zoobench.db") as store:
+        add_curve(store, make_spec(), [0.1, 0.2])
+        assert zoobench("table", "--by", "seconds").code == 0
+        assert zoobench("curves", "--by", "seconds").code == 0
+        monkeypatch.setitem(content.PROVENANCE, "cpu", {"model": "Example 1", "cores": 1, "threads": 1})
+        add_curve(store, make_spec(method="random-v1"), [0.1, 0.2])
+    for words in (["table"], ["curves"], ["curves", "-o", "x.png"]):
+        reply = zoobench(*words, "--by", "seconds")
+        assert reply.code == 2
+        assert "2 machines" in reply.err
+        assert "Example 1 (1 cores, 1 threads)" in reply.err
+    for words in (["table", "--by", "substeps"], ["curves"], ["curves", "--by", "seconds", "--format", "csv"]):
+        assert zoobench(*words).code == 0
+    assert zoobench("table", "--by", "seconds", "--method", "random").code == 0
+
+
+def test_controllers_narrow_the_choice(zoobench: Command, tmp_path: Path) -> None:
+    """In curves, tables and results; the footer repeats it."""
+    with Store(tmp_path / "zoobench.db") as store:
+        add_curve(store, make_spec(), [0.1, 0.2])
+        add_curve(store, make_spec(controller="trajectory-v1"), [0.1, 0.2])
+    for command, lines in (("results", 3), ("curves", 3)):
+        assert len(zoobench(command, "--controller", "traj*").out.splitlines()) == lines
+    assert "made by: zoobench table --controller 'traj*'" in zoobench("table", "--controller", "traj*").out
+    assert "Did you mean 'trajectory'" in zoobench("table", "--controller", "trajectori").err

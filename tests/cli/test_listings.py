@@ -156,3 +156,24 @@ def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database
         assert "\x1b" not in reply.out + reply.err
         assert "\x07" not in reply.out + reply.err
         assert "\\x1b" in reply.out + reply.err
+
+
+def test_a_table_as_latex_has_a_caption_and_its_origin(zoobench: Command, database: Path) -> None:
+    """The winner is bold, and what does not belong on paper is a comment."""
+    out = zoobench("table", "--format", "latex").out
+    assert r"\caption{Score: fidelity draft, budget 1000 substeps, 10 frames}" in out
+    assert r"\textbf{1.001 $\pm$ 0.0025 m/s (n=3)}" in out
+    tail = out[out.index(r"\end{table}") :].splitlines()[2:]
+    assert all(line.startswith("% ") for line in tail)
+
+
+def test_a_pivot_has_environments_side_by_side(zoobench: Command, database: Path) -> None:
+    """The same cells, with the winner, in a row for each method; the command that repeats it says so."""
+    out = zoobench("table", "--pivot", "--format", "md").out
+    assert "| task | design | method | desert | ice |" in out
+    first = next(line for line in out.splitlines() if line.startswith("| turning"))
+    assert first == (
+        "| turning | caterpillar | diffphysics | **1.001 ± 0.0025 m/s (n=3)** "
+        "| 0.5 m/s (n=2 of 3, all equal, diverged 1/3) |"
+    )
+    assert "made by: zoobench table --pivot --format md" in out

@@ -4,8 +4,9 @@ import io
 import sys
 
 import pytest
+from rich.console import Console
 
-from zoobench.cli.output import Format, emit
+from zoobench.cli.output import Format, emit, plain_lines, rich_table
 from zoobench.report.listing import Listing
 
 
@@ -27,3 +28,20 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(monkeypatch: pytest.Monkey
     emit(Listing(("env", "task", "design", "method", "score", "reason"), (cells,)), Format.TABLE)
     assert all(word in shown.getvalue() for cell in cells for word in str(cell).split())
     assert "…" not in shown.getvalue()
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        (),
+        (("a", 1, None),),
+        (("shallow-water †", 1.23456, "two\nlines"), ("日本", -2e9, "x "), ("", None, "")),
+    ],
+)
+def test_lines_off_a_terminal_are_those_of_a_table(rows: tuple[tuple[object, ...], ...]) -> None:
+    """What is written line by line for listings of any length is what is drawn on a wide terminal."""
+    listing = Listing(("name", "number [m]", "reason"), rows)
+    screen = Console(file=io.StringIO(), width=1000)
+    with screen.capture() as captured:
+        screen.print(rich_table(listing))
+    assert list(plain_lines(listing)) == [line.rstrip() for line in captured.get().splitlines()]

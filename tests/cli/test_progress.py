@@ -79,7 +79,7 @@ def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: p
     """Half a run in 10 s leaves 30 s for the other one and a half; runs done before do not count."""
     clock = iter([0.0, 10.0])
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    pace = TimeLeft()
+    pace = TimeLeft([1, 2, 3])
     done = row(3, RunState.DONE)
     assert pace.seconds_left([row(1, RunState.RUNNING), row(2, RunState.QUEUED), done]) is None
     assert pace.seconds_left([row(1, RunState.RUNNING, 0.5), row(2, RunState.QUEUED), done]) == 30.0
@@ -90,6 +90,6 @@ def test_runs_count_by_the_time_that_they_are_expected_to_take(monkeypatch: pyte
     for weights, left in (({1: 1.0, 2: 9.0}, 90.0), ({2: 9.0}, 10.0)):
         clock = iter([0.0, 10.0])
         monkeypatch.setattr(progress.time, "monotonic", lambda clock=clock: next(clock))
-        pace = TimeLeft(weights)
+        pace = TimeLeft([1, 2], weights)
         pace.seconds_left([row(1, RunState.QUEUED), row(2, RunState.QUEUED)])
         assert pace.seconds_left([row(1, RunState.DONE), row(2, RunState.QUEUED)]) == pytest.approx(left)

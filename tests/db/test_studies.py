@@ -61,11 +61,14 @@ def test_the_newest_study_of_a_name_is_given(location: str) -> None:
 
 
 def _age(location: str) -> None:
-    """Bring a database back to the first schema, which had no studies, solutions, archives, milestones, references."""
+    """Bring a database back to the first schema, which had runs and their numbers alone."""
+    newer = ("study_rows", "studies", "solutions", "archives", "milestones", "reference_scores", "sweep_runs", "sweeps")
     with Store(location) as store, store._database.write() as session:
-        for table in ("study_rows", "studies", "solutions", "archives", "milestones", "reference_scores"):
+        for table in newer:
             session.execute(text(f"DROP TABLE {table}"))
         session.execute(text("ALTER TABLE runs DROP COLUMN digest"))
+        for index in ("ix_specs_controller", "ix_specs_fidelity", "ix_runs_finished_at"):
+            session.execute(text(f"DROP INDEX {index}"))
         session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 
 

@@ -54,8 +54,8 @@ def work_on_fakes(
 ) -> list[RunRow]:
     """The same by a worker in this process, one run after the other: no worker has to be started."""
     ids = enqueue(location, count)
-    orders = WorkerOrders(str(location), ids, timeout, tuple(child or fake()))
     with Store(location) as store:
+        orders = WorkerOrders(str(location), store.begin_sweep(ids), timeout, tuple(child or fake()))
         work(store, orders, threading.Event())
         return store.runs(ids=ids)
 

@@ -1,13 +1,15 @@
 """Estimates of how long runs take."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
-from tests.report.content import make_spec
-from zoobench.db.rows import FinalRow, RunRow, RunState
+from tests.report.content import add_done, add_ended, make_spec
+from zoobench.db.many_rows import PastRun, PastTotal
+from zoobench.db.rows import Ending, RunState
+from zoobench.db.store import Store
 from zoobench.report.estimate import Basis, Estimator, basis_text, total_seconds
-from zoobench.report.run_results import RunResult
 from zoobench.spec import RunSpec
 
 
@@ -20,24 +22,15 @@ class Measured:
     gradient_seconds: float | None = 8.0
 
 
-def seconds_of(spec: RunSpec, known: list[RunResult]) -> float | None:
+def seconds_of(spec: RunSpec, known: list[PastRun]) -> float | None:
     """The estimate from finished runs alone."""
     found = Estimator(known)(spec)
     return found and found.seconds
 
 
-def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> RunResult:
+def past(spec: RunSpec, seconds: float, substeps: float = 1000.0) -> PastRun:
     """A finished run that took so long for so many substeps."""
-    row = RunRow(
-        id=1,
-        key=spec.key(),
-        spec=spec,
-        state=RunState.DONE,
-        attempt=1,
-        first_attempt=1,
-        seconds=seconds,
-    )
-    return RunResult(row, {"forward_substeps": FinalRow("forward_substeps", substeps)})
+    return PastRun(spec, seconds, substeps, 0.0)
 
 
 def test_runs_of_the_same_cell_come_first() -> None:
@@ -64,11 +57,18 @@ def test_another_place_tells_nothing(other: dict[str, str]) -> None:
     assert seconds_of(make_spec(), [past(make_spec(**other), 3.0)]) is None
 
 
-def test_failed_runs_are_no_measure() -> None:
-    """A run that broke off early would make everything look fast."""
-    done = past(make_spec(seed=1), 3.0)
-    failed = replace(done, run=replace(done.run, state=RunState.FAILED))
-    assert seconds_of(make_spec(), [failed]) is None
+def test_runs_that_failed_or_lie_elsewhere_are_no_measure(tmp_path: Path) -> None:
+    """A run that broke off early would make everything look fast; of those that are done, the places asked for."""
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, make_spec(seed=1), 1.0)
+        add_ended(store, make_spec(seed=2), Ending(RunState.FAILED, "boom"))
+        add_done(store, make_spec(env="ice-v1"), 1.0)
+        (found,) = store.past([make_spec()])
+        totals = {total.env.name: total for total in store.totals()}
+    assert (found.spec, found.forward, found.backward) == (make_spec(), 600.0, 400.0)
+    assert found.seconds > 0.0
+    assert set(totals) == {"desert", "ice"}
+    assert totals["desert"] == PastTotal(make_spec().env, make_spec().fidelity, found.seconds, 600.0, 400.0)
 
 
 def test_a_budget_in_seconds_is_its_own_estimate() -> None:
@@ -110,12 +110,13 @@ def test_a_first_run_is_estimated_from_the_work_of_its_method(method: str, budge
 
 def test_finished_runs_elsewhere_correct_the_measured_rate() -> None:
     """A run of 1000 forward substeps is expected to take 2 s; it took 6, so that others take three times as long."""
-    estimator = Estimator([past(make_spec(env="ice-v1"), 6.0)], lambda _env, _fidelity: Measured())
+    elsewhere = PastTotal(make_spec(env="ice-v1").env, make_spec().fidelity, 6.0, 1000.0, 0.0)
+    estimator = Estimator([], lambda _env, _fidelity: Measured(), lambda: [elsewhere])
     assert estimator.pace == pytest.approx(3.0)
     found = estimator(make_spec(method="random-v1[batch=4]", budget="5 iterations"))
     assert found is not None
     assert found.seconds == pytest.approx(3 * 20 * 0.16)
-    assert basis_text([found, None], estimator.pace, "an Example 9000") == (
+    assert basis_text(estimator, [found, None], "an Example 9000") == (
         "1 by measured rates (an Example 9000; times 3, as finished runs took here), 1 unknown"
     )
 

@@ -10,7 +10,8 @@ from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.learning_curves import curves, curves_overview, points_listing, spending_tables
 from zoobench.report.run_results import RunResult, choose_results
-from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import Table, score_tables
 from zoobench.spec import BudgetKind, RunSelection
 
 
@@ -108,7 +109,7 @@ def test_the_largest_amount_that_all_have_reached_is_the_default(path: Path, kin
     """Four iterations of either, whatever an iteration of each costs in substeps."""
     (table,) = tables_at(path, kind)
     assert table.rows[0].amount == amount
-    assert cell_texts(table)["random"] == "0.3 ± 0 m/s (n=2)"
+    assert cell_texts(table)["random"] == "0.3 m/s (n=2, all equal)"
 
 
 def test_a_run_that_never_reached_the_amount_is_missing_and_said_to_be(path: Path) -> None:
@@ -116,7 +117,7 @@ def test_a_run_that_never_reached_the_amount_is_missing_and_said_to_be(path: Pat
     (table,) = tables_at(path, "substeps", 1500.0)
     assert cell_texts(table) == {
         "diffphysics": "no score (n=0 of 2, spent less 2/2)",
-        "random": "0.3 ± 0 m/s (n=2)",
+        "random": "0.3 m/s (n=2, all equal)",
     }
     assert "at 1500 substeps" in table.title
     assert "at [substeps]" not in table_listing(table).columns
@@ -127,7 +128,7 @@ def test_before_its_first_score_a_run_has_none(path: Path) -> None:
     """At 350 substeps diffphysics has made an iteration and met nothing that did not diverge."""
     assert cell_texts(tables_at(path, "substeps", 350.0)[0]) == {
         "diffphysics": "no score (n=0 of 2, no score yet 2/2)",
-        "random": "0.1 ± 0 m/s (n=2)",
+        "random": "0.1 m/s (n=2, all equal)",
     }
 
 

@@ -7,7 +7,7 @@ import json
 import pytest
 from markdown_it import MarkdownIt
 
-from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_markdown
+from zoobench.report.listing import Listing, cell_text, to_csv, to_json, to_latex, to_markdown
 
 LISTING = Listing(("name", "score"), (("a,b|c", 0.123456789), ("d", None)), frozenset({(0, 1)}))
 
@@ -66,3 +66,18 @@ def test_a_spreadsheet_computes_nothing() -> None:
     cells = ("=1+1", "+A1", "-cmd|' /C calc'!A0", "@SUM(A1)", "\t=1", -0.5, "-0.5", "+1e-3", "-", "a=b")
     (row,) = csv.reader(io.StringIO(to_csv(Listing(tuple("abcdefghij"), (cells,)))).readlines()[1:])
     assert row == ["'=1+1", "'+A1", "'-cmd|' /C calc'!A0", "'@SUM(A1)", "'\t=1", "-0.5", "-0.5", "+1e-3", "-", "a=b"]
+
+
+def test_latex_is_a_booktabs_table_with_everything_escaped() -> None:
+    """Bold cells are bold, numbers stand to the right, and no sign of a name is taken for a command."""
+    listing = Listing(("a_b", "n [%]"), (("x & y\\z ±", 1.5), ("$5 {†}", 2.0)), frozenset({(0, 0)}))
+    assert to_latex(listing).splitlines() == [
+        r"\begin{tabular}{lr}",
+        r"\toprule",
+        r"a\_b & n [\%] \\",
+        r"\midrule",
+        r"\textbf{x \& y\textbackslash{}z $\pm$} & 1.5 \\",
+        r"\$5 \{\dag{}\} & 2 \\",
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]

@@ -6,9 +6,11 @@ import pytest
 
 from tests.report.content import add_done, make_spec
 from zoobench.db.store import Store
+from zoobench.report.cells import cells_of
 from zoobench.report.normalise import floor_of, shares
 from zoobench.report.run_results import choose_results
-from zoobench.report.tables import long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import score_tables
 from zoobench.spec import RunSelection
 
 REFERENCES = {"idle_score": -0.1, "random_score": 0.2}
@@ -37,8 +39,9 @@ def test_the_floor_is_the_better_reference(tmp_path: Path) -> None:
         add_done(store, make_spec(seed=0), 1.2, references=REFERENCES)
         add_done(store, make_spec(seed=1), 1.2, references={"idle_score": 5.0})
         found = choose_results(store, RunSelection())
-    assert floor_of(found) == 0.2
-    assert floor_of(found[1:]) is None
+    both, one = (outcome.floor for cell in cells_of(found) for outcome in cell.outcomes)
+    assert floor_of([both, one]) == both == 0.2
+    assert floor_of([one]) is None
 
 
 def test_a_table_shows_them_beside_the_scores(tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ from zoobench.report.leaderboard import BoardRow, Leaderboard
 from zoobench.report.leaderboard_pages import csv_page, markdown_page
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import choose_results, origins
-from zoobench.report.tables import long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import score_tables
 from zoobench.report.views import results_listing, results_overview, results_records, run_card
 from zoobench.spec import Ref, RunSelection
 

@@ -83,3 +83,10 @@ def test_equal_methods_are_rarely_called_different() -> None:
         first, second = (t_interval(rng.normal(size=3).tolist()) for _ in range(2))
         winners += clear_winner([first, second]) is not None
     assert winners < 50
+
+
+def test_equal_samples_have_no_interval() -> None:
+    """One of no width would say that the mean is known exactly, of seven sevenths as of anything."""
+    for value in (0.1, 1 / 7, -3e-9):
+        interval = t_interval([value] * 7)
+        assert interval == Interval(value, None, 7)

@@ -10,7 +10,8 @@ from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.footer import footer
 from zoobench.report.run_results import choose_results, origins
-from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import Table, score_tables
 from zoobench.spec import RunSelection
 
 
@@ -45,7 +46,7 @@ def test_a_cell_is_mean_interval_unit_and_count(filled: Path) -> None:
 def test_missing_seeds_and_unsuccessful_runs_are_shown_as_shares(filled: Path) -> None:
     """A cell with fewer seeds than asked for says so, and what became of the others."""
     cells = cell_texts(tables_of(filled)[0])
-    assert cells["ice", "diffphysics"] == "0.5 ± 0 m/s (n=2 of 3, diverged 1/3)"
+    assert cells["ice", "diffphysics"] == "0.5 m/s (n=2 of 3, all equal, diverged 1/3)"
     assert cells["ice", "random"] == "no score (n=0 of 3, failed 1/3, queued 1/3, running 1/3)"
 
 
@@ -193,3 +194,64 @@ def test_nobody_wins_a_row_that_lacks_a_run(filled: Path) -> None:
     assert any(cell.is_winner for row in score_tables(found)[0].rows for cell in row.cells if cell)
     (table,) = score_tables(found, [make_spec(method="cmaes-v1")])
     assert not any(cell.is_winner for row in table.rows for cell in row.cells if cell)
+
+
+def _finals(score: float, forward: float, episodes: float = 8.0) -> Ending:
+    """The ending of a run with this score after so much was spent."""
+    values = {"forward_substeps": forward, "backward_substeps": 0.0, "episodes": episodes}
+    others = (FinalRow(name, value) for name, value in values.items())
+    return Ending(RunState.DONE, finals=(FinalRow("score", score, "m/s"), *others))
+
+
+@pytest.mark.parametrize(
+    ("budget", "spent", "is_fair"),
+    [
+        ("5 iterations", (1000.0, 960.0), True),
+        ("5 iterations", (1000.0, 900.0), False),
+        ("5 iterations", (900.0, 1000.0), False),
+        ("1000 substeps", (1000.0, 900.0), False),
+        ("7 episodes", (1000.0, 100.0), True),
+        ("7 seconds", (1000.0, 100.0), True),
+    ],
+)
+def test_nobody_wins_where_one_has_spent_more(
+    tmp_path: Path, budget: str, spent: tuple[float, float], is_fair: bool
+) -> None:
+    """By 5 % or more, in what the budget counts, or in substeps where it counts iterations; a column says what."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_ended(store, make_spec(seed=seed, budget=budget), _finals(1.0 + 0.001 * seed, spent[0]))
+            rival = make_spec(method="random-v1", seed=seed, budget=budget)
+            add_ended(store, rival, _finals(0.1 + 0.001 * seed, spent[1]))
+    (table,) = tables_of(tmp_path / "runs.db")
+    assert any(cell.is_winner for cell in table.rows[0].cells if cell) is is_fair
+    listing = table_listing(table)
+    assert ("spent [substeps]" in listing.columns) is not is_fair
+    if not is_fair:
+        assert listing.rows[0][-1] == f"{spent[0]:,.0f} / {spent[1]:,.0f}"
+    used = 8.0 if "episodes" in budget else spent[0]
+    assert long_listing([table]).records()[0]["used"] == used
+
+
+def test_a_method_that_does_not_depend_on_the_seed_neither_wins_nor_loses(tmp_path: Path) -> None:
+    """Three equal runs say nothing about the spread: there is no interval, on either side of a comparison."""
+    for name, (best, other) in {"a.db": (0.0, 0.001), "b.db": (0.001, 0.0)}.items():
+        with Store(tmp_path / name) as store:
+            for seed in range(3):
+                add_done(store, make_spec(seed=seed), 1.0 + best * seed)
+                add_done(store, make_spec(method="random-v1", seed=seed), 0.1 + other * seed)
+        (table,) = tables_of(tmp_path / name)
+        assert not any(cell.is_winner for cell in table.rows[0].cells if cell)
+    assert cell_texts(table)["desert", "random"] == "0.1 m/s (n=3, all equal)"
+    assert long_listing([table]).records()[1]["low"] is None
+
+
+def test_the_footer_names_the_runs_above_it_alone(tmp_path: Path) -> None:
+    """A run that failed, one without a score and a smoke run made no number of the table."""
+    with Store(tmp_path / "runs.db") as store:
+        done = add_done(store, make_spec(), 1.0)
+        add_ended(store, make_spec(seed=1), Ending(RunState.FAILED, "boom"))
+        add_ended(store, make_spec(seed=2), Ending(RunState.DONE))
+        add_done(store, make_spec(fidelity="smoke-v1"), 77.0)
+    (table,) = tables_of(tmp_path / "runs.db")
+    assert table.runs == [done]

@@ -5,7 +5,8 @@ import pytest
 from tests.report.content import make_spec
 from zoobench.db.rows import RunState
 from zoobench.report.statistics import t_interval
-from zoobench.report.tables import Row, Table, TableCell, table_listing
+from zoobench.report.table_forms import table_listing
+from zoobench.report.tables import Row, Table, TableCell
 from zoobench.report.undecided import footnotes, mark_undecided
 from zoobench.spec import Ref
 
@@ -14,7 +15,7 @@ SPEC = make_spec()
 
 def table(*means: float) -> Table:
     """A table of one row."""
-    cells = tuple(TableCell(t_interval([mean]), "m/s", 1, {RunState.DONE: 1}) for mean in means)
+    cells = tuple(TableCell(t_interval([mean]), "m/s", 1, {RunState.DONE: 1}, spent=100.0) for mean in means)
     methods = tuple(Ref(f"method-{number}") for number in range(len(means)))
     row = Row(SPEC.env, SPEC.task, SPEC.design, SPEC.controller, (*cells, None))
     return Table(SPEC.fidelity, 100, SPEC.budget, (*methods, Ref("other")), (row,))

@@ -20,13 +20,14 @@ from zoobench.cli.options import (
     takes,
 )
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.plan import known_runs
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 from zoobench.report.listing import Listing
 
 if TYPE_CHECKING:
-    from zoobench.report.estimate import Estimator
     from zoobench.spec import Ref, RunSpec
+    from zoobench.verify.accuracy.analyse import LevelRow
     from zoobench.verify.accuracy.analytic import AnalyticRow
     from zoobench.verify.accuracy.plan import StudyPlan
     from zoobench.verify.accuracy.records import Measurements
@@ -185,29 +186,22 @@ def _tell_cost(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
     from zoobench.report.views import duration
     from zoobench.verify.accuracy.rates import origin
 
-    estimator = _estimator(db)
-    done = {result.run.key for result in estimator.past if result.run.state is RunState.DONE}
-    estimates = [estimator(spec) for spec in wanted if spec.key() not in done]
+    states, estimator = known_runs(db, wanted, _level_rate)
+    estimates = [estimator(spec) for spec in wanted if states.get(spec.key()) is not RunState.DONE]
     total = duration(total_seconds([each and each.seconds for each in estimates], jobs))
     say(f"{len(estimates)} runs to do of {len(wanted)}; estimated time with {jobs} at once, once started: {total}")
     if estimates:
-        say(f"Estimated: {basis_text(estimates, estimator.pace, origin())}")
+        say(f"Estimated: {basis_text(estimator, estimates, origin())}")
 
 
-def _estimator(db: str) -> "Estimator":
-    """Estimates of times, with a turned knob as its level."""
+def _level_rate(env: "Ref", fidelity: "Ref") -> "LevelRow | None":
+    """The measured rate of an environment, a turned knob counting as its level."""
     from zoobench import registry
-    from zoobench.cli.plan import past_results
     from zoobench.registry import Kind
-    from zoobench.report.estimate import Estimator
     from zoobench.spec import Ref
-    from zoobench.verify.accuracy.analyse import LevelRow
     from zoobench.verify.accuracy.rates import rate
 
-    def level_rate(env: "Ref", fidelity: "Ref") -> LevelRow | None:
-        return rate(env, registry.resolve(Kind.FIDELITY, Ref(fidelity.name)))
-
-    return Estimator(past_results(db), level_rate)
+    return rate(env, registry.resolve(Kind.FIDELITY, Ref(fidelity.name)))
 
 
 def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> "list[RunSpec]":
@@ -219,15 +213,15 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> "list[RunSpec]":
     with Store(db) as store:
         report = store.enqueue(wanted)
     say(f"{len(report.new)} new, {len(report.existing_done)} done already")
-    estimate = _estimator(db)
+    _, estimate = known_runs(db, wanted, _level_rate)
     with Store(db) as store:
         weights = {row.id: found.seconds for row in store.runs(ids=report.open) if (found := estimate(row.spec))}
     for row in carry_out(db, sorted(report.open), jobs=jobs, weights=weights):
         if row.reason:
             say(f"  run {row.id} {row.state}: {row.reason}")
     with Store(db) as store:
-        done = {row.key for row in store.runs(states=[RunState.DONE])}
-    return [spec for spec in wanted if spec.key() in done]
+        states = store.states([spec.key() for spec in wanted])
+    return [spec for spec in wanted if states.get(spec.key()) is RunState.DONE]
 
 
 def _follow_energy(trained: "list[RunSpec]", levels: list[str], db: str) -> None:

@@ -10,6 +10,9 @@ from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption,
 from zoobench.cli.output import Format, emit, say
 from zoobench.spec import RunSelection
 
+_POINTS = (Format.CSV, Format.JSON)
+"""Forms that give every point in every currency, and so compare nothing."""
+
 
 class Currency(StrEnum):
     """The amounts that a method spends."""
@@ -41,14 +44,17 @@ def curves(
 
     with Store(db, create=False) as store:
         results = choose_results(store, chosen)
+        known = {} if output is None and form in _POINTS else report.curves(store, results, by.value)
+        if by is Currency.SECONDS:
+            report.refuse_machines(store.origins(list(known)))
         if output is not None:
-            count = draw(results, report.curves(store, results, by.value), output)
+            count = draw(results, known, output)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
             return
-        if form in (Format.CSV, Format.JSON):
+        if form in _POINTS:
             listing = report.points_listing(store, results)
         else:
-            listing = report.curves_overview(results, report.curves(store, results, by.value), by.value)
+            listing = report.curves_overview(results, known, by.value)
     emit(listing, form)
     for note in footnotes(result.spec.env for result in results):
         say(note)

@@ -13,10 +13,13 @@ from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
     from zoobench.report.run_results import RunResult
     from zoobench.report.tables import Table
+    from zoobench.spec import Ref
 
 
 @takes(selection)
@@ -30,17 +33,47 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
-    from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
     from zoobench.report.views import results_listing, results_overview, results_records
 
     with Store(db, create=False) as store:
+        if form is Format.CSV:
+            _stream_results(store, chosen)
+            return
         found = choose_results(store, chosen)
-    listing = results_overview(found) if form is Format.TABLE else results_listing(found)
+    listing = results_overview(found) if form in (Format.TABLE, Format.LATEX) else results_listing(found)
     emit(listing, form, records=results_records(found))
-    for note in footnotes(result.spec.env for result in found):
+    _note_results({result.spec.env for result in found}, has_smoke=any(result.is_smoke for result in found))
+
+
+def _stream_results(store: "Store", chosen: RunSelection) -> None:
+    """Print the selected runs as CSV, a line at a time: there may be any number of them."""
+    from zoobench.report.listing import csv_lines
+    from zoobench.report.run_results import iterate_results
+    from zoobench.report.views import results_columns, results_rows
+
+    finals = store.final_names(chosen)
+    envs, has_smoke = set(), False
+
+    def noted() -> "Iterator[RunResult]":
+        nonlocal has_smoke
+        for result in iterate_results(store, chosen):
+            envs.add(result.spec.env)
+            has_smoke = has_smoke or result.is_smoke
+            yield result
+
+    for line in csv_lines(results_columns(finals), results_rows(noted(), finals)):
+        print(line)
+    _note_results(envs, has_smoke=has_smoke)
+
+
+def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
+    """Say what to keep in mind about the runs that were printed."""
+    from zoobench.report.provisional import footnotes
+
+    for note in footnotes(envs):
         say(note)
-    if any(result.is_smoke for result in found):
+    if has_smoke:
         say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
 
 
@@ -49,6 +82,9 @@ def table(
     chosen: RunSelection,
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
+    ] = False,
+    pivot: Annotated[
+        bool, Option("--pivot", help="Environments as columns, and a row for each task, design and method.")
     ] = False,
     by: Annotated[
         Currency | None, Option("--by", help="Compare scores when all runs of a row had spent the same of this.")
@@ -70,20 +106,24 @@ def table(
     from dataclasses import replace
 
     from zoobench.db.store import Store
+    from zoobench.report.cells import read_cells
     from zoobench.report.footer import footer
-    from zoobench.report.run_results import choose_results, origins
-    from zoobench.report.tables import score_tables
+    from zoobench.report.run_results import choose_results
+    from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
-    flags = [*(["--normalised"] if normalised else []), *_spending_flags(by, at)]
+    flags = [*(["--normalised"] if normalised else []), *(["--pivot"] if pivot else []), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
-        counted = [result for result in choose_results(store, chosen) if not result.is_smoke]
-        tables = score_tables(counted) if by is None else _spending_tables(store, counted, by, at)
+        if by is None:
+            tables = tables_of_cells(read_cells(store, chosen))
+        else:
+            tables = _spending_tables(store, choose_results(store, chosen), by, at)
         tables = mark_undecided(tables, decides)
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
-        foot = replace(footer(tables, origins(store, counted), command), undecided=footnotes(tables, decides))
-    print_tables(tables, foot, form, normalised)
+        origins = store.origins([run for item in tables for run in item.runs])
+        foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
+    print_tables(tables, foot, form, normalised, pivot)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -125,30 +165,42 @@ def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
 
 
 def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, at: float | None) -> "list[Table]":
-    from zoobench.report.learning_curves import curves, spending_tables
+    from zoobench.report.learning_curves import curves, refuse_machines, spending_tables
 
-    return spending_tables(results, curves(store, results, by.value), by.value, at)
+    tables = spending_tables(results, curves(store, results, by.value), by.value, at)
+    if by is Currency.SECONDS:
+        refuse_machines(store.origins([run for item in tables for run in item.runs]))
+    return tables
 
 
-def print_tables(tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False) -> None:
-    """Print tables of scores and the footer below them; in JSON one object with both."""
+def print_tables(
+    tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False, pivot: bool = False
+) -> None:
+    """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment."""
     from dataclasses import asdict
 
     from zoobench.report.foreign_text import in_markdown
-    from zoobench.report.listing import to_json
-    from zoobench.report.tables import long_listing, table_listing
+    from zoobench.report.listing import latex_text, to_json
+    from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
 
     if form is Format.JSON:
         print(to_json({"cells": long_listing(tables).records(), "provenance": asdict(foot)}))
-    elif form is Format.CSV:
+        return
+    if form is Format.CSV:
         emit(long_listing(tables), form)
         for line in foot.lines():
             say(line)
-    else:
-        mark = "### " if form is Format.MD else ""
-        for item in tables:
-            print_text(f"{mark}Score: {item.title}\n")
-            emit(table_listing(item, normalised), form)
+        return
+    listing = pivot_listing if pivot else table_listing
+    for item in tables:
+        if form is Format.LATEX:
+            print_text(f"\\begin{{table}}\n\\caption{{Score: {latex_text(item.title)}}}")
+            emit(listing(item, normalised), form)
+            print("\\end{table}\n")
+        else:
+            print_text(f"{'### ' if form is Format.MD else ''}Score: {item.title}\n")
+            emit(listing(item, normalised), form)
             print()
-        for line in foot.lines() if tables else ():
-            print_text(f"- {in_markdown(line)}" if form is Format.MD else line)
+    mark = {Format.MD: "- ", Format.LATEX: "% "}.get(form, "")
+    for line in foot.lines() if tables else ():
+        print_text(f"{mark}{in_markdown(line) if form is Format.MD else line}")

@@ -10,9 +10,7 @@ from zoobench.report.listing import Listing
 
 
 def doctor(
-    quick: Annotated[
-        bool, Option("--quick", help="Leave out the digests of all results, which take long in a large database.")
-    ] = False,
+    full: Annotated[bool, Option("--full", help="Read a large database from end to end, too.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -23,7 +21,7 @@ def doctor(
     """
     from zoobench.verify.doctor import Verdict, examine
 
-    checks = list(examine(db, quick=quick))
+    checks = list(examine(db, full=full))
     rows = tuple((check.name, str(check.verdict), check.detail) for check in checks)
     emit(Listing(("check", "verdict", "detail"), rows), form)
     if any(check.verdict is Verdict.PROBLEM for check in checks):

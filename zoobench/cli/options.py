@@ -73,11 +73,12 @@ def selection(
     env: Annotated[str, Option("--env", help="Only these environments: names, globs, or name[key=value].")] = "",
     task: Annotated[str, Option("--task", help="Only these tasks.")] = "",
     design: Annotated[str, Option("--design", help="Only these designs.")] = "",
+    controller: Annotated[str, Option("--controller", help="Only these controllers.")] = "",
     method: Annotated[str, Option("--method", help="Only these methods.")] = "",
     fidelity: Annotated[str, Option("--fidelity", help="Only this fidelity.")] = "",
 ) -> RunSelection:
     """The stored runs that a command is about."""
-    return RunSelection(env, task, design, "", method, fidelity)
+    return RunSelection(env, task, design, controller, method, fidelity)
 
 
 def request(

@@ -1,9 +1,10 @@
 """Output of commands: data on standard output, messages on standard error."""
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, fields
 from enum import StrEnum
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from zoobench.errors import UsageError
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
     from zoobench.report.listing import Listing
 
+_GAP = 3  # blanks between columns
 _UNLIMITED = 10_000  # columns; off a terminal nothing is folded or cut
 
 
@@ -24,6 +26,7 @@ class Format(StrEnum):
     CSV = "csv"
     JSON = "json"
     MD = "md"
+    LATEX = "latex"
 
 
 def say(text: str) -> None:
@@ -42,7 +45,7 @@ def print_text(text: str) -> None:
 
 def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
     """Print a listing as data; `records` replaces its rows in the JSON form."""
-    from zoobench.report.listing import to_csv, to_json, to_markdown
+    from zoobench.report.listing import to_csv, to_json, to_latex, to_markdown
 
     if form is Format.JSON:
         print(to_json(listing.records() if records is None else records))
@@ -50,6 +53,8 @@ def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
         print(to_csv(listing))
     elif form is Format.MD:
         print(to_markdown(listing))
+    elif form is Format.LATEX:
+        print(to_latex(listing))
     else:
         _print_table(listing)
 
@@ -90,13 +95,51 @@ def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:
 
 def _print_table(listing: "Listing") -> None:
     out = console()
-    drawn = rich_table(listing if out.is_terminal else _with_stars(listing))
+    if not out.is_terminal:
+        for line in plain_lines(_with_stars(listing)):
+            print(line)
+        return
+    drawn = rich_table(listing)
     if out.measure(drawn, options=out.options.update(max_width=_UNLIMITED)).minimum > out.width:
         out.width = _UNLIMITED  # words would be cut: let the terminal fold whole lines instead
     with out.capture() as captured:
         out.print(drawn)
     for line in captured.get().splitlines():
         print(line.rstrip())
+
+
+def plain_lines(listing: "Listing") -> Iterator[str]:
+    """The lines that `rich_table` gives where nothing is folded or styled, for listings of any length."""
+    from rich.cells import cell_len
+
+    from zoobench.report.listing import cell_text
+
+    rows = [[cell_text(cell).split("\n") for cell in row] for row in listing.rows]
+    widths = [
+        max(cell_len(line) for lines in ([name], *column) for line in lines)
+        for name, column in zip(listing.columns, _transposed(rows, len(listing.columns)), strict=True)
+    ]
+    are_numbers = [
+        any(isinstance(cell, int | float) for cell in column)
+        for column in _transposed(listing.rows, len(listing.columns))
+    ]
+
+    def line_of(cells: Iterable[str]) -> str:
+        padded = []
+        for text, width, is_number in zip(cells, widths, are_numbers, strict=True):
+            room = " " * (width - cell_len(text))
+            padded.append(room + text if is_number else text + room)
+        return (" " * _GAP).join(padded).rstrip()
+
+    yield line_of(listing.columns)
+    yield "─" * (sum(widths) + _GAP * (len(widths) - 1))
+    for row in rows:
+        for parts in zip_longest(*row, fillvalue=""):
+            yield line_of(parts)
+
+
+def _transposed(rows: Sequence[Sequence[Any]], columns: int) -> list[Sequence[Any]]:
+    return [*zip(*rows, strict=True)] if rows else [()] * columns
 
 
 def _with_stars(listing: "Listing") -> "Listing":

@@ -1,6 +1,6 @@
 """`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,12 +14,13 @@ from zoobench.cli.options import (
     takes,
 )
 from zoobench.cli.output import Format, emit, say
-from zoobench.spec import RunSelection, RunSpec
+from zoobench.spec import Ref, RunSpec
 
 if TYPE_CHECKING:
+    from zoobench.db.many_rows import PastTotal
+    from zoobench.db.rows import RunState
     from zoobench.harness.request import RunRequest
-    from zoobench.report.estimate import Estimate
-    from zoobench.report.run_results import RunResult
+    from zoobench.report.estimate import Estimate, Estimator, Rate
 
 
 @takes(request)
@@ -37,17 +38,15 @@ def plan(
     """
     from zoobench.harness import suites
     from zoobench.harness.grid import Skip
-    from zoobench.report.estimate import Estimator, basis_text, total_seconds
+    from zoobench.report.estimate import basis_text, total_seconds
     from zoobench.report.provisional import footnotes
     from zoobench.report.views import duration, plan_listing
     from zoobench.verify.accuracy.rates import origin, rate
 
     cells = asked.cells(db, coarsest_fidelity, say)
-    past = past_results(db)
-    states = {result.run.key: str(result.run.state) for result in past}
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
-    known = [states.get(spec.key(), "new") for spec in specs]
-    estimator = Estimator(past, rate)
+    states, estimator = known_runs(db, specs, rate)
+    known = [str(states.get(spec.key(), "new")) for spec in specs]
     estimates = [estimator(spec) for spec in specs]
     emit(plan_listing(specs, known, [each and each.seconds for each in estimates]), form)
 
@@ -58,7 +57,7 @@ def plan(
     for line in _part_lines(suites.load(asked.suite).parts if asked.suite else {}, to_do):
         say(line)
     if to_do:
-        say(f"Estimated: {basis_text([each for _, each in to_do], estimator.pace, origin())}")
+        say(f"Estimated: {basis_text(estimator, [each for _, each in to_do], origin())}")
     for note in footnotes(spec.env for spec in specs):
         say(note)
     for skip in skips:
@@ -81,12 +80,19 @@ def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[Run
     return lines
 
 
-def past_results(db: str) -> "list[RunResult]":
-    """The results from which times are estimated; none if there is no database yet."""
+def known_runs(
+    db: str, specs: Sequence[RunSpec], rate: "Callable[[Ref, Ref], Rate | None]"
+) -> "tuple[dict[str, RunState], Estimator]":
+    """The states of these runs by key, and what estimates their times; nothing is known before there is a database."""
+    from zoobench.report.estimate import Estimator
+
     if "://" not in db and not Path(db).exists():
-        return []
+        return {}, Estimator(rate=rate)
     from zoobench.db.store import Store
-    from zoobench.report.run_results import choose_results
+
+    def totals() -> "Sequence[PastTotal]":
+        with Store(db, create=False) as store:
+            return store.totals()
 
     with Store(db, create=False) as store:
-        return choose_results(store, RunSelection())
+        return store.states([spec.key() for spec in specs]), Estimator(store.past(specs), rate, totals)

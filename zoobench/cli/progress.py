@@ -22,7 +22,7 @@ class Display(Protocol):
     """A display of the state of a set of runs; used as a context."""
 
     def update(self, rows: "list[RunRow]") -> None:
-        """Show this state."""
+        """Show what has changed: these runs, the first time all of them."""
 
     def __enter__(self) -> Self: ...
 
@@ -70,20 +70,32 @@ class TimeLeft:
     Runs count by their weights; one without counts as the mean of the others.
     """
 
-    def __init__(self, weights: Mapping[int, float] = NO_WEIGHTS) -> None:
-        self._weights = weights
-        self._usual = sum(weights.values()) / len(weights) if weights else 1.0
+    def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
+        usual = sum(weights.values()) / len(weights) if weights else 1.0
+        self._weights = {run_id: weights.get(run_id, usual) for run_id in run_ids}
+        self._whole = sum(self._weights.values())
+        self._shares: dict[int, float] = {}
+        self._done = 0.0
         self._start: tuple[float, float] | None = None
+        self.ended: set[int] = set()
+
+    @property
+    def done(self) -> float:
+        """How much is done, in runs."""
+        return sum(self._shares.values())
 
     def seconds_left(self, rows: "list[RunRow]") -> float | None:
-        """Wall time left [s]; None while nothing has moved yet."""
-        weights = [self._weights.get(row.id, self._usual) for row in rows]
+        """Wall time left after these changes [s]; None while nothing has moved yet."""
+        for row in rows:
+            (self.ended.add if row.has_ended else self.ended.discard)(row.id)
+            share = 1.0 if row.has_ended else row.fraction
+            self._done += self._weights[row.id] * (share - self._shares.get(row.id, 0.0))
+            self._shares[row.id] = share
         now = time.monotonic()
-        done = sum(weight * _share(row) for weight, row in zip(weights, rows, strict=True))
         if self._start is None:
-            self._start = (now, done)
+            self._start = (now, self._done)
         begun, before = self._start
-        return None if done <= before else (now - begun) * (sum(weights) - done) / (done - before)
+        return None if self._done <= before else (now - begun) * (self._whole - self._done) / (self._done - before)
 
 
 class Lines:
@@ -91,7 +103,7 @@ class Lines:
 
     def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
         self._total = len(run_ids)
-        self._time_left = TimeLeft(weights)
+        self._time_left = TimeLeft(run_ids, weights)
         self._told: dict[int, tuple[str, float]] = {}
 
     def update(self, rows: "list[RunRow]") -> None:
@@ -99,9 +111,8 @@ class Lines:
         from zoobench.db.rows import RunState
         from zoobench.report.views import duration
 
-        ended = sum(row.has_ended for row in rows)
         left = self._time_left.seconds_left(rows)
-        standing = f"{ended}/{self._total}" + (f", {duration(left)} left" if left else "")
+        standing = f"{len(self._time_left.ended)}/{self._total}" + (f", {duration(left)} left" if left else "")
         now = time.monotonic()
         for row in rows:
             state, at = self._told.get(row.id, ("", now))
@@ -132,9 +143,10 @@ class Bars:
             console=console(stderr=True),
         )
         self._all = self._progress.add_task("all runs", total=len(run_ids), standing="")
+        self._total = len(run_ids)
         self._bars: dict[int, TaskID] = {}
         self._ended: set[int] = set()
-        self._time_left = TimeLeft(weights)
+        self._time_left = TimeLeft(run_ids, weights)
 
     def update(self, rows: "list[RunRow]") -> None:
         """Move the bars; a run that has ended becomes a line above them."""
@@ -147,8 +159,8 @@ class Bars:
             elif row.state is RunState.RUNNING:
                 self._move(row)
         left = self._time_left.seconds_left(rows)
-        standing = f"{len(self._ended)} of {len(rows)} done, {duration(left)} left" if left is not None else ""
-        self._progress.update(self._all, completed=sum(_share(row) for row in rows), standing=standing)
+        standing = f"{len(self._ended)} of {self._total} done, {duration(left)} left" if left is not None else ""
+        self._progress.update(self._all, completed=self._time_left.done, standing=standing)
 
     def _move(self, row: "RunRow") -> None:
         if row.id not in self._bars:
@@ -172,10 +184,6 @@ class Bars:
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
-
-
-def _share(row: "RunRow") -> float:
-    return 1.0 if row.has_ended else row.fraction
 
 
 def _name(row: "RunRow") -> str:

@@ -24,8 +24,6 @@ from zoobench.db.models import (
     SolutionRecord,
     SpecRecord,
 )
-from zoobench.errors import StorageError
-from zoobench.spec import RunSpec
 
 _RUNS_AT_ONCE = 200
 _CONTENTS: dict[str, tuple[InstrumentedAttribute[Any], ...]] = {
@@ -45,20 +43,6 @@ _CONTENTS: dict[str, tuple[InstrumentedAttribute[Any], ...]] = {
     "metrics": (MetricRecord.run_id, MetricRecord.name, MetricRecord.step, MetricRecord.value, MetricRecord.kind),
 }
 """The columns that a run's digest covers, the first of them its id."""
-
-
-def spec_of(key: str, document: str) -> RunSpec:
-    """The settings of the run with this key, from their canonical JSON.
-
-    Raises:
-        StorageError: they are not those that were stored.
-    """
-    if _sha256(document.encode(errors="replace")) != key:
-        raise StorageError(
-            f"The settings of the run {key[:12]} are damaged: their sha256 is not its key. `zoobench doctor` lists all "
-            "that is damaged. Restore the database from a copy, or name another with --db."
-        )
-    return RunSpec.from_dict(json.loads(document))
 
 
 def seal(session: Session, run_id: int) -> None:

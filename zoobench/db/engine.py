@@ -15,8 +15,9 @@ import sqlite3
 import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import psutil
 from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, func, make_url, select
@@ -32,6 +33,9 @@ from zoobench.errors import StorageError, StorageFullError
 _LOG = logging.getLogger(__name__)
 
 BUSY_SECONDS = 30.0
+AT_ONCE = 1_000  # values in a statement, whose length databases limit
+T = TypeVar("T")
+
 _NETWORK_FILE_SYSTEMS = frozenset(
     {"afs", "beegfs", "ceph", "cifs", "fuse.sshfs", "gpfs", "lustre", "nfs", "nfs4", "smb3", "smbfs"}
 )
@@ -125,6 +129,11 @@ class Database:
         """A column to order by that gives the same order everywhere, whatever a server's language is."""
         return column.collate("BINARY" if self._path else "C")
 
+    @property
+    def size(self) -> int:
+        """Size of an SQLite file [bytes]; 0 for a server's database."""
+        return 0 if self._path is None else self._path.stat().st_size
+
     def check(self) -> list[str]:
         """The findings of the database's own integrity check; empty if there are none, or no such check."""
         if self._path is None:
@@ -191,6 +200,13 @@ def among(column: InstrumentedAttribute[int], ids: Collection[int]) -> ColumnEle
     """`column IN ids`, with the ids in the text since databases limit the number of parameters."""
     values = sorted(int(value) for value in ids)
     return column.in_(bindparam("ids", values, unique=True, expanding=True, literal_execute=True))
+
+
+def batched(values: Collection[T]) -> Iterator[tuple[T, ...]]:
+    """The values in groups that a statement can name."""
+    rest = iter(values)
+    while some := tuple(islice(rest, AT_ONCE)):
+        yield some
 
 
 def _url(location: str) -> URL:

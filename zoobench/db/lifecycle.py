@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from zoobench.db.models import AttemptRecord, RunRecord
 from zoobench.db.owner import Owner
-from zoobench.db.rows import Ending, RunState, storable
+from zoobench.db.rows import Ending, RunRow, RunState, storable
 
 LEASE_SECONDS = 60.0
 MAX_STRIKES = 3  # attempts lost in a row without a new checkpoint, before a run is given up
@@ -19,7 +19,7 @@ def attempt_update(run_id: int, number: int) -> Update:
     return update(AttemptRecord).where(AttemptRecord.run_id == run_id, AttemptRecord.number == number)
 
 
-def why_lost(run: RunRecord) -> str | None:
+def why_lost(run: RunRecord | RunRow) -> str | None:
     """The reason to take the worker of a RUNNING run for dead; None while it may live."""
     if run.owner is None or Owner.parse(run.owner).is_known_dead:
         return "Its worker died."

@@ -18,9 +18,9 @@ class SpecRecord(Base):
     env: Mapped[str] = mapped_column(String(200), index=True)
     task: Mapped[str] = mapped_column(String(200), index=True)
     design: Mapped[str] = mapped_column(String(200), index=True)
-    controller: Mapped[str] = mapped_column(String(200))
+    controller: Mapped[str] = mapped_column(String(200), index=True)
     method: Mapped[str] = mapped_column(String(200), index=True)
-    fidelity: Mapped[str] = mapped_column(String(200))
+    fidelity: Mapped[str] = mapped_column(String(200), index=True)
     seed: Mapped[int]
     frames: Mapped[int]
     budget_kind: Mapped[str] = mapped_column(String(20))
@@ -51,8 +51,26 @@ class RunRecord(Base):
     reason: Mapped[str | None] = mapped_column(Text)
     created_at: Mapped[float]
     started_at: Mapped[float | None]
-    finished_at: Mapped[float | None]
+    finished_at: Mapped[float | None] = mapped_column(index=True)
     digest: Mapped[str | None] = mapped_column(String(64))
+
+
+class SweepRecord(Base):
+    """What one launcher was asked to have done; its runs are those of `SweepRunRecord`."""
+
+    __tablename__ = "sweeps"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    created_at: Mapped[float]
+
+
+class SweepRunRecord(Base):
+    """A run of a sweep; a run may be in several, as several launchers may be asked for it."""
+
+    __tablename__ = "sweep_runs"
+
+    sweep_id: Mapped[int] = mapped_column(ForeignKey("sweeps.id"), primary_key=True)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
 
 
 class ProvenanceRecord(Base):

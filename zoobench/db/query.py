@@ -1,26 +1,20 @@
 """Reading a database: runs, their results, curves and logs, and studies. Nothing here writes."""
 
-import json
-import time
 from collections.abc import Collection
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
-from sqlalchemy import ColumnElement, ScalarSelect, and_, func, or_, select
-from sqlalchemy.orm import Session, aliased
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
-from zoobench.db.digests import damage, spec_of, unsealed
+from zoobench.db.digests import damage, unsealed
 from zoobench.db.engine import Database, among
+from zoobench.db.many import ManyReader
 from zoobench.db.models import (
     ArchiveRecord,
-    AttemptRecord,
-    Base,
-    FinalRecord,
     LogRecord,
     MetricRecord,
     MilestoneRecord,
-    ProvenanceRecord,
     RunRecord,
     SolutionRecord,
     SpecRecord,
@@ -37,14 +31,16 @@ from zoobench.db.rows import (
     decode_params,
     decode_value,
 )
+from zoobench.db.runs import fetch_runs, last_former_attempt
 from zoobench.db.schema import prepare
+from zoobench.db.specs import spec_from
 from zoobench.db.studies import load_studies
 from zoobench.errors import UsageError
 from zoobench.inputs import Start, named_runs
 from zoobench.spec import RunSpec
 
 
-class Reader:
+class Reader(ManyReader):
     """The questions that can be asked of a database; `Store` adds the writing.
 
     Every method raises StorageError if the database cannot be read.
@@ -69,16 +65,6 @@ class Reader:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def runs(self, *, ids: Collection[int] | None = None, states: Collection[RunState] | None = None) -> list[RunRow]:
-        """The runs in the order of their creation; `ids` and `states` narrow the choice, None does not."""
-        conditions = []
-        if ids is not None:
-            conditions.append(among(RunRecord.id, ids))
-        if states is not None:
-            conditions.append(RunRecord.state.in_([str(state) for state in states]))
-        with self._database.read() as session:
-            return _fetch_runs(session, *conditions)
-
     def run(self, prefix: str) -> RunRow:
         """The run with this id or with a key that starts with this text (at least 4 letters).
 
@@ -90,7 +76,7 @@ class Reader:
             raise UsageError(f"{prefix!r} names no run. Give its number, or 4 letters or more of its key.")
         by_key = RunRecord.spec_key.startswith(prefix.lower(), autoescape=True)
         with self._database.read() as session:
-            found = _fetch_runs(session, RunRecord.id == int(prefix) if is_id else by_key)
+            found = list(fetch_runs(session, None, RunRecord.id == int(prefix) if is_id else by_key))
         if len(found) != 1:
             problem = "Several runs match" if found else "No run matches"
             raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
@@ -107,26 +93,6 @@ class Reader:
     def finals(self, run_id: int) -> list[FinalRow]:
         """The final results of a run by name; empty unless it is DONE."""
         return self.all_finals([run_id]).get(run_id, [])
-
-    def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
-        """The final results of many runs at once, by run id; of all runs for None. Only those that are DONE have any.
-
-        A run that is being done again keeps its former ones in the database, but they are no result of any run.
-        """
-        statement = (
-            select(FinalRecord)
-            .join(RunRecord, RunRecord.id == FinalRecord.run_id)
-            .where(RunRecord.state == RunState.DONE)
-            .order_by(FinalRecord.run_id, self._database.alphabetical(FinalRecord.name))
-        )
-        if ids is not None:
-            statement = statement.where(among(FinalRecord.run_id, ids))
-        finals: dict[int, list[FinalRow]] = {}
-        with self._database.read() as session:
-            for record in session.scalars(statement):
-                row = FinalRow(record.name, decode_value(record.value, record.kind), record.unit)
-                finals.setdefault(record.run_id, []).append(row)
-        return finals
 
     def solution(self, run_id: int) -> tuple[float, ...] | None:
         """The best parameters that a run has found; None unless it is DONE, or if an earlier zoobench kept none."""
@@ -163,7 +129,7 @@ class Reader:
         statement = (
             select(MetricRecord)
             .join(RunRecord, RunRecord.id == MetricRecord.run_id)
-            .where(MetricRecord.run_id == run_id, MetricRecord.attempt > _last_former_attempt())
+            .where(MetricRecord.run_id == run_id, MetricRecord.attempt > last_former_attempt())
         )
         if name is not None:
             statement = statement.where(MetricRecord.name == name)
@@ -174,21 +140,6 @@ class Reader:
                 for record in session.scalars(statement.order_by(by_name, MetricRecord.step))
             ]
 
-    def all_metrics(self, ids: Collection[int], names: Collection[str]) -> dict[int, list[MetricRow]]:
-        """These learning curves of many runs at once, by run id; otherwise as `metrics`."""
-        table = MetricRecord  # its columns and not objects of it, of which there may be a million
-        statement = (
-            select(table.run_id, table.name, table.step, table.value, table.kind, table.attempt)
-            .join(RunRecord, RunRecord.id == table.run_id)
-            .where(among(table.run_id, ids), table.name.in_(list(names)), table.attempt > _last_former_attempt())
-            .order_by(table.run_id, self._database.alphabetical(table.name), table.step)
-        )
-        found: dict[int, list[MetricRow]] = {}
-        with self._database.read() as session:
-            for run_id, name, step, value, kind, attempt in session.execute(statement):
-                found.setdefault(run_id, []).append(MetricRow(name, step, decode_value(value, kind), attempt))
-        return found
-
     def milestones(self, run_id: int) -> list[MilestoneRow]:
         """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
         with self._database.read() as session:
@@ -196,14 +147,7 @@ class Reader:
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""
-        statement = (
-            select(AttemptRecord, ProvenanceRecord.document)
-            .join(ProvenanceRecord, ProvenanceRecord.hash == AttemptRecord.provenance_hash)
-            .where(AttemptRecord.run_id == run_id)
-            .order_by(AttemptRecord.number)
-        )
-        with self._database.read() as session:
-            return [_attempt_row(record, document) for record, document in session.execute(statement)]
+        return self.all_attempts([run_id]).get(run_id, [])
 
     def logs(self, run_id: int, *, attempt: int | None = None) -> list[LogRow]:
         """The lines that the children of a run printed, oldest first; of all attempts for None."""
@@ -220,6 +164,11 @@ class Reader:
     def study(self, name: str) -> StudyRun | None:
         """The newest study of this name; None if there is none."""
         return next(reversed(self.studies(name)), None)
+
+    @property
+    def size(self) -> int:
+        """How much `check` has to read [bytes]; 0 if it reads nothing."""
+        return self._database.size
 
     def check(self) -> list[str]:
         """The findings of the database's own integrity check; empty if there are none."""
@@ -260,7 +209,7 @@ def _load_stored(session: Session, key: str) -> Start | None:
     if found is None:
         return None
     milestones = tuple(row.params for row in _load_milestones(session, found[2]))
-    return Start(spec_of(found[3], found[0]), decode_params(found[1]), milestones)
+    return Start(spec_from(found[3], found[0]), decode_params(found[1]), milestones)
 
 
 def _load_milestones(session: Session, run_id: int) -> list[MilestoneRow]:
@@ -268,64 +217,7 @@ def _load_milestones(session: Session, run_id: int) -> list[MilestoneRow]:
     statement = (
         select(MilestoneRecord)
         .join(RunRecord, RunRecord.id == MilestoneRecord.run_id)
-        .where(MilestoneRecord.run_id == run_id, MilestoneRecord.attempt > _last_former_attempt())
+        .where(MilestoneRecord.run_id == run_id, MilestoneRecord.attempt > last_former_attempt())
         .order_by(MilestoneRecord.step)
     )
     return [MilestoneRow(found.step, found.score, decode_params(found.params)) for found in session.scalars(statement)]
-
-
-def _last_former_attempt() -> ScalarSelect[int]:
-    """Number of the attempt that gave the outer statement's run a result before it was queued to be done again, or 0.
-
-    Nothing up to that attempt has a share in what the run gives now.
-    """
-    former = aliased(AttemptRecord)
-    return (
-        select(func.coalesce(func.max(former.number), 0))
-        .where(
-            former.run_id == RunRecord.id,
-            former.outcome == RunState.DONE,
-            or_(former.number < RunRecord.attempt, RunRecord.state != RunState.DONE),
-        )
-        .correlate(RunRecord)
-        .scalar_subquery()
-    )
-
-
-def _fetch_runs(session: Session, *conditions: ColumnElement[bool]) -> list[RunRow]:
-    former = _last_former_attempt()
-    finished = func.sum(AttemptRecord.wall_seconds)
-    running_since = func.max(AttemptRecord.started_at).filter(AttemptRecord.ended_at.is_(None))
-    statement = (
-        select(RunRecord, SpecRecord.document, former, finished, running_since)
-        .join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
-        .outerjoin(AttemptRecord, and_(AttemptRecord.run_id == RunRecord.id, AttemptRecord.number > former))
-        .where(*conditions)
-        .group_by(RunRecord.id, SpecRecord.document)
-        .order_by(RunRecord.id)
-    )
-    return [_run_row(*row) for row in session.execute(statement)]
-
-
-def _run_row(
-    record: RunRecord, document: str, former: int, finished: float | None, running_since: float | None
-) -> RunRow:
-    running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
-    computed: dict[str, Any] = {
-        "key": record.spec_key,
-        "spec": spec_of(record.spec_key, document),
-        "state": RunState(record.state),
-        "first_attempt": former + 1,
-        "seconds": (finished or 0.0) + running,
-    }
-    return RunRow(**_columns(record, RunRow, computed), **computed)
-
-
-def _attempt_row(record: AttemptRecord, document: str) -> AttemptRow:
-    computed: dict[str, Any] = {"outcome": RunState(record.outcome), "provenance": json.loads(document)}
-    return AttemptRow(**_columns(record, AttemptRow, computed), **computed)
-
-
-def _columns(record: Base, row: type[Any], others: Collection[str]) -> dict[str, Any]:
-    """The columns of a record that a row has under the same names, but for others."""
-    return {field.name: getattr(record, field.name) for field in fields(row) if field.name not in others}

@@ -8,7 +8,8 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import Database
 from zoobench.errors import StorageError
 
-_REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007")  # those under migrations/versions, oldest first
+_REVISIONS = tuple(f"{number:04}" for number in range(1, 9))
+"""Those under migrations/versions, oldest first."""
 HEAD = _REVISIONS[-1]
 _MIGRATIONS = Path(__file__).parent / "migrations"
 

@@ -8,11 +8,11 @@ import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from sqlalchemy import Update, case, delete, select, update
+from sqlalchemy import Update, case, delete, insert, select, update
 from sqlalchemy.orm import Session
 
-from zoobench.db.digests import seal, spec_of
-from zoobench.db.engine import among
+from zoobench.db.digests import seal
+from zoobench.db.engine import among, batched
 from zoobench.db.lifecycle import LEASE_SECONDS, attempt_update, close_attempt, last_heard_of, why_lost
 from zoobench.db.models import (
     ArchiveRecord,
@@ -43,12 +43,11 @@ from zoobench.db.rows import (
     storable,
 )
 from zoobench.db.shared_scores import ask_for, keep
+from zoobench.db.specs import column_text, spec_from
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
+from zoobench.db.sweeps import Watch, begin_sweep, in_sweep
 from zoobench.errors import StorageError
 from zoobench.spec import AXES, RunSpec, canonical_json
-
-_KEYS_AT_ONCE = 500  # databases limit the parameters of a statement
-_LONGEST_NAME = 200  # of the columns that are there to be searched; the document has it whole
 
 
 class ClaimLostError(StorageError):
@@ -65,26 +64,27 @@ class Store(Reader):
     def enqueue(self, specs: Iterable[RunSpec], *, skips: Iterable[tuple[RunSpec, str]] = ()) -> EnqueueReport:
         """Queue the specs that the database does not have; `skips` are recorded with their reason.
 
-        A run that was skipped and can be run now is queued. Runs in any other state are left as they are.
+        A run that was skipped and can be run now is queued. Runs in any other state are left as they are. They are
+        stored some at a time, so that others may write in between; what an interruption leaves out, the same call adds.
         """
         asked: dict[str, tuple[RunSpec, str | None]] = {spec.key(): (spec, None) for spec in specs}
         for spec, reason in skips:
             asked.setdefault(spec.key(), (spec, reason))
         groups: dict[str, list[int]] = {name: [] for name in EnqueueReport.__dataclass_fields__}
-        with self._database.write(alone=True) as session:
-            known = _by_key(session, asked)
-            new = {key: _new_run(key, why) for key, (_, why) in asked.items() if key not in known}
-            session.add_all(SpecRecord(**_spec_values(key, asked[key][0])) for key in new)
-            session.flush()
-            session.add_all(new.values())
-            session.flush()
-            for key, (_, why) in asked.items():
-                record = new[key] if key in new else known[key]
-                is_revived = record.state == RunState.SKIPPED and why is None
-                if is_revived:
-                    record.state, record.reason = RunState.QUEUED, None
-                groups[_group(record, key in new or is_revived)].append(record.id)
+        for keys in batched(asked):
+            prepared = {key: (_spec_values(key, spec), why) for key in keys for spec, why in [asked[key]]}
+            with self._database.write(alone=True) as session:
+                for group, run_id in _enqueue(session, prepared):
+                    groups[group].append(run_id)
         return EnqueueReport(**{name: tuple(ids) for name, ids in groups.items()})
+
+    def begin_sweep(self, ids: Collection[int]) -> int:
+        """Store that a launcher was asked to have these runs done; the id of the sweep that they are."""
+        return begin_sweep(self._database, ids)
+
+    def watch(self, sweep: int) -> Watch:
+        """The runs of a sweep, to be looked at again and again."""
+        return Watch(self._database, sweep)
 
     def retry(self, ids: Collection[int], *, states: Collection[RunState] = UNSUCCESSFUL_STATES) -> list[int]:
         """Queue runs again that ended in one of these states, and return their ids.
@@ -95,7 +95,7 @@ class Store(Reader):
         anew = RunRecord.state == RunState.DONE
         statement = (
             update(RunRecord)
-            .where(among(RunRecord.id, ids), RunRecord.state.in_([str(state) for state in states]))
+            .where(RunRecord.state.in_([str(state) for state in states]))
             .values(
                 state=RunState.QUEUED,
                 reason=None,
@@ -107,14 +107,26 @@ class Store(Reader):
             )
             .returning(RunRecord.id)
         )
-        with self._database.write(alone=True) as session:
-            return sorted(session.scalars(statement))
+        again: list[int] = []
+        for some in batched(ids):
+            with self._database.write(alone=True) as session:
+                again += session.scalars(statement.where(among(RunRecord.id, some)))
+        return sorted(again)
 
-    def claim(self, owner: Owner, *, provenance: Mapping[str, Any], ids: Collection[int] | None = None) -> Claim | None:
-        """Take the oldest queued run, among `ids` if given, and open an attempt; None if there is none."""
+    def claim(
+        self,
+        owner: Owner,
+        *,
+        provenance: Mapping[str, Any],
+        ids: Collection[int] | None = None,
+        sweep: int | None = None,
+    ) -> Claim | None:
+        """Take the oldest queued run, among `ids` or of a sweep if given, and open an attempt; None without any."""
         oldest = select(RunRecord.id).where(RunRecord.state == RunState.QUEUED).order_by(RunRecord.id).limit(1)
         if ids is not None:
             oldest = oldest.where(among(RunRecord.id, ids))
+        if sweep is not None:
+            oldest = oldest.where(in_sweep(sweep))
         statement = (
             update(RunRecord)
             .where(RunRecord.id == oldest.with_for_update(skip_locked=True).scalar_subquery())
@@ -128,7 +140,7 @@ class Store(Reader):
                 checkpoint = session.get(CheckpointRecord, run.id)
                 self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
                 try:
-                    spec = spec_of(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
+                    spec = spec_from(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
                     stored = load_all_stored(session, spec)
                 except StorageError as error:  # nobody can do it, and the queue goes on
                     close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, str(error)))
@@ -197,7 +209,7 @@ class Store(Reader):
             if ending.outcome not in (RunState.LOST, RunState.CANCELLED):
                 seal(session, claim.run_id)
 
-    def recover(self, *, ids: Collection[int] | None = None) -> list[int]:
+    def recover(self, *, ids: Collection[int] | None = None, sweep: int | None = None) -> list[int]:
         """Take back the runs of workers that died: at once on this host, by the expired lease elsewhere.
 
         Their attempts are recorded as LOST and the runs queued again, or FAILED after too many losses without
@@ -206,6 +218,8 @@ class Store(Reader):
         statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
         if ids is not None:
             statement = statement.where(among(RunRecord.id, ids))
+        if sweep is not None:
+            statement = statement.where(in_sweep(sweep))
         with self._database.read() as session:
             suspects = [run.id for run in session.scalars(statement) if why_lost(run)]
         if not suspects:
@@ -283,24 +297,36 @@ class Store(Reader):
         session.execute(insert.on_conflict_do_update(index_elements=list(key), set_=values))
 
 
-def _by_key(session: Session, keys: Iterable[str]) -> dict[str, RunRecord]:
-    """The runs that exist already, in few queries, since the lock is held meanwhile."""
-    wanted, found = list(keys), {}
-    for begin in range(0, len(wanted), _KEYS_AT_ONCE):
-        some = RunRecord.spec_key.in_(wanted[begin : begin + _KEYS_AT_ONCE])
-        found.update({record.spec_key: record for record in session.scalars(select(RunRecord).where(some))})
-    return found
+def _enqueue(session: Session, prepared: Mapping[str, tuple[dict[str, Any], str | None]]) -> Iterator[tuple[str, int]]:
+    """Store what is new of these specs, given as columns and a reason to skip them; group and id of every run."""
+    table = RunRecord
+    statement = select(table.spec_key, table.id, table.state).where(table.spec_key.in_(prepared))
+    known = {key: (run_id, RunState(state)) for key, run_id, state in session.execute(statement)}
+    new = [key for key in prepared if key not in known]
+    if new:
+        session.execute(insert(SpecRecord), [prepared[key][0] for key in new])
+        session.execute(insert(table), [_new_run(key, prepared[key][1]) for key in new])
+        added = {key: (run_id, RunState(state)) for key, run_id, state in session.execute(statement)}
+    for key, (_, why) in prepared.items():
+        run_id, state = known.get(key) or added[key]
+        is_revived = state is RunState.SKIPPED and why is None
+        if is_revived:
+            session.execute(update(table).where(table.id == run_id).values(state=RunState.QUEUED, reason=None))
+            state = RunState.QUEUED
+        yield _group(state, key not in known or is_revived), run_id
 
 
-def _new_run(key: str, reason: str | None) -> RunRecord:
+def _new_run(key: str, reason: str | None) -> dict[str, Any]:
     """A run to queue, or one that is skipped for a reason."""
     state = RunState.QUEUED if reason is None else RunState.SKIPPED
-    return RunRecord(spec_key=key, state=state, reason=storable(reason), created_at=time.time())
+    return {
+        "spec_key": key, "state": state, "reason": storable(reason), "created_at": time.time(), "attempt": 0,
+        "strikes": 0, "fraction": 0.0,
+    }  # fmt: skip
 
 
-def _group(record: RunRecord, is_new: bool) -> str:
+def _group(state: RunState, is_new: bool) -> str:
     """The field of `EnqueueReport` that a run belongs to."""
-    state = RunState(record.state)
     if state is RunState.SKIPPED:
         return "skipped"
     if is_new:
@@ -314,7 +340,7 @@ def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
     return {
         "key": key,
         "document": canonical_json(spec.to_dict()),
-        **{name: str(storable(str(getattr(spec, name))))[:_LONGEST_NAME] for name in AXES},
+        **{name: column_text(getattr(spec, name)) for name in AXES},
         "seed": spec.seed,
         "frames": spec.frames,
         "budget_kind": spec.budget.kind,

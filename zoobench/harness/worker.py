@@ -27,14 +27,14 @@ class WorkerOrders:
     """The orders of a worker.
 
     Attributes:
-        run_ids: the runs that it may take; None for all.
+        sweep: the runs that it may take; None for all.
         timeout: of one attempt [s], None for no limit.
         child: the command that does a run.
         requests: descriptor of the socket to a fork server; None without.
     """
 
     location: str
-    run_ids: tuple[int, ...] | None = None
+    sweep: int | None = None
     timeout: float | None = None
     child: tuple[str, ...] = CHILD_COMMAND
     requests: int | None = None
@@ -47,9 +47,7 @@ class WorkerOrders:
     def from_json(cls, text: bytes) -> Self:
         """The inverse of `to_json`."""
         data: Mapping[str, Any] = json.loads(text)
-        ids = data["run_ids"]
-        ids = None if ids is None else tuple(ids)
-        return cls(data["location"], ids, data["timeout"], tuple(data["child"]), data["requests"])
+        return cls(data["location"], data["sweep"], data["timeout"], tuple(data["child"]), data["requests"])
 
 
 def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
@@ -62,9 +60,9 @@ def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
 
     requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     while not stop.is_set():
-        store.recover(ids=orders.run_ids)
+        store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(Owner.current(), provenance=gather(), ids=orders.run_ids)
+        claim = store.claim(Owner.current(), provenance=gather(), sweep=orders.sweep)
         if claim is None:
             return
         try:

@@ -14,9 +14,9 @@ from typing import Self
 
 from zoobench import errors
 from zoobench.cell.memory import shared_among
-from zoobench.db.lifecycle import LEASE_SECONDS
+from zoobench.db.lifecycle import LEASE_SECONDS, why_lost
 from zoobench.db.owner import Owner
-from zoobench.db.rows import OPEN_STATES, RunRow, RunState
+from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError, ZoobenchError
 from zoobench.harness.fork_server import ForkServer, can_fork
@@ -47,7 +47,8 @@ def run_all(
         location: path or URL of the database.
         run_ids: those that are queued are done; those that another `run` has in hand are waited for.
         timeout: wall time that one attempt may take [s].
-        on_update: called about twice a second with the present state of all the runs.
+        on_update: called about twice a second with the runs in progress and those whose state has changed, if there are
+            any; the first time with all.
         child: the command that does one run.
 
     Raises:
@@ -58,20 +59,24 @@ def run_all(
         raise UsageError(f"{jobs} jobs do nothing. Give at least 1.")
     if timeout is not None and not timeout > 0:
         raise UsageError(f"A time limit of {timeout:g} s allows nothing. Give a positive one.")
-    orders = WorkerOrders(str(location), tuple(sorted(run_ids)), timeout, tuple(child))
-    with Interruption() as interruption, Store(location, create=False) as store, _WorkerPool(orders) as pool:
-        while True:
-            interruption.check()
-            store.recover(ids=run_ids)
-            rows = store.runs(ids=run_ids)
-            if on_update is not None:
-                on_update(rows)
-            pool.tell_of_silence(rows, store.name)
-            ours = [row for row in rows if row.state in OPEN_STATES and not pool.is_elsewhere(row)]
-            if not any(row.state in OPEN_STATES for row in rows):
-                return rows
-            pool.keep_at_work(min(jobs, len(ours)))
-            pool.wait(POLL_SECONDS)
+    with Interruption() as interruption, Store(location, create=False) as store:
+        sweep = store.begin_sweep(run_ids)
+        orders = WorkerOrders(str(location), sweep, timeout, tuple(child))
+        watch = store.watch(sweep)
+        with _WorkerPool(orders) as pool:
+            while True:
+                interruption.check()
+                rows = watch.look()
+                if lost := [row.id for row in rows if row.state is RunState.RUNNING and why_lost(row)]:
+                    store.recover(ids=lost)
+                    rows = list({row.id: row for row in (*rows, *watch.look())}.values())
+                if on_update is not None and rows:
+                    on_update(rows)
+                pool.tell_of_silence(rows, store.name)
+                if not watch.open:
+                    return store.runs(sweep=sweep)
+                pool.keep_at_work(min(jobs, watch.open - sum(map(pool.is_elsewhere, rows))))
+                pool.wait(POLL_SECONDS)
 
 
 class _Worker:

@@ -150,7 +150,7 @@ def _panel(
     looks: Looks,
 ) -> None:
     ends = []
-    for method in methods_of(group):
+    for method in methods_of(result.spec for result in group):
         seeds = [known[result.run.id] for result in group if result.run.spec.method == method]
         drawn = line(seeds)
         if drawn is None:

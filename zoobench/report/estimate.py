@@ -1,19 +1,16 @@
 """Estimated times of runs: from finished runs in the database, else from measured rates of the simulator."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from statistics import median
 from typing import NamedTuple, Protocol
 
 from zoobench import registry
-from zoobench.db.rows import RunState
+from zoobench.db.many_rows import PastRun, PastTotal
 from zoobench.registry import Kind
-from zoobench.report.run_results import RunResult
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
-
-_SUBSTEPS = ("forward_substeps", "backward_substeps")
 
 
 class Rate(Protocol):
@@ -50,10 +47,14 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Estimator:
-    """Estimates from finished runs, and where those say nothing from `rate` of an environment and a fidelity."""
+    """Estimates from finished runs, and where those say nothing from `rate` of an environment and a fidelity.
 
-    past: Sequence[RunResult]
+    `past` are the finished runs in the places of what is to be estimated, `totals` gives the sums of all.
+    """
+
+    past: Sequence[PastRun] = ()
     rate: Callable[[Ref, Ref], Rate | None] = lambda _env, _fidelity: None
+    totals: Callable[[], Sequence[PastTotal]] = tuple
 
     def __call__(self, spec: RunSpec) -> Estimate | None:
         """The expected wall time of a run; None if nothing in the database is comparable and no rate was measured.
@@ -64,12 +65,12 @@ class Estimator:
         """
         if spec.budget.kind == "seconds":
             return Estimate(spec.budget.amount, Basis.STATED)
-        if same_cell := self._seconds_of_cell.get(spec.cell()):
-            return Estimate(median(same_cell), Basis.SAME_CELL)
+        if same_cell := self._by_cell.get(replace(spec, seed=0)):
+            return Estimate(median(run.seconds for run in same_cell), Basis.SAME_CELL)
         alike = self._by_place.get(_place(spec), [])
         if spec.budget.kind == "substeps" and alike:
-            same_method = [result for result in alike if result.run.spec.method.name == spec.method.name]
-            paces = [result.run.seconds / _substeps(result) for result in same_method or alike]
+            same_method = [run for run in alike if run.spec.method.name == spec.method.name]
+            paces = [run.seconds / (run.forward + run.backward) for run in same_method or alike]
             return Estimate(spec.budget.amount * median(paces), Basis.SAME_PLACE)
         seconds = self._by_rate(spec)
         return None if seconds is None else Estimate(seconds * self.pace, Basis.RATE)
@@ -77,37 +78,32 @@ class Estimator:
     @cached_property
     def pace(self) -> float:
         """How many times the time by measured rates finished runs have taken, all together; 1 without any."""
-        pairs = [(result.run.seconds, expected) for result in self._done if (expected := self._expected(result))]
+        pairs = [(total.seconds, expected) for total in self.totals() if (expected := self._expected(total))]
         taken, by_rate = (sum(times) for times in zip(*pairs, strict=True)) if pairs else (1.0, 1.0)
         return taken / by_rate
 
     @cached_property
-    def _done(self) -> list[RunResult]:
-        return [result for result in self.past if result.run.state is RunState.DONE and result.run.seconds > 0]
-
-    @cached_property
-    def _seconds_of_cell(self) -> dict[tuple[str, ...], list[float]]:
-        found: dict[tuple[str, ...], list[float]] = {}
-        for result in self._done:
-            found.setdefault(result.run.spec.cell(), []).append(result.run.seconds)
+    def _by_cell(self) -> dict[RunSpec, list[PastRun]]:
+        found: dict[RunSpec, list[PastRun]] = {}
+        for run in self.past:
+            found.setdefault(replace(run.spec, seed=0), []).append(run)
         return found
 
     @cached_property
-    def _by_place(self) -> dict[tuple[object, ...], list[RunResult]]:
-        found: dict[tuple[object, ...], list[RunResult]] = {}
-        for result in self._done:
-            if _substeps(result):
-                found.setdefault(_place(result.run.spec), []).append(result)
+    def _by_place(self) -> dict[tuple[object, ...], list[PastRun]]:
+        found: dict[tuple[object, ...], list[PastRun]] = {}
+        for run in self.past:
+            if run.forward + run.backward:
+                found.setdefault(_place(run.spec), []).append(run)
         return found
 
-    def _expected(self, result: RunResult) -> float | None:
-        """The time of a finished run by the measured rate and its substeps [s]."""
-        rate = self.rate(result.run.spec.env, result.run.spec.fidelity)
+    def _expected(self, total: PastTotal) -> float | None:
+        """The time of finished runs by the measured rate and their substeps [s]."""
+        rate = self.rate(total.env, total.fidelity)
         if rate is None or rate.seconds is None or not rate.substeps:
             return None
-        forward, backward = (result.finals[name].value if name in result.finals else 0.0 for name in _SUBSTEPS)
         with_gradient = rate.gradient_seconds or 0.0
-        return ((forward - backward) * rate.seconds + backward * with_gradient) / rate.substeps
+        return ((total.forward - total.backward) * rate.seconds + total.backward * with_gradient) / rate.substeps
 
     def _by_rate(self, spec: RunSpec) -> float | None:
         """The time of a run by its method's settings, its budget and the measured rate [s]."""
@@ -140,17 +136,17 @@ def total_seconds(estimates: Sequence[float | None], jobs: int) -> float | None:
     return max(busy)
 
 
-def basis_text(estimates: Iterable[Estimate | None], pace: float, origin: str) -> str:
+def basis_text(estimator: Estimator, estimates: Iterable[Estimate | None], origin: str) -> str:
     """What estimates rest on, in words: how many on what, and of measured rates where they come from.
 
     Args:
-        pace: of the estimator.
         origin: of the measured rates.
     """
     found = list(estimates)
     counts = {basis: sum(each is not None and each.basis is basis for each in found) for basis in Basis}
     words = [f"{count:,} by {basis}" for basis, count in counts.items() if count]
     if counts[Basis.RATE]:
+        pace = estimator.pace
         here = f"times {pace:.2g}, as finished runs took here" if pace != 1.0 else "no finished run here corrects it"
         words[-1] += f" ({origin}; {here})"
     if unknown := found.count(None):
@@ -160,7 +156,3 @@ def basis_text(estimates: Iterable[Estimate | None], pace: float, origin: str) -
 
 def _place(spec: RunSpec) -> tuple[object, ...]:
     return spec.env, spec.design, spec.fidelity
-
-
-def _substeps(result: RunResult) -> float:
-    return sum(result.finals[name].value for name in _SUBSTEPS if name in result.finals)

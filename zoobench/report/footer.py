@@ -17,8 +17,9 @@ from zoobench.spec import Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
 _LEGEND = (
-    "mean over seeds ± half of the 95 % Student-t interval; n: seeds behind it, with the number asked for if fewer; "
-    "bold or *: all seeds done and the interval above those of the other methods"
+    "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
+    "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
+    "what was spent less than 5 % apart"
 )
 
 
@@ -89,26 +90,26 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
     return Footer(
         commits=_distinct(_commit(document.get("code", {})) for document in documents),
         components=_distinct(str(ref) for _, ref in _refs(tables)),
-        machines=_distinct(map(_machine, documents)),
+        machines=_distinct(map(machine_text, documents)),
         packages=_distinct(map(_packages, documents)),
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
         superseded=_distinct(_superseded(tables)),
-        provisional=footnotes(row.env for table in tables for row in table.rows),
+        provisional=footnotes({row.env for table in tables for row in table.rows}),
     )
 
 
-def _refs(tables: Sequence[Table]) -> Iterator[tuple[Kind, Ref]]:
+def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:
     """Every reference in the tables."""
-    for table in tables:
-        yield Kind.FIDELITY, table.fidelity
-        yield from ((Kind.METHOD, method) for method in table.methods)
-        for row in table.rows:
-            yield from zip(
-                (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER),
-                (row.env, row.task, row.design, row.controller),
-                strict=True,
-            )
+    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER)
+    rows = [row for table in tables for row in table.rows]
+    found = {
+        (kind, ref)
+        for row in rows
+        for kind, ref in zip(kinds, (row.env, row.task, row.design, row.controller), strict=True)
+    }
+    found |= {(Kind.FIDELITY, table.fidelity) for table in tables}
+    return found | {(Kind.METHOD, method) for table in tables for method in table.methods}
 
 
 def _superseded(tables: Sequence[Table]) -> Iterator[str]:
@@ -125,7 +126,8 @@ def _commit(code: Mapping[str, Any]) -> str:
     return f"{str(code['commit'])[:12]}{state}"
 
 
-def _machine(document: Mapping[str, Any]) -> str:
+def machine_text(document: Mapping[str, Any]) -> str:
+    """The machine that a provenance tells of: processor, cores, accelerators, memory."""
     cpu = document.get("cpu", {})
     parts = [f"{cpu.get('model') or 'unknown processor'} ({cpu.get('cores')} cores, {cpu.get('threads')} threads)"]
     parts += document.get("gpus", [])

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from zoobench.db.rows import FinalRow, RunRow, RunState
+from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
-from zoobench.report.run_results import SMOKE, RunResult, choose_results, origins
-from zoobench.spec import AXES, RunSelection, RunSpec, canonical_json
+from zoobench.report.run_results import SMOKE, RunResult
+from zoobench.spec import AXES, RunSpec, canonical_json
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -111,14 +111,20 @@ def gather(
     counted = [(spec, why) for spec, why in asked if spec.fidelity.name != SMOKE]
     if not counted:
         raise UsageError(f"All runs of the suite {name!r} have the fidelity smoke, and no table shows those.")
-    known = {result.run.key: result for result in choose_results(reader, RunSelection())}
-    wanted = [result.run.id for spec, _ in counted if (result := known.get(spec.key()))]
-    if damaged := reader.damage(wanted):
+    known = {run.key: run for run in reader.runs(keys=[spec.key() for spec, _ in counted])}
+    if damaged := reader.damage([run.id for run in known.values()]):
         raise StorageError(
             f"{reader.name} is damaged: {damaged[0]}, and {len(damaged) - 1} more of its runs. Restore it from a copy, "
-            "or do these runs again with `zoobench run --rerun`; `zoobench doctor` lists them."
+            "or do these runs again with `zoobench run --rerun`; `zoobench doctor --full` lists them."
         )
-    rows = (_board_row(reader, spec, why, known.get(spec.key())) for spec, why in counted)
+    ids = [run.id for run in known.values() if run.state is RunState.DONE]
+    finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
+    rows = (
+        BoardRow(spec, None if why is None else RunState.SKIPPED, why)
+        if (run := known.get(spec.key())) is None
+        else _board_row(run, finals.get(run.id, []), attempts.get(run.id, []))
+        for spec, why in counted
+    )
     return Leaderboard(name, source, summary, tuple(rows))
 
 
@@ -173,10 +179,7 @@ def _better(now: BoardRow, before: BoardRow) -> BoardRow:
     return before if is_lost or now.state not in _ENDED else now
 
 
-def _board_row(reader: "Reader", spec: RunSpec, why: str | None, result: RunResult | None) -> BoardRow:
-    if result is None:
-        return BoardRow(spec) if why is None else BoardRow(spec, RunState.SKIPPED, why)
-    run = result.run
+def _board_row(run: RunRow, finals: Iterable[FinalRow], attempts: Iterable[AttemptRow]) -> BoardRow:
     made = tuple(
         Attempt(
             attempt.started_at,
@@ -184,10 +187,11 @@ def _board_row(reader: "Reader", spec: RunSpec, why: str | None, result: RunResu
             attempt.resumed,
             {name: attempt.provenance[name] for name in _OF_PROVENANCE if name in attempt.provenance},
         )
-        for attempt in origins(reader, [result])
+        for attempt in attempts
+        if attempt.number >= run.first_attempt and (attempt.progressed or attempt.outcome is RunState.DONE)
     )
     seconds = run.seconds if run.state in _ENDED else 0.0
-    return BoardRow(spec, run.state, run.reason, seconds, result.finals, made)
+    return BoardRow(run.spec, run.state, run.reason, seconds, {final.name: final for final in finals}, made)
 
 
 def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from zoobench.report.labels import labels
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.provisional import footnotes
-from zoobench.report.tables import Table, long_listing, score_tables, table_listing
+from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.tables import Table, score_tables
 from zoobench.report.views import duration
 from zoobench.spec import AXES, Budget, repeat_command
 

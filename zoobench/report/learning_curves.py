@@ -8,13 +8,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunState
+from zoobench.errors import UsageError
+from zoobench.report.cells import cells_of
+from zoobench.report.footer import machine_text
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
+from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
-from zoobench.report.tables import Row, Spending, Table, TableCell, comparable, compare, in_rows, methods_of
+from zoobench.report.tables import Row, Spending, Table, TableCell, compare, in_rows, methods_of
 from zoobench.spec import AXES, BudgetKind, Ref
 
 if TYPE_CHECKING:
@@ -76,6 +81,20 @@ def curves(reader: "Reader", results: Iterable[RunResult], kind: BudgetKind) -> 
     return found
 
 
+def refuse_machines(origins: Iterable[OriginRow]) -> None:
+    """Say that times of several machines cannot be compared, unless all runs come from one.
+
+    Raises:
+        UsageError: they come from several.
+    """
+    machines = sorted({machine_text(origin.provenance) for origin in origins})
+    if len(machines) > 1:
+        raise UsageError(
+            f"These runs were done on {len(machines)} machines, whose seconds cannot be compared: "
+            f"{'; '.join(machines)}. Compare by substeps or episodes, or choose runs of one machine."
+        )
+
+
 def furthest(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[RunResult]:
     """One run for each cell, method and seed: among those that differ by the budget, the one with the longest curve.
 
@@ -101,8 +120,8 @@ def spending_tables(
         amount: what had been spent; in each row the largest amount that all its finished runs have reached if None.
     """
     tables = []
-    for (fidelity, frames), members in _in_settings(furthest(comparable(results), known)):
-        methods = methods_of(members)
+    for (fidelity, frames), members in _in_settings(furthest(_comparable(results), known)):
+        methods = methods_of(result.spec for result in members)
         budgets = sorted({result.run.spec.budget for result in members}, key=lambda own: (own.kind, own.amount))
         rows = tuple(Row(*key, *_row(group, methods, known, amount)) for key, group in in_rows(members))
         tables.append(Table(fidelity, frames, Spending(kind, amount, tuple(budgets)), methods, rows))
@@ -111,7 +130,7 @@ def spending_tables(
 
 def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
     """Every point of every curve, one row per iteration, for programs; references with every parameter stated."""
-    done = {result.run.id: result for result in comparable(results) if result.run.state is RunState.DONE}
+    done = {result.run.id: result for result in _comparable(results) if result.run.state is RunState.DONE}
     rows = [
         (
             run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in AXES), done[run_id].run.spec.frames,
@@ -137,7 +156,7 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
     rows = []
     for group in groups:
         end = min(known[result.run.id].reach for result in group)
-        for method in methods_of(group):
+        for method in methods_of(result.spec for result in group):
             own = [known[result.run.id] for result in group if result.run.spec.method == method]
             spec = own[0].result.run.spec
             means = [_mean([curve.at(share * end) for curve in own]) for share in _SHARES]
@@ -151,7 +170,7 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
 
 def cells(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[list[RunResult]]:
     """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
-    able = [result for result in furthest(comparable(results), known) if result.run.id in known]
+    able = [result for result in furthest(_comparable(results), known) if result.run.id in known]
     return [group for _, members in _in_settings(able) for _, group in in_rows(members)]
 
 
@@ -181,7 +200,16 @@ def _row(
     """The cells of a row, and the amount at which they are compared."""
     if amount is None:
         amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
-    return compare([_read(result, known.get(result.run.id), amount) for result in group], methods), amount
+    return compare(
+        cells_of(_read(result, known.get(result.run.id), amount) for result in group), methods, is_even=True
+    ), amount
+
+
+def _comparable(results: Iterable[RunResult]) -> list[RunResult]:
+    """Those that may stand in a table, as `cells.comparable`."""
+    return [
+        result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
+    ]
 
 
 def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) -> RunResult:
@@ -191,7 +219,7 @@ def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) 
     score, lacks = None, "kept no curve"
     if curve is not None and amount is not None:
         score, lacks = (curve.at(amount), "no score yet") if curve.reach >= amount else (None, "spent less")
-    finals = {name: final for name, final in result.finals.items() if name != SCORE}
+    finals = {name: final for name, final in result.finals.items() if name in REFERENCES}
     if score is not None:
         finals[SCORE] = FinalRow(SCORE, score, _unit(result))
     return replace(result, finals=finals, lacks=lacks)

@@ -8,8 +8,9 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from zoobench.report.foreign_text import in_csv, in_json, in_markdown, visible
@@ -54,11 +55,18 @@ def to_json(value: Any) -> str:
 
 def to_csv(listing: Listing) -> str:
     """CSV with a header line and every digit of the numbers; None is an empty field."""
+    return "\n".join(csv_lines(listing.columns, listing.rows))
+
+
+def csv_lines(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+    """The same line by line, so that any number of rows can be printed; a cell's line breaks stay within its line."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(listing.columns)
-    writer.writerows(map(_csv_cell, row) for row in listing.rows)
-    return buffer.getvalue().rstrip("\n")
+    for row in chain([columns], rows):
+        writer.writerow(map(_csv_cell, row))
+        yield buffer.getvalue().removesuffix("\n")
+        buffer.seek(0)
+        buffer.truncate()
 
 
 def to_markdown(listing: Listing) -> str:
@@ -69,6 +77,34 @@ def to_markdown(listing: Listing) -> str:
         stressed = [f"**{text}**" if (number, i) in listing.bold else text for i, text in enumerate(texts)]
         lines.append(_markdown_line(stressed))
     return "\n".join(lines)
+
+
+def to_latex(listing: Listing) -> str:
+    """A LaTeX tabular for the package booktabs; numbers to the right, the bold cells bold."""
+    columns = range(len(listing.columns))
+    are_numbers = [any(isinstance(row[place], int | float) for row in listing.rows) for place in columns]
+    lines = [f"\\begin{{tabular}}{{{''.join('r' if is_number else 'l' for is_number in are_numbers)}}}", "\\toprule"]
+    lines += [_latex_line(map(latex_text, listing.columns)), "\\midrule"]
+    for number, row in enumerate(listing.rows):
+        texts = [latex_text(cell_text(cell)) for cell in row]
+        stressed = [f"\\textbf{{{text}}}" if (number, i) in listing.bold else text for i, text in enumerate(texts)]
+        lines.append(_latex_line(stressed))
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"])
+
+
+_LATEX = {
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\n": " ",
+    "±": r"$\pm$", "†": r"\dag{}", "‡": r"\ddag{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+}  # fmt: skip
+
+
+def latex_text(text: str) -> str:
+    """The text with everything that means something to LaTeX escaped."""
+    return "".join(_LATEX.get(sign, sign) for sign in text)
+
+
+def _latex_line(cells: Iterable[str]) -> str:
+    return " & ".join(cells) + r" \\"
 
 
 def _markdown_line(cells: Sequence[str]) -> str:

@@ -3,22 +3,16 @@
 import math
 from collections.abc import Iterable, Sequence
 
-from zoobench.report.run_results import RunResult
-
 REFERENCES = ("idle_score", "random_score")
 
 
-def floor_of(results: Iterable[RunResult]) -> float | None:
-    """The score that asks for no method: the better of doing nothing and the mean random controller.
+def floor_of(floors: Iterable[float | None]) -> float | None:
+    """The score that asks for no method, from the better reference score of each run of a row.
 
-    Averaged over the runs of a row, which agree in it unless their scene depends on the seed; None if no run has both.
+    The mean, as the runs agree in it unless their scene depends on the seed; None if no run knows it.
     """
-    floors = [
-        max(result.finals[name].value for name in REFERENCES)
-        for result in results
-        if all(name in result.finals and math.isfinite(result.finals[name].value) for name in REFERENCES)
-    ]
-    return math.fsum(floors) / len(floors) if floors else None
+    known = [floor for floor in floors if floor is not None]
+    return math.fsum(known) / len(known) if known else None
 
 
 def shares(means: Sequence[float | None], floor: float | None) -> list[float | None]:

@@ -15,5 +15,5 @@ def marked(names: Mapping[Ref, str]) -> dict[Ref, str]:
 
 def footnotes(envs: Iterable[Ref]) -> tuple[str, ...]:
     """A line for each environment whose scores are provisional, sorted by name."""
-    whys = {(env.name, why) for env in envs if (why := caveat(Kind.ENV, env))}
+    whys = {(env.name, why) for env in set(envs) if (why := caveat(Kind.ENV, env))}
     return tuple(f"{MARK} {name} is provisional: {why}" for name, why in sorted(whys))

@@ -1,10 +1,11 @@
 """The runs of a database with their final values, as tables and listings need them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
+from zoobench.db.many_rows import OriginRow
+from zoobench.db.rows import FinalRow, RunRow, RunState
 from zoobench.spec import RunSelection, RunSpec
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 SCORE = "score"
 SMOKE = "smoke"
 PROBE = "probe"
+NO_SCORE = "done without a finite score"
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class RunResult:
 
     run: RunRow
     finals: dict[str, FinalRow]
-    lacks: str = "done without a finite score"
+    lacks: str = NO_SCORE
 
     @property
     def spec(self) -> RunSpec:
@@ -51,20 +53,15 @@ def choose_results(reader: "Reader", selection: RunSelection) -> list[RunResult]
         UsageError: a selector fits no run of the database, as `RunSelection.among`.
         StorageError: the database cannot be read.
     """
-    runs = selection.among(reader.runs(), lambda run: run.spec, "in the database")
-    finals = reader.all_finals([run.id for run in runs]) if runs else {}
-    return [RunResult(run, {final.name: final for final in finals.get(run.id, [])}) for run in runs]
+    return list(iterate_results(reader, selection))
 
 
-def origins(reader: "Reader", results: Iterable[RunResult]) -> list[AttemptRow]:
-    """The attempts that the finished ones of these results came from: all that carried a run forward.
+def iterate_results(reader: "Reader", selection: RunSelection) -> Iterator[RunResult]:
+    """The same one by one, so that any number of them can be printed; raises with the first."""
+    for run, finals in reader.selected(selection):
+        yield RunResult(run, {final.name: final for final in finals})
 
-    What an attempt gave before the run was done again is nobody's result.
-    """
-    return [
-        attempt
-        for result in results
-        if result.run.state is RunState.DONE
-        for attempt in reader.attempts(result.run.id)
-        if attempt.number >= result.run.first_attempt and (attempt.progressed or attempt.outcome is RunState.DONE)
-    ]
+
+def origins(reader: "Reader", results: Iterable[RunResult]) -> list[OriginRow]:
+    """Where the finished ones of these results come from, as `Reader.origins`."""
+    return reader.origins([result.run.id for result in results if result.run.state is RunState.DONE])

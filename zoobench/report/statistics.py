@@ -3,7 +3,8 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import fmean, stdev
+from functools import cache
+from statistics import fmean
 
 CONFIDENCE = 0.95
 
@@ -14,7 +15,8 @@ class Interval:
 
     Attributes:
         mean: arithmetic mean.
-        half_width: half of the interval; None with a single sample, which says nothing about the spread.
+        half_width: half of the interval; None where the samples say nothing about the spread: there is one alone, or
+            all are equal, as they are where nothing depends on the seed.
         count: how many samples stand behind it.
     """
 
@@ -24,17 +26,19 @@ class Interval:
 
     @property
     def low(self) -> float | None:
-        """Lower end of the interval, None with a single sample."""
+        """Lower end of the interval, None without one."""
         return None if self.half_width is None else self.mean - self.half_width
 
     @property
     def high(self) -> float | None:
-        """Upper end of the interval, None with a single sample."""
+        """Upper end of the interval, None without one."""
         return None if self.half_width is None else self.mean + self.half_width
 
 
 def t_interval(samples: Sequence[float], confidence: float = CONFIDENCE) -> Interval | None:
     """Mean and two-sided Student-t interval: mean +- t(confidence, n - 1) s / sqrt(n); None without samples.
+
+    Equal samples have no interval: one of no width would claim that the mean is known exactly.
 
     A percentile bootstrap of three seeds covers about 75 %, so it is not used for so few samples.
 
@@ -50,20 +54,26 @@ def t_interval(samples: Sequence[float], confidence: float = CONFIDENCE) -> Inte
     if count == 0:
         return None
     mean = fmean(samples)
-    if count == 1:
-        return Interval(mean, None, 1)
+    if min(samples) == max(samples):
+        return Interval(samples[0], None, count)
+    quantile = _quantile(count - 1, confidence)
+    deviation = math.sqrt(math.fsum((sample - mean) ** 2 for sample in samples) / (count - 1))
+    return Interval(mean, quantile * deviation / math.sqrt(count), count)
 
+
+@cache
+def _quantile(freedom: int, confidence: float) -> float:
+    """The two-sided quantile of Student's t distribution; loads scipy once, for whole tables."""
     from scipy.special import stdtrit
 
-    quantile = float(stdtrit(count - 1, 0.5 + confidence / 2))
-    return Interval(mean, quantile * stdev(samples) / math.sqrt(count), count)
+    return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
 def clear_winner(intervals: Sequence[Interval | None]) -> int | None:
     """The index of the highest mean if its interval lies above every other one, else None.
 
     Non-overlapping intervals are a stricter demand than a test of the difference at the same level. Entries that
-    are None (nothing finished) do not compete; without a rival, or with a single seed on either side, nobody wins.
+    are None (nothing finished) do not compete; without a rival, or without an interval on either side, nobody wins.
     """
     rivals = [(index, interval) for index, interval in enumerate(intervals) if interval is not None]
     if len(rivals) < 2:

@@ -8,16 +8,16 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Protocol, TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
-from zoobench.report.labels import labels
-from zoobench.report.listing import Listing
+from zoobench.report.cells import Cell, Outcome, cells_of, comparable
 from zoobench.report.normalise import floor_of, shares
-from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
+
+_ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,12 @@ class TableCell:
         states: how many runs of the cell are in each state.
         lacks: how many that are DONE have no score, by why.
         is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
-        is_winner: every seed is done, nothing of the row is still to come, and the interval lies above those of all
-            other methods.
+        is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
+            methods, and all of them have spent the same.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
+        runs: the ids of those behind the mean.
+        spent: by those, on average, in the unit of `Table.currency`; None if it is not known.
     """
 
     interval: Interval | None
@@ -46,6 +48,8 @@ class TableCell:
     missing: int = 0
     lacks: Mapping[str, int] = field(default_factory=dict)
     is_undecided: bool = False
+    runs: tuple[int, ...] = ()
+    spent: float | None = None
 
     @property
     def is_empty(self) -> bool:
@@ -70,6 +74,8 @@ class TableCell:
         if self.is_empty:
             return "missing"
         notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
+        if self.interval is not None and self.interval.half_width is None and self.count > 1:
+            notes.append("all equal")
         notes += [
             f"{state} {number}/{self.asked}"
             for state, number in sorted(self.states.items())
@@ -149,151 +155,110 @@ class Table:
     rows: tuple[Row, ...]
 
     @property
+    def currency(self) -> str:
+        """The unit of what its runs have spent: substeps unless the budget counts something else."""
+        return self.budget.kind if self.budget.kind == "episodes" else "substeps"
+
+    @property
+    def runs(self) -> list[int]:
+        """The ids of the runs that made its numbers."""
+        return [run for row in self.rows for cell in row.cells if cell is not None for run in cell.runs]
+
+    @property
     def title(self) -> str:
         """The settings that all numbers of the table share."""
         spent = f"budget {self.budget}" if isinstance(self.budget, Budget) else str(self.budget)
         return f"fidelity {self.fidelity.name}, {spent}, {self.frames} frames"
 
 
-@dataclass(frozen=True)
-class Missing:
-    """A run that is wanted and does not exist."""
-
-    spec: RunSpec
-
-
-Member = RunResult | Missing
-"""The runs of a cell."""
-
-M = TypeVar("M", RunResult, Member)
-
-
 def score_tables(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> list[Table]:
-    """The tables of these results, sorted by name, so that equal data give equal text.
+    """The tables of these results, as `tables_of_cells`; `missing` are wanted and do not exist."""
+    return tables_of_cells(cells_of(results, missing))
+
+
+def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
+    """The tables of these cells, sorted by name, so that equal data give equal text.
 
     Smoke runs and probes are left out. Runs that were skipped, because a method cannot be used there, count as not
-    asked for. `missing` are wanted and do not exist: they are shown as such, and nobody wins a row that lacks one.
+    asked for. Those that are wanted and do not exist are shown as such, and nobody wins a row that lacks one.
     """
-    settings: dict[tuple[Ref, int, Budget], list[Member]] = {}
-    members: list[Member] = [*comparable(results), *map(Missing, missing)]
-    for member in members:
-        spec = member.spec
-        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(member)
+    settings: dict[tuple[Ref, int, Budget], list[Cell]] = {}
+    for cell in comparable(cells):
+        spec = cell.spec
+        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(cell)
     return [
         _table(*setting, members)
         for setting, members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
     ]
 
 
-def comparable(results: Iterable[RunResult]) -> list[RunResult]:
-    """Those that may stand in a table: no smoke runs, probes, or runs that cannot be."""
-    return [
-        result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)
-    ]
-
-
-def table_listing(table: Table, normalised: bool = False) -> Listing:
-    """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
-    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
-    names["env"] = marked(names["env"])
-    # The controller is a column only where it tells rows apart.
-    axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
-    methods = labels(table.methods)
-    # The amount spent is a column only where it is not in the title.
-    spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
-    rows = [
-        (
-            *(names[axis][getattr(row, axis)] for axis in axes),
-            *(None if row.amount is None else spending.text(row.amount) for spending in spent),
-            *("" if cell is None else cell.text(normalised) for cell in row.cells),
-        )
-        for row in table.rows
-    ]
-    winners = {
-        (number, len(axes) + len(spent) + place)
-        for number, row in enumerate(table.rows)
-        for place, cell in enumerate(row.cells)
-        if cell is not None and cell.is_winner
-    }
-    columns = (*axes, *(f"at [{spending.unit}]" for spending in spent), *(methods[method] for method in table.methods))
-    return Listing(columns, tuple(rows), frozenset(winners))
-
-
-def long_listing(tables: Sequence[Table]) -> Listing:
-    """All tables in long form, one row per cell, for programs; references with every parameter stated.
-
-    Tables drawn from learning curves say what was spent in place of the budget.
-    """
-    what = "spent" if any(isinstance(table.budget, Spending) for table in tables) else "budget"
-    columns = (
-        "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
-        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised", "provisional", "undecided",
-    )  # fmt: skip
-    rows = [
-        _long_row(table, row, method, cell)
-        for table in tables
-        for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
-        if cell is not None
-    ]
-    return Listing(columns, tuple(rows))
-
-
-def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
-    interval = cell.interval
-    states = cell.states
-    return (
-        str(table.fidelity), table.frames, table.budget.kind, row.amount or table.budget.amount,
-        str(row.env), str(row.task), str(row.design), str(row.controller), str(method),
-        interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
-        cell.count, cell.asked,
-        states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
-        sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
-        bool(footnotes([row.env])), cell.is_undecided,
-    )  # fmt: skip
-
-
-def _table(fidelity: Ref, frames: int, budget: Budget, members: list[Member]) -> Table:
-    methods = methods_of(members)
-    rows = [Row(*key, compare(group, methods)) for key, group in in_rows(members)]
+def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:
+    methods = methods_of(cell.spec for cell in cells)
+    is_even = budget.kind == "seconds"
+    rows = [Row(*key, compare(group, methods, is_even=is_even)) for key, group in in_rows(cells)]
     return Table(fidelity, frames, budget, methods, tuple(rows))
 
 
-def methods_of(members: Iterable[Member]) -> tuple[Ref, ...]:
+def methods_of(specs: Iterable[RunSpec]) -> tuple[Ref, ...]:
     """The columns of a table."""
-    return tuple(sorted({member.spec.method for member in members}, key=str))
+    return tuple(sorted({spec.method for spec in specs}, key=str))
 
 
-def in_rows(members: Iterable[M]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[M]]]:
+class HasSpec(Protocol):
+    """What has the settings of a run, or those that runs share."""
+
+    @property
+    def spec(self) -> RunSpec:
+        """The settings."""
+
+
+S = TypeVar("S", bound=HasSpec)
+
+
+def in_rows(members: Iterable[S]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[S]]]:
     """The members of each row of a table, by environment, task, design and controller; sorted by name."""
-    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[M]] = {}
+    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[S]] = {}
     for member in members:
         spec = member.spec
         grouped.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(member)
     return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
 
 
-def compare(group: Sequence[Member], methods: tuple[Ref, ...]) -> tuple[TableCell | None, ...]:
-    """The cells of a row, the winner marked."""
-    asked = len({member.spec.seed for member in group})
-    by_method = [[member for member in group if member.spec.method == method] for method in methods]
-    cells = [_cell(members, asked) if members else None for members in by_method]
+def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -> tuple[TableCell | None, ...]:
+    """The cells of a row, the winner marked; `is_even` says that all have spent the same, whatever they simulated."""
+    outcomes = [outcome for cell in group for outcome in cell.outcomes]
+    asked = len({outcome.seed for outcome in outcomes})
+    by_method = {
+        method: [outcome for cell in group if cell.spec.method == method for outcome in cell.outcomes]
+        for method in methods
+    }
+    cells = [_cell(members, asked) if members else None for members in by_method.values()]
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     is_complete = not any(cell is not None and cell.is_unfinished for cell in cells)
-    if best is not None and is_complete and (winner := cells[best]) is not None and winner.count == winner.asked:
+    is_fair = is_complete and (is_even or spent_alike(cells))
+    if best is not None and is_fair and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    lots = shares(means, floor_of(member for member in group if isinstance(member, RunResult)))
+    lots = shares(means, floor_of(outcome.floor for outcome in outcomes))
     return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
 
 
-def _cell(members: Sequence[Member], asked: int) -> TableCell:
-    results = [member for member in members if isinstance(member, RunResult)]
-    scores = [(result.score, result.lacks) for result in results if result.run.state is RunState.DONE]
-    found = [score for score, _ in scores if score is not None and math.isfinite(score.value)]
-    units = sorted({score.unit for score in found})
-    states = Counter(result.run.state for result in results)
-    lacks = Counter(why for score, why in scores if score is None or not math.isfinite(score.value))
-    interval = t_interval([score.value for score in found])
-    return TableCell(interval, ", ".join(units), asked, states, missing=len(members) - len(results), lacks=lacks)
+def spent_alike(cells: Iterable[TableCell | None]) -> bool:
+    """Whether what the methods of a row have spent differs by less than `_ALIKE`; one with a score must say it."""
+    spent = [cell.spent for cell in cells if cell is not None and cell.interval is not None]
+    known = [amount for amount in spent if amount is not None]
+    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < _ALIKE * max(known))
+
+
+def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
+    done = [outcome for outcome in outcomes if outcome.state is RunState.DONE]
+    scored = [(outcome.score, outcome) for outcome in done if outcome.score is not None]
+    units = sorted({outcome.unit for _, outcome in scored})
+    states = Counter(outcome.state for outcome in outcomes if outcome.state is not None)
+    lacks = Counter(outcome.lacks for outcome in done if outcome.score is None)
+    interval = t_interval([score for score, _ in scored])
+    runs = tuple(outcome.run for _, outcome in scored)
+    missing = len(outcomes) - sum(states.values())
+    known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
+    spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
+    return TableCell(interval, ", ".join(units), asked, states, missing=missing, lacks=lacks, runs=runs, spent=spent)

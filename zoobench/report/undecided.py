@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cache
 
 from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
@@ -12,8 +13,9 @@ Decides = Callable[[Ref, Ref, Ref], float | None]
 
 def mark_undecided(tables: Iterable[Table], decides: Decides) -> list[Table]:
     """The tables with marks where the ratio to the row's best mean is below that which the fidelity decides."""
+    known = cache(decides)  # there are more rows than places
     return [
-        replace(table, rows=tuple(_marked(row, decides(row.env, row.task, table.fidelity)) for row in table.rows))
+        replace(table, rows=tuple(_marked(row, known(row.env, row.task, table.fidelity)) for row in table.rows))
         for table in tables
     ]
 

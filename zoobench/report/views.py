@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from zoobench.db.rows import AttemptRow, RunRow, RunState
@@ -60,11 +60,20 @@ def results_overview(results: Sequence[RunResult]) -> Listing:
 def results_listing(results: Sequence[RunResult]) -> Listing:
     """One row per run with everything: references with all parameters and every final value, its unit in brackets."""
     finals = sorted({(final.name, final.unit) for result in results for final in result.finals.values()})
-    columns = (
+    return Listing(results_columns(finals), tuple(results_rows(results, finals)))
+
+
+def results_columns(finals: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """The columns of `results_listing`, for finals by name and unit."""
+    return (
         "run", "key", *AXES, "seed", "frames", "budget_kind", "budget_amount", "state", "reason", "attempts",
         "seconds", "provisional", *(f"{name} [{unit}]" if unit else name for name, unit in finals),
     )  # fmt: skip
-    return Listing(columns, tuple(_full_row(result, finals) for result in results))
+
+
+def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]) -> Iterator[tuple[Any, ...]]:
+    """The rows of `results_listing` one by one."""
+    return (_full_row(result, finals) for result in results)
 
 
 def results_records(results: Sequence[RunResult]) -> list[dict[str, Any]]:

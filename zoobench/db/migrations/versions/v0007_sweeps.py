@@ -1,0 +1,34 @@
+"""Sweeps, and indexes for what reports and launchers ask."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+
+
+def upgrade() -> None:
+    """Make the tables of sweeps and the indexes."""
+    op.create_table(
+        "sweeps",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("created_at", sa.Double(), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+    )
+    op.create_table(
+        "sweep_runs",
+        sa.Column("sweep_id", sa.Integer(), nullable=False),
+        sa.Column("run_id", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(
+            ["sweep_id"],
+            ["sweeps.id"],
+        ),
+        sa.ForeignKeyConstraint(
+            ["run_id"],
+            ["runs.id"],
+        ),
+        sa.PrimaryKeyConstraint("sweep_id", "run_id"),
+    )
+    op.create_index(op.f("ix_specs_controller"), "specs", ["controller"], unique=False)
+    op.create_index(op.f("ix_specs_fidelity"), "specs", ["fidelity"], unique=False)
+    op.create_index(op.f("ix_runs_finished_at"), "runs", ["finished_at"], unique=False)

@@ -1,0 +1,172 @@
+"""Runs with their settings, and the outcomes of cells, read as tuples: there may be a hundred thousand of them."""
+
+import time
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any
+
+from sqlalchemy import ColumnElement, ScalarSelect, Select, and_, func, or_, select
+from sqlalchemy.orm import Session, aliased
+
+from zoobench.db.choice import Choice
+from zoobench.db.many_rows import CellRun, PastRun, PastTotal
+from zoobench.db.models import AttemptRecord, FinalRecord, RunRecord, SpecRecord
+from zoobench.db.rows import RunRow, RunState
+from zoobench.db.specs import CELL_COLUMNS, SpecReader, long_document, parsed
+from zoobench.spec import RunSpec
+
+_AT_ONCE = 2_000  # rows that are fetched at a time, so that memory stays small
+_OWN = (
+    "id", "attempt", "reason", "owner", "created_at", "started_at", "finished_at", "progress_at", "lease_until",
+    "fraction", "score",
+)  # fmt: skip
+"""Columns of a run that `RunRow` has under the same names."""
+
+
+def last_former_attempt() -> ScalarSelect[int]:
+    """Number of the attempt that gave the outer statement's run a result before it was queued to be done again, or 0.
+
+    Nothing up to that attempt has a share in what the run gives now.
+    """
+    former = aliased(AttemptRecord)
+    return (
+        select(func.coalesce(func.max(former.number), 0))
+        .where(
+            former.run_id == RunRecord.id,
+            former.outcome == RunState.DONE,
+            or_(former.number < RunRecord.attempt, RunRecord.state != RunState.DONE),
+        )
+        .correlate(RunRecord)
+        .scalar_subquery()
+    )
+
+
+def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: ColumnElement[bool]) -> Iterator[RunRow]:
+    """The runs that are chosen and fulfil the conditions, by id; the session stays in use until the last."""
+    chosen = chosen or Choice()
+    statement = _runs().where(*chosen.conditions, *conditions)
+    spec_of = _reader(session)
+    for row in session.execute(statement.execution_options(yield_per=_AT_ONCE)):
+        key, seed, long = row[:3]
+        spec = spec_of(key, seed, row[3:_SPEC_COUNT], long)
+        if chosen.holds(spec):
+            yield _run_row(key, spec, row[_SPEC_COUNT:])
+
+
+@cache
+def _runs() -> Select[Any]:
+    """What is asked of runs, by id. A launcher asks twice a second, and this takes longer to build than to answer."""
+    since = select(func.max(AttemptRecord.started_at)).where(
+        AttemptRecord.run_id == RunRecord.id, AttemptRecord.ended_at.is_(None)
+    )
+    running_since = since.correlate(RunRecord).scalar_subquery()
+    own = tuple(getattr(RunRecord, name) for name in _OWN)
+    columns = (*own, RunRecord.state, last_former_attempt(), _finished_seconds(), running_since)
+    return _with_specs(columns).order_by(RunRecord.id)
+
+
+def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Iterator[CellRun]:
+    """The runs that are chosen, each with these finals, by id; those of a cell share its settings."""
+    finals = [aliased(FinalRecord) for _ in names]
+    columns = (RunRecord.id, RunRecord.state, finals[0].unit, *(final.value for final in finals))
+    statement = _with_specs(columns)
+    for name, final in zip(names, finals, strict=True):
+        statement = statement.outerjoin(final, _is_final(final, name))
+    statement = statement.where(*chosen.conditions).order_by(RunRecord.id)
+    cell_of = _reader(session).cell
+    states = {str(state): state for state in RunState}
+    for row in session.execute(statement.execution_options(yield_per=_AT_ONCE)):
+        key, seed, long = row[:3]
+        run_id, state, unit = row[_SPEC_COUNT : _SPEC_COUNT + 3]
+        spec = cell_of(key, seed, row[3:_SPEC_COUNT], long)
+        if not chosen.exact or chosen.holds(spec):
+            yield CellRun(spec, run_id, seed, states[state], unit or "", row[_SPEC_COUNT + 3 :])
+
+
+def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[PastRun]:
+    """The runs that are DONE, fulfil the conditions and have taken time, by id."""
+    forward, backward = aliased(FinalRecord), aliased(FinalRecord)
+    statement = _past(_with_specs((_finished_seconds(), forward.value, backward.value)), forward, backward)
+    cell_of = _reader(session).cell
+    for row in session.execute(
+        statement.where(*conditions).order_by(RunRecord.id).execution_options(yield_per=_AT_ONCE)
+    ):
+        key, seed, long = row[:3]
+        seconds, substeps, others = row[_SPEC_COUNT:]
+        if seconds:
+            yield PastRun(cell_of(key, seed, row[3:_SPEC_COUNT], long), seconds, substeps or 0.0, others or 0.0)
+
+
+def fetch_totals(session: Session) -> list[PastTotal]:
+    """What finished runs have taken, by environment and fidelity, as far as their columns hold those whole."""
+    forward, backward = aliased(FinalRecord), aliased(FinalRecord)
+    columns = (
+        SpecRecord.env,
+        SpecRecord.fidelity,
+        _finished_seconds().label("seconds"),
+        func.coalesce(forward.value, 0.0).label("forward"),
+        func.coalesce(backward.value, 0.0).label("backward"),
+    )
+    runs = select(*columns).select_from(RunRecord).join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
+    one = _past(runs, forward, backward).subquery()
+    statement = (
+        select(one.c.env, one.c.fidelity, *map(func.sum, (one.c.seconds, one.c.forward, one.c.backward)))
+        .where(one.c.seconds > 0.0, one.c.forward + one.c.backward > 0.0)
+        .group_by(one.c.env, one.c.fidelity)
+    )
+    rows = ((parsed(env), parsed(fidelity), *sums) for env, fidelity, *sums in session.execute(statement))
+    return [PastTotal(*row) for row in rows if row[0] is not None and row[1] is not None]
+
+
+def _past(statement: Any, forward: Any, backward: Any) -> Any:
+    """The statement on runs, with substeps, for those that are DONE."""
+    return (
+        statement.outerjoin(forward, _is_final(forward, "forward_substeps"))
+        .outerjoin(backward, _is_final(backward, "backward_substeps"))
+        .where(RunRecord.state == RunState.DONE)
+    )
+
+
+_SPEC_COUNT = 3 + len(CELL_COLUMNS)
+
+
+def _with_specs(columns: tuple[Any, ...]) -> Select[Any]:
+    """A statement on runs and their settings: key, seed, a long document, the columns of the cell, then these."""
+    spec = (SpecRecord.key, SpecRecord.seed, long_document(), *CELL_COLUMNS)
+    return select(*spec, *columns).select_from(RunRecord).join(SpecRecord, SpecRecord.key == RunRecord.spec_key)
+
+
+def _reader(session: Session) -> SpecReader:
+    def document(key: str) -> str:
+        return session.scalars(select(SpecRecord.document).where(SpecRecord.key == key)).one()
+
+    return SpecReader(document)
+
+
+def _finished_seconds() -> ScalarSelect[float | None]:
+    """Wall time of the outer statement's run in all ended attempts that its present result came from [s]."""
+    ended = aliased(AttemptRecord)
+    total = select(func.sum(ended.wall_seconds))
+    return (
+        total.where(ended.run_id == RunRecord.id, ended.number > last_former_attempt())
+        .correlate(RunRecord)
+        .scalar_subquery()
+    )
+
+
+def _is_final(final: Any, name: str) -> ColumnElement[bool]:
+    """Only a run that is DONE has finals; one that is being done again keeps its former ones in the database."""
+    return and_(final.run_id == RunRecord.id, final.name == name, RunRecord.state == RunState.DONE)
+
+
+def _run_row(key: str, spec: RunSpec, columns: Sequence[Any]) -> RunRow:
+    *own, state, former, finished, running_since = columns
+    running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
+    return RunRow(
+        **dict(zip(_OWN, own, strict=True)),
+        key=key,
+        spec=spec,
+        state=RunState(state),
+        first_attempt=former + 1,
+        seconds=(finished or 0.0) + running,
+    )

@@ -1,0 +1,118 @@
+"""Tables of scores in the forms in which they are printed."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from zoobench.db.rows import OPEN_STATES, RunState
+from zoobench.report.labels import labels
+from zoobench.report.listing import Listing
+from zoobench.report.provisional import footnotes, marked
+from zoobench.report.tables import Row, Spending, Table, TableCell, spent_alike
+from zoobench.spec import Budget, Ref
+
+
+def table_listing(table: Table, normalised: bool = False) -> Listing:
+    """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
+    names["env"] = marked(names["env"])
+    # The controller is a column only where it tells rows apart.
+    axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
+    methods = labels(table.methods)
+    # The amount spent is a column only where it is not in the title.
+    spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
+    is_uneven = any(_is_uneven(table, row) for row in table.rows)
+    rows = [
+        (
+            *(names[axis][getattr(row, axis)] for axis in axes),
+            *(None if row.amount is None else spending.text(row.amount) for spending in spent),
+            *("" if cell is None else cell.text(normalised) for cell in row.cells),
+            *([] if not is_uneven else [_spent_text(row) if _is_uneven(table, row) else None]),
+        )
+        for row in table.rows
+    ]
+    winners = {
+        (number, len(axes) + len(spent) + place)
+        for number, row in enumerate(table.rows)
+        for place, cell in enumerate(row.cells)
+        if cell is not None and cell.is_winner
+    }
+    columns = (
+        *axes,
+        *(f"at [{spending.unit}]" for spending in spent),
+        *(methods[method] for method in table.methods),
+        *([f"spent [{table.currency}]"] if is_uneven else []),
+    )
+    return Listing(columns, tuple(rows), frozenset(winners))
+
+
+def pivot_listing(table: Table, normalised: bool = False) -> Listing:
+    """The table with environments side by side: a row for each task, design, controller and method."""
+    envs = marked(labels(row.env for row in table.rows))
+    axes = ("task", "design", "controller")
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in axes}
+    shown = [axis for axis in axes if axis != "controller" or len(names[axis]) > 1]
+    methods = labels(table.methods)
+    places = list(dict.fromkeys((row.task, row.design, row.controller) for row in table.rows))
+    cells = {
+        (row.task, row.design, row.controller, method, row.env): cell
+        for row in table.rows
+        for method, cell in zip(table.methods, row.cells, strict=True)
+    }
+    rows: list[tuple[str, ...]] = []
+    winners = set()
+    for place in places:
+        words = [names[axis][ref] for axis, ref in zip(axes, place, strict=True) if axis in shown]
+        for method in table.methods:
+            found = [cells.get((*place, method, env)) for env in envs]
+            if any(found):
+                won = (column for column, cell in enumerate(found) if cell is not None and cell.is_winner)
+                winners |= {(len(rows), len(shown) + 1 + column) for column in won}
+                rows.append(
+                    (*words, methods[method], *("" if cell is None else cell.text(normalised) for cell in found))
+                )
+    return Listing((*shown, "method", *envs.values()), tuple(rows), frozenset(winners))
+
+
+def _is_uneven(table: Table, row: Row) -> bool:
+    """Whether methods have spent unlike amounts, so that nobody wins the row."""
+    return isinstance(table.budget, Budget) and table.budget.kind != "seconds" and not spent_alike(row.cells)
+
+
+def _spent_text(row: Row) -> str:
+    """What each method of a row has spent, in their order."""
+    return " / ".join("?" if cell is None or cell.spent is None else f"{cell.spent:,.0f}" for cell in row.cells)
+
+
+def long_listing(tables: Sequence[Table]) -> Listing:
+    """All tables in long form, one row per cell, for programs; references with every parameter stated.
+
+    Tables drawn from learning curves say what was spent in place of the budget.
+    """
+    what = "spent" if any(isinstance(table.budget, Spending) for table in tables) else "budget"
+    columns = (
+        "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
+        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
+        "missing", "winner", "normalised", "provisional", "undecided", "used", "used_kind",
+    )  # fmt: skip
+    rows = [
+        _long_row(table, row, method, cell)
+        for table in tables
+        for row in table.rows
+        for method, cell in zip(table.methods, row.cells, strict=True)
+        if cell is not None
+    ]
+    return Listing(columns, tuple(rows))
+
+
+def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
+    interval = cell.interval
+    states = cell.states
+    return (
+        str(table.fidelity), table.frames, table.budget.kind, row.amount or table.budget.amount,
+        str(row.env), str(row.task), str(row.design), str(row.controller), str(method),
+        interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
+        cell.count, cell.asked,
+        states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
+        sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
+        bool(footnotes([row.env])), cell.is_undecided, cell.spent, table.currency if cell.spent is not None else None,
+    )  # fmt: skip
