@@ -151,7 +151,9 @@ def from_grid_adjoint(
     origin = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
     origin = origin - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
     origin[3] = mass_adjoint
-    offset_adjoint += gather_adjoint(grid, VELOCITY, grid_adjoint, nodes, at.node, share, slopes, origin, slope, width)
+    offset_adjoint += gather_adjoint(
+        grid, VELOCITY, grid_adjoint, MOMENTUM, nodes, at.node, share, slopes, origin, slope, width
+    )
     # the offset also stands in C = moments - velocity offset^T
     adjoint[0, w, p, X] = new_x_adjoint + scene.inverse * (offset_adjoint - transposed_matvec(slope, velocity))
 

@@ -12,7 +12,6 @@ selects a field of the grid, `start` its first node there.
 import taichi as ti
 
 from zoobench.sim.kernels.columns import matrix, spatial, zero_lanes
-from zoobench.sim.kernels.layout import MOMENTUM
 from zoobench.sim.kernels.splines import pick
 
 APIC, PIC, AFLIP = 0, 1, 2
@@ -81,11 +80,12 @@ def central_moments(offset, total, by_x, by_y, by_z):
 
 @ti.func
 def gather_adjoint(
-    grid: ti.template(), field: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), node,
-    w: ti.template(), dw: ti.template(), origin, slope: ti.template(), width: ti.template(),
+    grid: ti.template(), field: ti.template(), grid_adjoint: ti.template(), target: ti.template(),
+    nodes: ti.template(), node, w: ti.template(), dw: ti.template(), origin, slope: ti.template(),
+    width: ti.template(),
 ):  # fmt: skip
     """Adjoint of `gather`, with origin + i slope_x + j slope_y + k slope_z for that of the weighted value at (i, j, k):
-    adds to the nodes' adjoint (MOMENTUM), returns that of the offset."""
+    adds to the nodes' adjoint in the field `target`, returns that of the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
     for i in range(width):
@@ -100,7 +100,7 @@ def gather_adjoint(
             for k in ti.static(range(width)):
                 # derivative by the node's weight; those by the offset follow from dw, direction by direction
                 work = grid[field, first + k] * value
-                grid_adjoint[MOMENTUM, first + k] += (share * w[k][2]) * value
+                grid_adjoint[target, first + k] += (share * w[k][2]) * value
                 line_0 += w[k][2] * work
                 line_z += dw[k][2] * work
                 value += slope.z
