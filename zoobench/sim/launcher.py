@@ -100,7 +100,7 @@ class Launcher:
             )
         self._modes = torch.tensor(solver_modes(cells), dtype=self._real, device=self._device)
         self._advance, self._reverse = (
-            Launch(kernel, optimised=True) for kernel in (immersed.advance_immersed, immersed.reverse_immersed)
+            Launch(kernel) for kernel in (immersed.advance_immersed, immersed.reverse_immersed)
         )
 
     @property

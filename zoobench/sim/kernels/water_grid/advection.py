@@ -15,22 +15,16 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.water_grid.fields import STAR, VISCOSITY, WATER, arena, cells, node_of, only
+from zoobench.sim.kernels.water_grid.fields import STAR, VISCOSITY, WATER, arena, cells, chosen, node_of, only, unit
 
 UPWIND = 1.0
 """Share of the upwind term: 1 is third-order upwind-biased, 0 central of fourth order, which damps nothing."""
 
 
 @ti.func
-def image(row, e: ti.template()):
-    """The mirror image of a row by a wall with a normal along e."""
-    return ti.Vector([row[d] * ti.static(-1.0 if d == e else 1.0) for d in ti.static(range(4))])
-
-
-@ti.func
-def along_wall(row, e: ti.template()):
-    """The row without the velocity along e."""
-    return ti.Vector([row[d] * ti.static(0.0 if d == e else 1.0) for d in ti.static(range(4))])
+def along_wall(row, normal):
+    """The row without the velocity along a wall's normal."""
+    return row - row * normal
 
 
 @ti.func
@@ -41,37 +35,39 @@ def load_flow(flow: ti.template(), grid: ti.template(), scene: ti.template(), s,
         for j in range(n.y):
             for k in range(n.z):
                 grid[WATER, node_of(nodes, i, j, k)] = flow[s, w, (i * n.y + j) * n.z + k]
-    for e in ti.static(range(3)):
-        step, count = (nodes.sx, nodes.sy, 1)[e], (n.x, n.y, n.z)[e]
-        for i in range(n.x if ti.static(e != 0) else 1):
-            for j in range(n.y if ti.static(e != 1) else 1):
-                for k in range(n.z if ti.static(e != 2) else 1):
+    for e in range(3):
+        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
+        for i in range(n_x):
+            for j in range(n_y):
+                for k in range(n_z):
                     low = node_of(nodes, i, j, k)
                     high = low + (count - 1) * step
                     first, last, before = grid[WATER, low], grid[WATER, high], grid[WATER, high - step]
                     # a normal velocity is mirrored by the face on the wall, others by the wall between two cells
-                    grid[WATER, low - step] = along_wall(first, e) + only(0.0 - grid[WATER, low + step][e], e)
-                    grid[WATER, high + step] = along_wall(last, e)
-                    grid[WATER, high + 2 * step] = along_wall(before, e) + only(0.0 - last[e], e)
+                    grid[WATER, low - step] = along_wall(first, normal) - grid[WATER, low + step] * normal
+                    grid[WATER, high + step] = along_wall(last, normal)
+                    grid[WATER, high + 2 * step] = along_wall(before, normal) - last * normal
 
 
 @ti.func
 def load_flow_adjoint(grid_adjoint: ti.template(), scene: ti.template()):
     """Adjoint of the mirror images of `load_flow`: added to what they are images of."""
     nodes, n = arena(scene), cells(scene)
-    for e in ti.static(range(3)):
-        step, count = (nodes.sx, nodes.sy, 1)[e], (n.x, n.y, n.z)[e]
-        for i in range(n.x if ti.static(e != 0) else 1):
-            for j in range(n.y if ti.static(e != 1) else 1):
-                for k in range(n.z if ti.static(e != 2) else 1):
+    for e in range(3):
+        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
+        for i in range(n_x):
+            for j in range(n_y):
+                for k in range(n_z):
                     low = node_of(nodes, i, j, k)
                     high = low + (count - 1) * step
                     below, wall = grid_adjoint[WATER, low - step], grid_adjoint[WATER, high + step]
                     above = grid_adjoint[WATER, high + 2 * step]
-                    grid_adjoint[WATER, low] += along_wall(below, e)
-                    grid_adjoint[WATER, low + step] += only(0.0 - below[e], e)
-                    grid_adjoint[WATER, high] += along_wall(wall, e) + only(0.0 - above[e], e)
-                    grid_adjoint[WATER, high - step] += along_wall(above, e)
+                    grid_adjoint[WATER, low] += along_wall(below, normal)
+                    grid_adjoint[WATER, low + step] += -1.0 * below * normal
+                    grid_adjoint[WATER, high] += along_wall(wall, normal) - above * normal
+                    grid_adjoint[WATER, high - step] += along_wall(above, normal)
 
 
 @ti.func
@@ -124,13 +120,14 @@ def advect(grid: ti.template(), scene: ti.template(), dt):
 def hold_walls(grid: ti.template(), field: ti.template(), scene: ti.template()):
     """No velocity through the walls."""
     nodes, n = arena(scene), cells(scene)
-    for e in ti.static(range(3)):
-        step, count = (nodes.sx, nodes.sy, 1)[e], (n.x, n.y, n.z)[e]
-        for i in range(n.x if ti.static(e != 0) else 1):
-            for j in range(n.y if ti.static(e != 1) else 1):
-                for k in range(n.z if ti.static(e != 2) else 1):
+    for e in range(3):
+        normal, step, count = unit(e), chosen(e, nodes.sx, nodes.sy, 1), chosen(e, n.x, n.y, n.z)
+        n_x, n_y, n_z = chosen(e, 1, n.x, n.x), chosen(e, n.y, 1, n.y), chosen(e, n.z, n.z, 1)
+        for i in range(n_x):
+            for j in range(n_y):
+                for k in range(n_z):
                     x = node_of(nodes, i, j, k)
-                    grid[field, x] = along_wall(grid[field, x], e)
+                    grid[field, x] = along_wall(grid[field, x], normal)
                     grid[field, x + count * step] = zero_lanes()
 
 

@@ -18,6 +18,7 @@ from zoobench.sim.kernels.columns import (
     spatial,
     transpose,
     transposed_matmul,
+    transposed_matvec,
     zero_lanes,
 )
 from zoobench.sim.kernels.layout import MASS, VOLUME, C, F, V, X, columns, put_columns
@@ -25,24 +26,23 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivat
 from zoobench.sim.kernels.substep import particle_stress
 from zoobench.sim.kernels.substep_adjoint import robot_stress_adjoint
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
-from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, only
+from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, only, unit
 
 COVER = 3
 """Lane of a particle's second row of `body`: the factor of its volume by which faces count as solid."""
 
 
 @ti.func
-def face_stencil(place, d: ti.template(), scene: ti.template(), nodes: ti.template(), width: ti.template()):
-    """The stencil of a place in the faces of direction d."""
+def face_stencil(place, own, scene: ti.template(), nodes: ti.template(), width: ti.template()):
+    """The stencil of a place in the faces of a direction, of which `own` is the unit vector."""
     half = 0.5 * scene.spacing
-    aside = ti.Vector([half * ti.static(0.0 if d == e else 1.0) for e in ti.static(range(3))] + [0.0 * half])
-    return stencil(place - aside, scene, nodes, width)
+    return stencil(place - lanes(half, half, half, 0.0) + half * own, scene, nodes, width)
 
 
 @ti.func
-def along(a: ti.template(), d: ti.template()):
-    """Row d of a matrix, as slopes of the first lane."""
-    return matrix(only(a.x[d], 0), only(a.y[d], 0), only(a.z[d], 0))
+def along(a: ti.template(), own):
+    """The row of a matrix in a direction, as slopes of the first lane."""
+    return matrix(only(dot(a.x, own), 0), only(dot(a.y, own), 0), only(dot(a.z, own), 0))
 
 
 @ti.func
@@ -55,12 +55,11 @@ def affine(state: ti.template(), body: ti.template(), scene: ti.template(), dt, 
 
 
 @ti.func
-def origin_row(state: ti.template(), body: ti.template(), s, w, p, d: ti.template(), slope: ti.template(), offset):
-    """(momentum along d, mass, volume, covered volume) at the first node of a stencil."""
+def origin_row(state: ti.template(), body: ti.template(), s, w, p, own, slope: ti.template(), offset):
+    """(momentum along a direction, mass, volume, covered volume) at the first node of a stencil."""
     q = body[w, p, 0]
-    momentum = q[MASS] * state[s, w, p, V][d]
-    momentum += 0.0 - offset[0] * slope.x[d] - offset[1] * slope.y[d] - offset[2] * slope.z[d]
-    return lanes(momentum, q[MASS], q[VOLUME], q[VOLUME] * body[w, p, 1][COVER])
+    momentum = q[MASS] * state[s, w, p, V] - offset[0] * slope.x - offset[1] * slope.y - offset[2] * slope.z
+    return lanes(dot(momentum, own), q[MASS], q[VOLUME], q[VOLUME] * body[w, p, 1][COVER])
 
 
 @ti.func
@@ -71,11 +70,12 @@ def to_faces(
     """Scatter one particle."""
     width = ti.static(variant.width)
     slope = affine(state, body, scene, dt, s, w, p, variant)
-    for d in ti.static(range(3)):
-        at = face_stencil(state[s, w, p, X], d, scene, nodes, width)
-        origin = origin_row(state, body, s, w, p, d, slope, at.offset)
+    for d in range(3):
+        own = unit(d)
+        at = face_stencil(state[s, w, p, X], own, scene, nodes, width)
+        origin = origin_row(state, body, s, w, p, own, slope, at.offset)
         share = weights(at.offset, width)
-        scatter(grid, ti.static(ROBOT + d), 0, nodes, at.node, share, origin, along(slope, d), width)
+        scatter(grid, ROBOT + d, 0, nodes, at.node, share, origin, along(slope, own), width)
 
 
 @ti.func
@@ -88,16 +88,17 @@ def from_faces(
     factor = ti.static(INVERSE_MOMENT[variant.width]) * scene.inverse
     place, velocity = state[s, w, p, X], zero_lanes()
     rate_x, rate_y, rate_z = zero_lanes(), zero_lanes(), zero_lanes()
-    for d in ti.static(range(3)):
-        at = face_stencil(place, d, scene, nodes, width)
+    for d in range(3):
+        own = unit(d)
+        at = face_stencil(place, own, scene, nodes, width)
         total, by_x, by_y, by_z = gather(
-            grid, ti.static(MOVED + d), nodes, at.node, weights(at.offset, width), width
+            grid, MOVED + d, nodes, at.node, weights(at.offset, width), width
         )
         v = total[0]
-        velocity += only(v, d)
-        rate_x += only(factor * (by_x[0] - at.offset[0] * v), d)
-        rate_y += only(factor * (by_y[0] - at.offset[1] * v), d)
-        rate_z += only(factor * (by_z[0] - at.offset[2] * v), d)
+        velocity += v * own
+        rate_x += factor * (by_x[0] - at.offset[0] * v) * own
+        rate_y += factor * (by_y[0] - at.offset[1] * v) * own
+        rate_z += factor * (by_z[0] - at.offset[2] * v) * own
     rate = matrix(rate_x, rate_y, rate_z)
     state[t, w, p, X] = place + dt * velocity
     state[t, w, p, V] = velocity
@@ -122,16 +123,17 @@ def from_faces_adjoint(
     put_columns(adjoint, 0, w, p, F, add(F_adjoint, scale(dt, transposed_matmul(rate, F_adjoint))))
     v_adjoint, velocity = adjoint[0, w, p, V] + dt * x_adjoint, state[t, w, p, V]
     slope = scale(factor, rate_adjoint)
-    for d in ti.static(range(3)):
-        at = face_stencil(place, d, scene, nodes, width)
-        own = ti.Vector([slope.x[d], slope.y[d], slope.z[d], 0.0])
-        origin = only(v_adjoint[d] - dot(at.offset, own), 0)
+    for d in range(3):
+        own = unit(d)
+        at = face_stencil(place, own, scene, nodes, width)
+        by_place = transposed_matvec(slope, own)
+        origin = only(dot(v_adjoint, own) - dot(at.offset, by_place), 0)
         x_adjoint += scene.inverse * (
             gather_adjoint(
-                grid, ti.static(MOVED + d), grid_adjoint, ti.static(ROBOT + d), nodes, at.node,
-                weights(at.offset, width), weight_derivatives(at.offset, width), origin, along(slope, d), width,
+                grid, MOVED + d, grid_adjoint, ROBOT + d, nodes, at.node,
+                weights(at.offset, width), weight_derivatives(at.offset, width), origin, along(slope, own), width,
             )
-            - velocity[d] * own
+            - dot(velocity, own) * by_place
         )  # fmt: skip
     adjoint[0, w, p, X] = x_adjoint
 
@@ -147,19 +149,19 @@ def to_faces_adjoint(
     slope = affine(state, body, scene, dt, s, w, p, variant)
     x_adjoint, v_adjoint, sums = zero_lanes(), zero_lanes(), zero_lanes()
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
-    for d in ti.static(range(3)):
-        at = face_stencil(state[s, w, p, X], d, scene, nodes, width)
-        origin = origin_row(state, body, s, w, p, d, slope, at.offset)
+    for d in range(3):
+        own = unit(d)
+        at = face_stencil(state[s, w, p, X], own, scene, nodes, width)
+        origin = origin_row(state, body, s, w, p, own, slope, at.offset)
         offset_adjoint, total, first_x, first_y, first_z = scatter_adjoint(
-            grid_adjoint, ti.static(ROBOT + d), nodes, at.node, weights(at.offset, width),
-            weight_derivatives(at.offset, width), origin, along(slope, d), width,
+            grid_adjoint, ROBOT + d, nodes, at.node, weights(at.offset, width),
+            weight_derivatives(at.offset, width), origin, along(slope, own), width,
         )  # fmt: skip
-        own = ti.Vector([slope.x[d], slope.y[d], slope.z[d], 0.0])
-        x_adjoint += offset_adjoint - total[0] * own
-        v_adjoint += only(total[0], d)
-        by_x += only(first_x[0] - at.offset[0] * total[0], d)
-        by_y += only(first_y[0] - at.offset[1] * total[0], d)
-        by_z += only(first_z[0] - at.offset[2] * total[0], d)
+        x_adjoint += offset_adjoint - total[0] * transposed_matvec(slope, own)
+        v_adjoint += total[0] * own
+        by_x += (first_x[0] - at.offset[0] * total[0]) * own
+        by_y += (first_y[0] - at.offset[1] * total[0]) * own
+        by_z += (first_z[0] - at.offset[2] * total[0]) * own
         sums += total
     affine_adjoint = matrix(by_x, by_y, by_z)
     rate_adjoint = scale(scene.spacing, affine_adjoint)

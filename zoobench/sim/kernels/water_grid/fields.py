@@ -44,6 +44,26 @@ def node_of(nodes: ti.template(), i, j, k):
 
 
 @ti.func
+def unit(d):
+    """The row that is 1 in lane d and 0 elsewhere, of a direction that is known at run time.
+
+    Directions are loops at run time where speed allows: unrolled, their bodies would be compiled three times.
+    """
+    return ti.Vector([ti.cast(d == n, float) for n in ti.static(range(4))])
+
+
+@ti.func
+def chosen(d, x, y, z):
+    """The one of three numbers that belongs to direction d."""
+    found = x
+    if d == 1:
+        found = y
+    if d == 2:
+        found = z
+    return found
+
+
+@ti.func
 def only(value, lane: ti.template()):
     """A row with this value in one lane."""
     return ti.Vector([value * ti.static(int(lane == n)) for n in ti.static(range(4))])

@@ -7,33 +7,33 @@ import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
-from zoobench.sim.kernels.columns import spatial, zero_lanes
+from zoobench.sim.kernels.columns import dot, spatial, zero_lanes
 from zoobench.sim.kernels.layout import X, scene_constants
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
 from zoobench.sim.kernels.water_grid.drag import meeting, meeting_adjoint
 from zoobench.sim.kernels.water_grid.faces import from_faces, from_faces_adjoint, to_faces, to_faces_adjoint
-from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, SCALAR, STAR, WATER, arena, cells, node_of, only
+from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, SCALAR, STAR, WATER, arena, cells, chosen, node_of, only, unit
 from zoobench.sim.kernels.water_grid.pressure import divergence, gradient, solve
 
 
 @ti.func
-def inside(i, j, k, n: ti.template(), d: ti.template()):
+def inside(i, j, k, n: ti.template(), d):
     """True for a face of direction d of cell (i, j, k) with water on both sides."""
     found = i >= 0 and j >= 0 and k >= 0 and i < n.x and j < n.y and k < n.z
-    return found and (i, j, k)[d] > 0
+    return found and chosen(d, i, j, k) > 0
 
 
 @ti.func
-def on_wall(i, j, k, n: ti.template(), d: ti.template()):
+def on_wall(i, j, k, n: ti.template(), d):
     """True for a face on or behind a wall with a normal along d."""
-    return (i, j, k)[d] <= 0 or (i, j, k)[d] >= (n.x, n.y, n.z)[d]
+    return chosen(d, i, j, k) <= 0 or chosen(d, i - n.x, j - n.y, k - n.z) >= 0
 
 
 @ti.func
 def clear_faces(grid: ti.template(), window: ti.template(), nodes: ti.template(), s, w):
     """Zero the robot's faces in the window."""
-    for d in ti.static(range(3)):
+    for d in range(3):
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 first = i * nodes.sx + j * nodes.sy
@@ -42,10 +42,10 @@ def clear_faces(grid: ti.template(), window: ti.template(), nodes: ti.template()
 
 
 @ti.func
-def pull(grid: ti.template(), x, scene: ti.template(), nodes: ti.template(), d: ti.template()):
+def pull(grid: ti.template(), x, scene: ti.template(), nodes: ti.template(), d):
     """Gravity and the last substep's gradient of pressure over density along d at a face [m/s^2]."""
-    step = (nodes.sx, nodes.sy, 1)[d]
-    return (scene.g_x, scene.g_y, scene.g_z)[d] + grid[WATER, x][3] - grid[WATER, x - step][3]
+    step = chosen(d, nodes.sx, nodes.sy, 1)
+    return chosen(d, scene.g_x, scene.g_y, scene.g_z) + grid[WATER, x][3] - grid[WATER, x - step][3]
 
 
 @ti.func
@@ -54,7 +54,7 @@ def meet_all(
 ):  # fmt: skip
     """ROBOT and STAR to MOVED: the velocity of the robot, the changes of the water's and of the mixture's."""
     n = cells(scene)
-    for d in ti.static(range(3)):
+    for d in range(3):
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
@@ -63,7 +63,7 @@ def meet_all(
                     a, b, c = i - WALL_NODES, j - WALL_NODES, k - WALL_NODES
                     if q[1] > 0.0:
                         if inside(a, b, c, n, d):
-                            u = grid[STAR, x][d]
+                            u = dot(grid[STAR, x], unit(d))
                             v, after, phi = meeting(q, u, pull(grid, x, scene, nodes, d), dt, scene)
                             moved = ti.Vector([v, after - u, after - u + phi * (v - after), 0.0])
                         elif not on_wall(a, b, c, n, d):
@@ -74,8 +74,8 @@ def meet_all(
 @ti.func
 def add_mixture(grid: ti.template(), window: ti.template(), nodes: ti.template(), s, w):
     """Divergence of what the robot changes in the mixture's velocity, added to SCALAR."""
-    for d in ti.static(range(3)):
-        step = (nodes.sx, nodes.sy, 1)[d]
+    for d in range(3):
+        step = chosen(d, nodes.sx, nodes.sy, 1)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 first = i * nodes.sx + j * nodes.sy
@@ -90,15 +90,15 @@ def add_mixture(grid: ti.template(), window: ti.template(), nodes: ti.template()
 def press_faces(grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w):
     """The robot's velocities in MOVED without the gradient of SCALAR; the water's change of velocity into STAR."""
     n = cells(scene)
-    for d in ti.static(range(3)):
-        step = (nodes.sx, nodes.sy, 1)[d]
+    for d in range(3):
+        step = chosen(d, nodes.sx, nodes.sy, 1)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
                     x = i * nodes.sx + j * nodes.sy + k
                     if grid[ROBOT + d, x][1] > 0.0 and inside(i - WALL_NODES, j - WALL_NODES, k - WALL_NODES, n, d):
                         moved = grid[MOVED + d, x]
-                        grid[STAR, x] += only(moved[1], d)
+                        grid[STAR, x] += moved[1] * unit(d)
                         grid[MOVED + d, x] = moved + only(grid[SCALAR, x - step][0] - grid[SCALAR, x][0], 0)
 
 
@@ -119,11 +119,11 @@ def find_window(
     state: ti.template(), window: ti.template(), scene: ti.template(), t, w, width: ti.template()
 ):  # fmt: skip
     """The window of the faces that the particles touch at slot t."""
-    for d in ti.static(range(3)):
-        count = (scene.nodes_x, scene.nodes_y, scene.nodes_z)[d]
+    for d in range(3):
+        count = chosen(d, scene.nodes_x, scene.nodes_y, scene.nodes_z)
         low, high = count, 0
         for p in range(state.shape[2]):
-            place = state[t, w, p, X][d] * scene.inverse
+            place = dot(state[t, w, p, X], unit(d)) * scene.inverse
             # faces of direction d lie half a cell beside those of the others
             low = ti.min(low, first_node(place - 0.5, count, width))
             high = ti.max(high, first_node(place, count, width) + width)
@@ -206,8 +206,8 @@ def press_adjoint(
                 x = node_of(nodes, i, j, k)
                 pressure = flow_adjoint[0, w, (i * n.y + j) * n.z + k][3]
                 grid[SCALAR, x] = grid_adjoint[SCALAR, x] + only(pressure / dt, 0)
-    for d in ti.static(range(3)):
-        step = (nodes.sx, nodes.sy, 1)[d]
+    for d in range(3):
+        step = chosen(d, nodes.sx, nodes.sy, 1)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
@@ -237,8 +237,8 @@ def meet_all_adjoint(
     """Adjoint of `meet_all`: those of the robot's rows in ROBOT, of the water's velocity in STAR and of the pressure of
     the last substep in SCALAR, which begins at zero."""
     n = cells(scene)
-    for d in ti.static(range(3)):
-        step = (nodes.sx, nodes.sy, 1)[d]
+    for d in range(3):
+        step = chosen(d, nodes.sx, nodes.sy, 1)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
@@ -250,12 +250,12 @@ def meet_all_adjoint(
                         if inside(a, b, c, n, d):
                             mixture = grid[SCALAR, x - step][0] - grid[SCALAR, x][0]
                             # STAR holds the sum of the adjoints of the water's and of the mixture's velocity
-                            whole = grid_adjoint[STAR, x][d]
+                            whole = dot(grid_adjoint[STAR, x], unit(d))
                             row, star, lift = meeting_adjoint(
-                                q, grid[STAR, x][d], pull(grid, x, scene, nodes, d), dt, v_adjoint, whole - mixture,
+                                q, dot(grid[STAR, x], unit(d)), pull(grid, x, scene, nodes, d), dt, v_adjoint, whole - mixture,
                                 mixture, scene,
                             )  # fmt: skip
-                            grid_adjoint[STAR, x] += only(star - whole, d)
+                            grid_adjoint[STAR, x] += (star - whole) * unit(d)
                             grid_adjoint[SCALAR, x] += only(lift, 0)
                             grid_adjoint[SCALAR, x - step] += only(0.0 - lift, 0)
                         elif not on_wall(a, b, c, n, d):
@@ -311,8 +311,8 @@ def reverse_immersed(
 def robot_after(grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w):
     """The robot's velocities in MOVED without the gradient of SCALAR."""
     n = cells(scene)
-    for d in ti.static(range(3)):
-        step = (nodes.sx, nodes.sy, 1)[d]
+    for d in range(3):
+        step = chosen(d, nodes.sx, nodes.sy, 1)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
