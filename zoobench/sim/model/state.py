@@ -350,9 +350,7 @@ def medium_share(medium: MediumBed, occupancy: Array) -> Array:
     return share
 
 
-def empty_matter(
-    scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str, cells: int = 0
-) -> Matter:
+def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str, cells: int = 0) -> Matter:
     """Zeroed tensors of the size that the scene needs, with `cells` of water on a grid."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
@@ -360,9 +358,7 @@ def empty_matter(
     return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells)
 
 
-def initial_matter(
-    scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0
-) -> Matter:
+def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0) -> Matter:
     """The scene at time zero in one slot, but for the window, which the caller sets."""
     robot, medium = scene.robot, scene.medium
     matter = empty_matter(scene, 1, worlds, real, device, cells)

@@ -2,8 +2,8 @@
 
 Finite volumes about the faces: u* = u - dt div(a u) + dt nu lap u, explicit. The flux through a side of a volume takes
 the velocity a of the sides' own direction as the mean of the two faces beside it, and what it carries from four values
-by the third-order upwind-biased interpolation: a (7 (c + m) - mm - p) / 12 + |a| (p - 3 c + 3 m - mm) / 12 (kappa = 1/3,
-Hundsdorfer et al. 1995). Its error is a fourth derivative in proportion to |a|: what is slow is hardly damped, which is
+by the third-order upwind-biased interpolation: a (7 (c + m) - mm - p) / 12 + |a| (p - 3 c + 3 m - mm) / 12
+(Hundsdorfer et al. 1995). Its error is a fourth derivative in proportion to |a|: what is slow is hardly damped, which is
 why it was chosen over the particles' transfers, whose viscosity does not vanish with the speed. Walls are smooth:
 beyond them is the mirror image, with the normal velocity turned.
 
@@ -13,7 +13,6 @@ lower neighbour along e lie alike, and have the speeds (u_e(x) + u_e(x - e_d)) /
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.columns import zero_lanes
 from zoobench.sim.kernels.water_grid.fields import STAR, VISCOSITY, WATER, arena, cells, chosen, node_of, only, unit
 
@@ -142,7 +141,7 @@ def advect_adjoint(grid: ti.template(), grid_adjoint: ti.template(), scene: ti.t
             for k in range(-edge, n.z + edge):
                 x = node_of(nodes, i, j, k)
                 grid_adjoint[WATER, x] = zero_lanes()
-                if 0 <= i and i < n.x and 0 <= j and j < n.y and 0 <= k and k < n.z:
+                if ti.min(i, j, k) >= 0 and i < n.x and j < n.y and k < n.z:
                     grid_adjoint[WATER, x] = grid_adjoint[STAR, x]
     for e in ti.static(range(3)):
         step = (nodes.sx, nodes.sy, 1)[e]

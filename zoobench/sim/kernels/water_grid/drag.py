@@ -14,7 +14,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.water_grid.fields import DENSITY
 
-DRAG_FROM, DRAG_WHOLE = 0.4, 0.7
+DRAG_FROM, DRAG_WHOLE = 0.6, 0.9
 """Solid shares at which drag begins and is complete [-], of particles' volumes times their `cover`."""
 
 DEEP_FROM, DEEP_WHOLE = 0.7, 0.95
@@ -26,7 +26,7 @@ FULLEST = 0.97
 
 @ti.func
 def shares(q, scene: ti.template()):
-    """Of a face's (momentum, mass, volume, covered volume): share phi, drag, its slope, depth, and mass of the water."""
+    """Of a face's row q, see `fields`: share phi, drag, its slope, depth, and mass of the water."""
     per_cell = scene.inverse * scene.inverse * scene.inverse
     phi = ti.min(FULLEST, q[2] * per_cell)
     t = ti.max(0.0, ti.min(1.0, (q[3] * per_cell - DRAG_FROM) / (DRAG_WHOLE - DRAG_FROM)))

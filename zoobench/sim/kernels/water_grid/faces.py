@@ -91,9 +91,7 @@ def from_faces(
     for d in range(3):
         own = unit(d)
         at = face_stencil(place, own, scene, nodes, width)
-        total, by_x, by_y, by_z = gather(
-            grid, MOVED + d, nodes, at.node, weights(at.offset, width), width
-        )
+        total, by_x, by_y, by_z = gather(grid, MOVED + d, nodes, at.node, weights(at.offset, width), width)
         v = total[0]
         velocity += v * own
         rate_x += factor * (by_x[0] - at.offset[0] * v) * own

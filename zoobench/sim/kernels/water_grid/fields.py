@@ -1,9 +1,9 @@
 """How water on a grid lies in the arrays that kernels take; `layout` has the others.
 
-    flow     [slots, worlds, cells, 4] velocity on the lower faces of the arena's cells [m/s], and pressure over density
-             and grid spacing in them [m/s^2]
-    modes    [rows, 4] of the pressure's solver, see `pressure`
-    grid     [fields, nodes] fields of the nodes, below; all nodes of the arena, of one world
+flow     [slots, worlds, cells, 4] velocity on the lower faces of the arena's cells [m/s], and pressure over density
+         and grid spacing in them [m/s^2]
+modes    [rows, 4] of the pressure's solver, see `pressure`
+grid     [fields, nodes] fields of the nodes, below; all nodes of the arena, of one world
 """
 
 import taichi as ti
@@ -12,9 +12,9 @@ from zoobench.sim.kernels.boundary import WALL_NODES
 
 ROBOT, MOVED, WATER, STAR, SCALAR, SOLVE = 0, 3, 6, 7, 8, 9
 """Fields of the grid. Of the robot one for each direction: (momentum, mass, volume, volume times cover) of the faces;
-after the meeting (velocity, change of the water's velocity, change of the mixture's velocity, 0). Of the water: velocity
-and pressure at the substep's beginning with mirror images, velocity after advection; a scalar of the cells, and the
-solver's own order of cells."""
+after the meeting (velocity, change of the water's velocity, change of the mixture's velocity, 0). Of the water: its
+velocity and pressure at the substep's beginning with mirror images, and its velocity after advection; a scalar of the
+cells; and the cells in the solver's own order."""
 
 FIELDS = 10
 

@@ -13,7 +13,19 @@ from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
 from zoobench.sim.kernels.water_grid.drag import meeting, meeting_adjoint
 from zoobench.sim.kernels.water_grid.faces import from_faces, from_faces_adjoint, to_faces, to_faces_adjoint
-from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, SCALAR, STAR, WATER, arena, cells, chosen, node_of, only, unit
+from zoobench.sim.kernels.water_grid.fields import (
+    MOVED,
+    ROBOT,
+    SCALAR,
+    STAR,
+    WATER,
+    arena,
+    cells,
+    chosen,
+    node_of,
+    only,
+    unit,
+)
 from zoobench.sim.kernels.water_grid.pressure import divergence, gradient, solve
 
 

@@ -1,8 +1,8 @@
 """The pressure that makes a velocity on the faces free of divergence: Poisson's equation by cosine transforms.
 
 lap q = div u with the seven-point Laplacian and walls of no flux has the eigenvectors of the discrete cosine transform
-(DCT-II) along every axis: three dense products of fixed order each way, which at some tens of cells an axis cost no more
-than a fast transform, are exact to round-off and their own transpose. All is in units of the grid, where div and grad
+(DCT-II) along every axis: three dense products of fixed order each way, which at some tens of cells an axis cost no
+more than a fast transform, are exact to round-off and their own transpose. All is in units of the grid, where div and grad
 are differences between neighbours.
 
 `modes` holds for every axis of n cells the transform and its inverse, zeros making up n to a multiple of four, by input
