@@ -3,7 +3,7 @@
 Finite volumes about the faces: u* = u - dt div(a u) + dt nu lap u, explicit. The flux through a side of a volume takes
 the velocity a of the sides' own direction as the mean of the two faces beside it, and what it carries from four values
 by the third-order upwind-biased interpolation: a (7 (c + m) - mm - p) / 12 + |a| (p - 3 c + 3 m - mm) / 12
-(Hundsdorfer et al. 1995). Its error is a fourth derivative in proportion to |a|: what is slow is hardly damped, which is
+(Hundsdorfer et al. 1995). Its error is a fourth derivative in proportion to |a|: what is slow is hardly damped. That is
 why it was chosen over the particles' transfers, whose viscosity does not vanish with the speed. Walls are smooth:
 beyond them is the mirror image, with the normal velocity turned.
 

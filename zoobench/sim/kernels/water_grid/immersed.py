@@ -264,8 +264,8 @@ def meet_all_adjoint(
                             # STAR holds the sum of the adjoints of the water's and of the mixture's velocity
                             whole = dot(grid_adjoint[STAR, x], unit(d))
                             row, star, lift = meeting_adjoint(
-                                q, dot(grid[STAR, x], unit(d)), pull(grid, x, scene, nodes, d), dt, v_adjoint, whole - mixture,
-                                mixture, scene,
+                                q, dot(grid[STAR, x], unit(d)), pull(grid, x, scene, nodes, d), dt, v_adjoint,
+                                whole - mixture, mixture, scene,
                             )  # fmt: skip
                             grid_adjoint[STAR, x] += (star - whole) * unit(d)
                             grid_adjoint[SCALAR, x] += only(lift, 0)

@@ -2,8 +2,8 @@
 
 lap q = div u with the seven-point Laplacian and walls of no flux has the eigenvectors of the discrete cosine transform
 (DCT-II) along every axis: three dense products of fixed order each way, which at some tens of cells an axis cost no
-more than a fast transform, are exact to round-off and their own transpose. All is in units of the grid, where div and grad
-are differences between neighbours.
+more than a fast transform, are exact to round-off and their own transpose. All is in units of the grid, where div and
+grad are differences between neighbours.
 
 `modes` holds for every axis of n cells the transform and its inverse, zeros making up n to a multiple of four, by input
 and four outputs a row; then the inverse eigenvalues, in the solver's order of cells: rows of four along z.
