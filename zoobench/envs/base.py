@@ -70,7 +70,7 @@ class Environment:
         terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
             water is level, its thickness above the lowest ground.
         skin: of the ground, by which it carries a robot outside water.
-        water: that fills the arena, on a grid, in place of bed and ground.
+        water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
     """
 
     robot: ElasticMaterial
@@ -121,7 +121,7 @@ class Environment:
             lower=(0.0, 0.0, 0.0),
             upper=self.arena,
             medium=self._fill(size, robot, sites, fidelity, shared=body.malleable),
-            ground=None if self.water else Ground(self.friction, self.terrain, self.skin),
+            ground=Ground(self.friction, self.terrain, self.skin),
             gravity=self.gravity,
             water=self.water,
         )

@@ -18,13 +18,14 @@ _ROUGH = 0.5
 draft 45 mm/s on a slope of 5 degrees, where friction leaves 0.8 mm/s."""
 
 _PROVISIONAL = (
-    "held against drag, added mass and coasting its water is far too thick (a fish that coasts keeps 5 % of its speed "
-    "after 10 ms, and 80 to 90 % in real water), so that moving in it is not swimming"
+    "its water flows as measured (a fish that coasts keeps two thirds of its speed after 10 ms, and 80 to 90 % in real "
+    "water; particles of water leave 5 %), but its swimmers are no swimmers yet: with thick tails and fins of one layer "
+    "of particles, how fast they go is not swimming"
 )
 
 
 @register(
-    Kind.ENV, "ocean", version=8, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
+    Kind.ENV, "ocean", version=9, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(
@@ -33,7 +34,7 @@ def ocean(
     length: float = 0.3125,
     width: float = 0.1875,
     bulk_modulus: float = 1e5,
-    water: Literal["particles", "grid"] = "particles",
+    water: Literal["grid", "particles"] = "grid",
     fluid: Water = FRESH_WATER,
     hills: Hills = LEVEL,
     profile: Profile = LEVEL_WAY,
@@ -52,7 +53,7 @@ def ocean(
     * `length`, `width`: of water and arena along x and z [m].
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
-    * `water`: `particles` or `grid`.
+    * `water`: `grid` or `particles`.
     """
     terrain = profile.terrain((length, width), START * length, hills)
     gravity = (0.0, -physics.gravity, 0.0)

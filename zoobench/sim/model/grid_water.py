@@ -11,7 +11,7 @@ from zoobench.errors import SceneError
 SOLID_SHARE = 0.6
 """Share of volume at a particle's own place from which matter counts as solid by itself [-]: see `cover`."""
 
-LEAST_CELLS = 4
+LEAST_CELLS = 2
 """Cells between walls in each direction, which the stencils of advection need."""
 
 

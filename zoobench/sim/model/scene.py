@@ -184,6 +184,11 @@ class Ground:
     terrain: Terrain | None = None
     skin: GroundSkin = SKIN
 
+    @property
+    def is_smooth(self) -> bool:
+        """Whether it is a level plane without friction."""
+        return self.friction == 0.0 and self.terrain is None
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -193,7 +198,7 @@ class Scene:
         robot: the elastic body with muscles.
         medium: the matter that it moves on or in, or None.
         ground: the plane under both, or None for free flight.
-        water: water on a grid that fills the arena, in place of a medium and a ground, or None.
+        water: water on a grid that fills the arena in place of a medium, on a ground that is a smooth wall, or None.
         gravity: [m/s^2]; tilted gravity is an incline. In water on a grid it acts on the robot's excess of density.
         lower, upper: corners of the arena [m]; its walls have no friction and matter separates from them freely. With
             a ground, lower y is 0.
@@ -211,8 +216,11 @@ class Scene:
         _check_elastic(self.robot)
         if self.water is not None:
             self.water.check()
-            if self.medium is not None or self.ground is not None:
-                raise SceneError("Water on a grid fills the arena from wall to wall. Leave out medium and ground.")
+            if self.medium is not None or (self.ground is not None and not self.ground.is_smooth):
+                raise SceneError(
+                    "Water on a grid fills the arena from wall to wall. Leave out the medium, and friction and terrain "
+                    "of the ground."
+                )
         if self.medium is not None:
             _check_medium(self.medium)
         if not np.isfinite(self.gravity).all():
@@ -277,8 +285,10 @@ class Scene:
 
 
 def has_skin(scene: Scene) -> bool:
-    """Whether the ground pushes on the robot by its skin, see `Ground`: not where it shares a medium's velocity."""
-    return scene.ground is not None and (scene.medium is None or scene.medium.friction is not None)
+    """Whether the ground pushes on the robot by its skin, see `Ground`: not in water or where both share a velocity."""
+    if scene.ground is None or scene.water is not None:
+        return False
+    return scene.medium is None or scene.medium.friction is not None
 
 
 def _check_elastic(body: ElasticBody) -> None:

@@ -104,7 +104,7 @@ def test_impossible_water_is_refused(changes: dict[str, object], message: str) -
 
 def test_water_needs_some_cells_and_one_thread() -> None:
     """Neither a box of two cells nor worlds at once can be simulated."""
-    with pytest.raises(SceneError, match="at least 4"):
-        Solver(block_in_water(), replace(fine(32), grid_spacing=SIZE[1] / 2))
+    with pytest.raises(SceneError, match="at least 2"):
+        Solver(block_in_water(), replace(fine(32), grid_spacing=SIZE[1]))
     with pytest.raises(UsageError, match="one thread"):
         Solver(block_in_water(), fine(32), parallel=True)
