@@ -18,9 +18,9 @@ _ROUGH = 0.5
 draft 45 mm/s on a slope of 5 degrees, where friction leaves 0.8 mm/s."""
 
 _PROVISIONAL = (
-    "its water flows as measured (a fish that coasts keeps two thirds of its speed after 10 ms, and 80 to 90 % in real "
-    "water; particles of water leave 5 %), but its swimmers are no swimmers yet: with thick tails and fins of one layer "
-    "of particles, how fast they go is not swimming"
+    "its water flows nearly as real water does (of a coasting fish's speed 70 % are left after 10 ms, 80 to 90 % in "
+    "real water and 5 % in water of particles), but its swimmers are not yet built as real ones: with thick tails and "
+    "fins of one layer of particles, how they move is not swimming"
 )
 
 
@@ -53,7 +53,7 @@ def ocean(
     * `length`, `width`: of water and arena along x and z [m].
     * `bulk_modulus`: K of water of particles [Pa]. At 1e5 the water is compressed by 1.5 % at the bottom, and the speed
       of sound is 10 m/s.
-    * `water`: `grid` or `particles`.
+    * `water`: `grid` or `particles` [-].
     """
     terrain = profile.terrain((length, width), START * length, hills)
     gravity = (0.0, -physics.gravity, 0.0)

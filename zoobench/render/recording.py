@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from zoobench import registry
 from zoobench.arrays import Array
@@ -86,6 +85,8 @@ def still_water(scene: Scene, robot: Array, edge: float) -> Positions:
 
     They stay where they are; `robot` holds the particles `[m, 3]` [m] whose places are left out. None without water.
     """
+    from scipy.spatial import KDTree
+
     if scene.water is None:
         return np.zeros((0, 3), np.float32)
     points = fill_box(np.array(scene.lower), np.array(scene.upper), edge, 1)

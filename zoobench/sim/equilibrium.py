@@ -121,7 +121,8 @@ def _read(path: Path) -> Matter | None:
     with contextlib.suppress(OSError):
         path.touch()  # when it was last used
     with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
-        return Matter(*(torch.from_numpy(arrays[name]) for name in _TENSORS), int(arrays["robot"]))
+        state, window, flow = (torch.from_numpy(arrays[name]) for name in _TENSORS)
+        return Matter(state, window, flow, int(arrays["robot"]))
 
 
 def _write(path: Path, matter: Matter) -> None:

@@ -13,8 +13,7 @@ from zoobench.sim.kernels import half_step, parallel, serial, sleep_survey, surv
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
-from zoobench.sim.kernels.water_grid import fields as water_fields
-from zoobench.sim.kernels.water_grid import immersed
+from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
@@ -231,7 +230,7 @@ class Launcher:
     def _fields(self) -> set[int]:
         """The fields of the grid that the kernels use, see `layout`."""
         if self._scene.water:
-            return set(range(water_fields.FIELDS))
+            return set(range(water_layout.FIELDS))
         found = {MOMENTUM, VELOCITY}
         if self.variant.uses(AFLIP):
             found.add(BEFORE)

@@ -45,7 +45,7 @@ class GridWater:
 
     @property
     def constants(self) -> tuple[float, float, float, float, float]:
-        """(density, viscosity), as `kernels.water_grid.fields` has them."""
+        """(density, viscosity), as `kernels.water_grid.water_layout` has them."""
         return (self.density, self.viscosity, 0.0, 0.0, 0.0)
 
 

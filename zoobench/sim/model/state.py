@@ -1,6 +1,7 @@
 """The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
@@ -74,7 +75,7 @@ class Matter:
         state: `[slots, worlds, particles, rows, 4]` as `kernels.layout` has it.
         memory: what it holds, see `memory`.
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
-        flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.fields` has it; no cells without.
+        flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
         robot: number of the robot's particles, which come first.
 
     The other attributes are views of `state`:
@@ -158,17 +159,22 @@ class Matter:
         """All memory of the state."""
         return self.state, self.window, self.flow
 
+    def _like(self, tensors: Iterable[Tensor]) -> "Matter":
+        """Another state of these tensors, in the order of `tensors`."""
+        state, window, flow = tensors
+        return Matter(state, window, flow, self.robot)
+
     def on_host(self) -> Array:
         """The state as an array, on the CPU without a copy."""
         return self.memory if self.state.is_cpu else self.state.cpu().numpy()
 
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
-        return Matter(*(tensor[:, world : world + 1].clone() for tensor in self.tensors()), self.robot)
+        return self._like(tensor[:, world : world + 1].clone() for tensor in self.tensors())
 
     def copy_slot(self, slot: int) -> "Matter":
         """A one-slot copy: a checkpoint."""
-        return Matter(*(tensor[slot : slot + 1].clone() for tensor in self.tensors()), self.robot)
+        return self._like(tensor[slot : slot + 1].clone() for tensor in self.tensors())
 
     def load_slot(self, slot: int, saved: "Matter") -> None:
         """Write a one-slot copy back into a slot, that of a single world into all worlds."""
@@ -197,13 +203,12 @@ class Matter:
 
     def extended(self, slots: int) -> "Matter":
         """So many zeroed slots of this size; on the CPU they take no memory before they are written."""
-        longer = (lazy_zeros((slots, *one.shape[1:]), one.dtype, str(one.device)) for one in self.tensors())
-        return Matter(*longer, self.robot)
+        return self._like(lazy_zeros((slots, *one.shape[1:]), one.dtype, str(one.device)) for one in self.tensors())
 
     def at(self, slots: IntArray) -> "Matter":
         """A one-slot copy of every world at its own slot `[worlds]`."""
         places, worlds = torch.as_tensor(slots), torch.arange(len(slots))
-        return Matter(*(tensor[places, worlds][None] for tensor in self.tensors()), self.robot)
+        return self._like(tensor[places, worlds][None] for tensor in self.tensors())
 
     def load_worlds(self, worlds: IntArray, source: "Matter", slots: IntArray) -> None:
         """Give some worlds at slot 0 the states that they have at these slots of another, `[chosen]` each."""

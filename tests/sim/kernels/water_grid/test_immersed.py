@@ -93,7 +93,7 @@ def test_fast_water_shortens_the_step() -> None:
     [
         ({"water": GridWater(density=-1.0)}, "Give a positive density"),
         ({"water": GridWater(velocities=np.full((2, 2, 2, 3), np.nan))}, "not finite"),
-        ({"ground": scenes.ground_scene().ground}, "Leave out medium and ground"),
+        ({"ground": scenes.ground_scene().ground}, "Leave out the medium, and friction"),
     ],
 )
 def test_impossible_water_is_refused(changes: dict[str, object], message: str) -> None:

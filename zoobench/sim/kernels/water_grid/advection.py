@@ -14,7 +14,17 @@ lower neighbour along e lie alike, and have the speeds (u_e(x) + u_e(x - e_d)) /
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.water_grid.fields import STAR, VISCOSITY, WATER, arena, cells, chosen, node_of, only, unit
+from zoobench.sim.kernels.water_grid.water_layout import (
+    STAR,
+    VISCOSITY,
+    WATER,
+    arena,
+    cells,
+    chosen,
+    node_of,
+    only,
+    unit,
+)
 
 UPWIND = 1.0
 """Share of the upwind term: 1 is third-order upwind-biased, 0 central of fourth order, which damps nothing."""

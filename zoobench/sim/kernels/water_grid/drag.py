@@ -4,17 +4,17 @@ Both have velocities of their own, and volume shares that add up to one. What ma
 pressure for their mixture; drag acts only where the robot fills the face to `DRAG_FROM` or more, and is complete from
 `DRAG_WHOLE` on. With one velocity for both, or with drag wherever the robot's splines reach, the robot would be thicker
 by a cell on every side, and water would stick to it there: a plate that bends in a wave from head to tail then drives
-itself backwards. The band is a closure, calibrated on the added mass and the drag of a ball. The impulse is inelastic,
-equal and opposite: it conserves momentum and never adds energy, at any step.
+itself backwards. The band is a closure, calibrated once, on the added mass and the drag of a ball and on
+that plate. The impulse is inelastic, equal and opposite: it conserves momentum and never adds energy, at any step.
 
 Deep in the robot there is no water, and what stands for it moves as the robot does.
 """
 
 import taichi as ti
 
-from zoobench.sim.kernels.water_grid.fields import DENSITY
+from zoobench.sim.kernels.water_grid.water_layout import DENSITY
 
-DRAG_FROM, DRAG_WHOLE = 0.6, 0.9
+DRAG_FROM, DRAG_WHOLE = 0.7, 0.95
 """Solid shares at which drag begins and is complete [-], of particles' volumes times their `cover`."""
 
 DEEP_FROM, DEEP_WHOLE = 0.7, 0.95
@@ -26,7 +26,7 @@ FULLEST = 0.97
 
 @ti.func
 def shares(q, scene: ti.template()):
-    """Of a face's row q, see `fields`: share phi, drag, its slope, depth, and mass of the water."""
+    """Of a face's row q, see `water_layout`: share phi, drag, its slope, depth, and mass of the water."""
     per_cell = scene.inverse * scene.inverse * scene.inverse
     phi = ti.min(FULLEST, q[2] * per_cell)
     t = ti.max(0.0, ti.min(1.0, (q[3] * per_cell - DRAG_FROM) / (DRAG_WHOLE - DRAG_FROM)))

@@ -1,7 +1,7 @@
 """A robot's particle to and from the faces of the water's grid: MLS-MPM with APIC, direction by direction.
 
 Faces of direction d form a grid that is offset by half a cell in the two other directions. Arrays and names are those
-of `substep`; fields of the grid are those of `fields`.
+of `substep`; fields of the grid are those of `water_layout`.
 """
 
 import taichi as ti
@@ -26,7 +26,7 @@ from zoobench.sim.kernels.splines import INVERSE_MOMENT, stencil, weight_derivat
 from zoobench.sim.kernels.substep import particle_stress
 from zoobench.sim.kernels.substep_adjoint import robot_stress_adjoint
 from zoobench.sim.kernels.transfer import gather, gather_adjoint, scatter, scatter_adjoint
-from zoobench.sim.kernels.water_grid.fields import MOVED, ROBOT, only, unit
+from zoobench.sim.kernels.water_grid.water_layout import MOVED, ROBOT, only, unit
 
 COVER = 3
 """Lane of a particle's second row of `body`: the factor of its volume by which faces count as solid."""

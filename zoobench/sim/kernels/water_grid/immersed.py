@@ -1,4 +1,4 @@
-"""The substep of a robot in water on a grid and its adjoint, for one thread; arrays are those of `layout` and `fields`.
+"""The substep of a robot in water on a grid and its adjoint, for one thread; for arrays see `layout`, `water_layout`.
 
 The worlds are taken in turn through one grid. All sums are in a fixed order.
 """
@@ -13,7 +13,8 @@ from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.water_grid.advection import advect, advect_adjoint, hold_walls, load_flow
 from zoobench.sim.kernels.water_grid.drag import meeting, meeting_adjoint
 from zoobench.sim.kernels.water_grid.faces import from_faces, from_faces_adjoint, to_faces, to_faces_adjoint
-from zoobench.sim.kernels.water_grid.fields import (
+from zoobench.sim.kernels.water_grid.pressure import divergence, gradient, solve
+from zoobench.sim.kernels.water_grid.water_layout import (
     MOVED,
     ROBOT,
     SCALAR,
@@ -26,7 +27,6 @@ from zoobench.sim.kernels.water_grid.fields import (
     only,
     unit,
 )
-from zoobench.sim.kernels.water_grid.pressure import divergence, gradient, solve
 
 
 @ti.func

@@ -12,7 +12,7 @@ and four outputs a row; then the inverse eigenvalues, in the solver's order of c
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.water_grid.fields import SCALAR, SOLVE, arena, cells, node_of, only
+from zoobench.sim.kernels.water_grid.water_layout import SCALAR, SOLVE, arena, cells, node_of, only
 
 
 @ti.func
