@@ -78,8 +78,8 @@ def test_columns_that_do_not_fit_the_key_are_not_believed(location: str) -> None
         store.enqueue([make_spec()])
         with store._database.write() as session:
             session.execute(update(SpecRecord).values(env="ice-v1"))
-            (document,) = session.scalars(select(SpecRecord.document))
-        assert store.runs()[0].spec == spec_from(document) == make_spec()
+            ((key, document),) = session.execute(select(SpecRecord.key, SpecRecord.document))
+        assert store.runs()[0].spec == spec_from(key, document) == make_spec()
 
 
 def test_a_choice_is_made_by_the_database(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ ENVS = registry.names(Kind.ENV)
 
 def made(name: str) -> Environment:
     """A registered environment."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
+    env: Environment = registry.create(Kind.ENV, Ref.parse(name))
     return env
 
 

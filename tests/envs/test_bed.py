@@ -14,7 +14,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
 
-MEDIA = ["desert", "clay", "wetland", "snow", "shallow-water", "ocean"]
+MEDIA = ["desert", "clay", "wetland", "snow", "shallow-water", "ocean[water=particles]"]
 FIDELITY = Fidelity(1 / 32)
 
 
@@ -57,7 +57,7 @@ def test_the_bed_starts_inside_its_yield_surface(material: SandMaterial | ClayMa
 
 def test_water_is_as_dense_as_its_pressure_says() -> None:
     """Mass by volume times J is the density at rest everywhere, so that the stratification is stable."""
-    env, bed = _bed("ocean")
+    env, bed = _bed("ocean[water=particles]")
     assert env.bed is not None
     place = np.prod(env.arena) * env.bed.thickness / env.arena[1] / len(bed.positions)
     assert bed.volumes * bed.history == pytest.approx(place, rel=1e-12)
@@ -68,7 +68,7 @@ def test_a_malleable_body_shares_its_place_with_water() -> None:
     """Every particle below the surface has a water particle at its place, at the pressure there; not on land."""
     body = replace(Caterpillar(height=0.06).body(FIDELITY), malleable=True)
     robot_only = replace(body, malleable=False)
-    for name in ("ocean", "shallow-water", "desert"):
+    for name in ("ocean[water=particles]", "shallow-water", "desert"):
         env = made(name)
         shared, alone = env.scene(body, FIDELITY), env.scene(robot_only, FIDELITY)
         assert shared.medium is not None
@@ -90,7 +90,7 @@ def test_a_malleable_body_shares_its_place_with_water() -> None:
 
 def test_what_joins_a_bed_must_name_robots_that_exist() -> None:
     """A host beyond the robot's particles is refused when the scene is created."""
-    env, bed = _bed("ocean")
+    env, bed = _bed("ocean[water=particles]")
     scene = env.scene(Caterpillar().body(FIDELITY), FIDELITY)
     with pytest.raises(SceneError, match="hosts range"):
         replace(scene, medium=sharing(bed, bed, np.full(bed.particle_count, 10**6)))

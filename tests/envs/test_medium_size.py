@@ -47,7 +47,7 @@ def scores(env: Environment, frames: int) -> Array:
 
 def feels_the_size(name: str, frames: int, scale: float = 1.0) -> bool:
     """Whether any score in a medium of `scale` times its length and width differs from that in twice the size."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
+    env: Environment = registry.create(Kind.ENV, Ref.parse(name))
     length, height, width = env.arena
     small, large = (
         scores(replace(env, arena=(factor * length, height, factor * width)), frames) for factor in (scale, 2.0 * scale)
@@ -63,7 +63,7 @@ def test_few_frames_carry_nothing_to_the_end_of_a_bed_and_back() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["desert", "clay", "wetland", "snow", "shallow-water", "ocean"])
+@pytest.mark.parametrize("name", ["desert", "clay", "wetland", "snow", "shallow-water", "ocean[water=particles]"])
 def test_media_are_as_large_as_the_robot_can_feel(name: str) -> None:
     """Over 60 frames, for movement speed and turning."""
     assert not feels_the_size(name, frames=60)
@@ -72,4 +72,4 @@ def test_media_are_as_large_as_the_robot_can_feel(name: str) -> None:
 @pytest.mark.slow
 def test_a_tank_that_is_too_small_is_felt() -> None:
     """A swimmer between walls a centimetre away; after fewer frames the change is still of the size of the noise."""
-    assert feels_the_size("ocean", frames=60, scale=0.55)
+    assert feels_the_size("ocean[water=particles]", frames=60, scale=0.55)

@@ -119,7 +119,8 @@ def test_a_grid_that_would_miss_an_edge_is_refused() -> None:
 @pytest.mark.parametrize("name", ENVS)
 def test_the_profile_reaches_every_scene(name: str) -> None:
     """The robot's lowest particle is above the ground, or in water clear of it, and the bed is above the ground."""
-    scene = _made(f"{name}[{FULL}]").scene(Caterpillar().body(DRAFT), DRAFT)
+    water = ",water=particles" if name == "ocean" else ""
+    scene = _made(f"{name}[{FULL}{water}]").scene(Caterpillar().body(DRAFT), DRAFT)
     assert scene.ground is not None
     terrain = scene.ground.terrain
     assert terrain is not None
@@ -194,10 +195,10 @@ def test_a_robot_stands_on_a_step() -> None:
     assert heights[1] == pytest.approx(heights[0], abs=DRAFT.grid_spacing / 4)
 
 
-@pytest.mark.parametrize("name", ["ocean", "shallow-water"])
+@pytest.mark.parametrize("name", ["ocean[water=particles,", "shallow-water["])
 def test_water_on_terrain_has_a_level_surface(name: str) -> None:
     """It is as deep as the ground is low, to a cell, and each particle carries the weight of the water above it."""
-    env = _made(f"{name}[slope=2]")
+    env = _made(f"{name}slope=2]")
     bed, terrain = env.bed, env.terrain
     assert bed is not None
     assert terrain is not None
@@ -212,7 +213,9 @@ def test_water_on_terrain_has_a_level_surface(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("text", ["shallow-water[slope=2,length=0.25,width=0.125]", "ocean[slope=5,width=0.125]"])
+@pytest.mark.parametrize(
+    "text", ["shallow-water[slope=2,length=0.25,width=0.125]", "ocean[water=particles,slope=5,width=0.125]"]
+)
 def test_water_comes_to_rest_on_terrain(text: str) -> None:
     """Laid on the ground itself and not on the nodes that hold it, or without friction, it streams at 20 to 50 mm/s."""
     env = _made(text)
@@ -227,4 +230,10 @@ def test_terrain_without_room_for_the_swimmer_is_refused() -> None:
     """Ground that reaches the swimmer leaves no room; the message has the remedy."""
     body = Caterpillar().body(DRAFT)
     with pytest.raises(SceneError, match=r"(?s)no room above.*Give lower terrain"):
-        _made("ocean[slope=40]").scene(body, DRAFT)
+        _made("ocean[water=particles,slope=40]").scene(body, DRAFT)
+
+
+def test_water_on_a_grid_has_a_level_floor() -> None:
+    """The message says what has one that is not."""
+    with pytest.raises(UsageError, match="use water=particles"):
+        _made("ocean[slope=5]")

@@ -14,6 +14,7 @@ from zoobench.envs.physics import LAND, Contact, Physics
 from zoobench.envs.profile import Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
@@ -69,6 +70,7 @@ class Environment:
         terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
             water is level, its thickness above the lowest ground.
         skin: of the ground, by which it carries a robot outside water.
+        water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
     """
 
     robot: ElasticMaterial
@@ -81,6 +83,7 @@ class Environment:
     gravity: tuple[float, float, float] = EARTH_GRAVITY
     terrain: Terrain | None = None
     skin: GroundSkin = SKIN
+    water: GridWater | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.friction < np.inf:
@@ -120,6 +123,7 @@ class Environment:
             medium=self._fill(size, robot, sites, fidelity, shared=body.malleable),
             ground=Ground(self.friction, self.terrain, self.skin),
             gravity=self.gravity,
+            water=self.water,
         )
         return standing(scene, fidelity.particle_edge)
 
@@ -132,6 +136,8 @@ class Environment:
 
     def _floor(self, body: Body, rise: float) -> float:
         """Height of the body's underside [m], where it must be above `rise` [m] to be clear of the ground."""
+        if self.water is not None:
+            return max(0.0, self.arena[1] - float(body.positions[:, 1].max())) / 2
         if self.bed is None or self.stance is Stance.WADING:
             return rise
         if self.stance is Stance.STANDING:

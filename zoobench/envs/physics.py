@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from zoobench.errors import UsageError
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 
@@ -115,6 +116,11 @@ class Water:
             exponent=self.tait_exponent,
             viscosity=self.viscosity,
         )
+
+    @property
+    def on_grid(self) -> GridWater:
+        """The water as an incompressible one."""
+        return GridWater(density=self.medium_density, viscosity=self.viscosity / self.medium_density)
 
 
 FRESH_WATER = Water()

@@ -28,6 +28,8 @@ _LOW_FRICTION = 0.2  # bare ground with less is drawn as ice
 
 def medium_colour(scene: Scene) -> Colour:
     """Of the medium of a scene that has one."""
+    if scene.water is not None:
+        return _MEDIA["water"]
     assert scene.medium is not None
     return _MEDIA[scene.medium.material.law.name.lower()]
 
@@ -35,7 +37,8 @@ def medium_colour(scene: Scene) -> Colour:
 def ground_colour(scene: Scene) -> Colour:
     """Of the ground of a scene that has one."""
     assert scene.ground is not None
-    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.medium is None else _ROUGH
+    bare = scene.medium is None and scene.water is None
+    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and bare else _ROUGH
 
 
 def palette(names: Sequence[str]) -> list[Colour]:

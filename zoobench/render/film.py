@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording
+from zoobench.render.recording import Positions, Recording, still_water
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.paths import Path as Route
 
@@ -113,6 +113,8 @@ def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[n
     route: Route | None = getattr(problem.task, "route", None)
     clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
     count = record.body.particle_count
+    points = still_water(record.scene, record.scene.robot.positions, problem.fidelity.particle_edge)
+    water = np.broadcast_to(points, (len(kept), *points.shape))
     return Film(
         spec=problem.spec,
         evaluation=episode.evaluation,
@@ -122,7 +124,7 @@ def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[n
         kept=kept,
         times=clock[kept],
         robot=places[:, :count],
-        medium=places[:, count:],
+        medium=water if len(points) else places[:, count:],
         activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,
         target=None if route is None else centre[0] + route.positions(clock),

@@ -16,12 +16,16 @@ from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
+from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import medium_share
 from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 
 Positions = NDArray[np.float32]
+
+_CLEAR = 0.6
+"""Least distance of drawn water from a particle of the robot [edges]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +80,21 @@ def medium_exists(scene: Scene, occupancy: Array) -> NDArray[np.bool_]:
     return found
 
 
+def still_water(scene: Scene, robot: Array, edge: float) -> Positions:
+    """Points `[n, 3]` [m] that stand for water on a grid in pictures, as far from each other as particles `edge` [m].
+
+    They stay where they are; `robot` holds the particles `[m, 3]` [m] whose places are left out. None without water.
+    """
+    from scipy.spatial import KDTree
+
+    if scene.water is None:
+        return np.zeros((0, 3), np.float32)
+    points = fill_box(np.array(scene.lower), np.array(scene.upper), edge, 1)
+    gap, _ = KDTree(robot).query(points)
+    found: Positions = points[gap > _CLEAR * edge].astype(np.float32)
+    return found
+
+
 def snapshots(
     envs: Sequence[Ref],
     *,
@@ -106,6 +125,8 @@ def snapshots(
                 raise DivergenceError(rollout.divergences[0])
         place = (solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)[None]
         robot, medium = place[:, : solver.robot_count], place[:, solver.robot_count :]
+        medium = medium[:, medium_exists(scene, body.occupancy)]
+        points = still_water(scene, scene.robot.positions, grid.particle_edge)
         yield Snapshot(
             env=str(replace(name, version=0)),
             fidelity=str(replace(fidelity, version=0)),
@@ -114,6 +135,6 @@ def snapshots(
             particle_edge=grid.particle_edge,
             times=np.array([frames * FRAME_SECONDS]),
             robot=robot.astype(np.float32),
-            medium=medium[:, medium_exists(scene, body.occupancy)].astype(np.float32),
+            medium=np.concatenate([medium.astype(np.float32), points[None]], axis=1),
             centre=np.average(robot, axis=1, weights=body.masses(1.0)),
         )

@@ -62,6 +62,8 @@ def titles(shot: Snapshot, *, small: bool = False) -> tuple[str, str]:
     count = f"{shot.robot.shape[1] + shot.medium.shape[1]:,} particles"
     medium = shot.scene.medium
     below = "bare ground" if medium is None else medium.material.law.name.lower()
+    if shot.scene.water is not None:
+        below = "water"
     if small:
         return f"{shot.env} ({below})", f"{shot.fidelity}, {count}"
     moment = f"after {shot.times[0]:.3g} s" if shot.times[0] else "at rest, before the first frame"

@@ -152,6 +152,6 @@ class Ablation:
         launcher = self._sim.launcher
         with runtime.vector_lanes():
             repeat_part(
-                *self._matter.tensors(), self._sim.parameters.body, launcher.constants, launcher.terrain, self._grid,
+                *self._matter.particles, self._sim.parameters.body, launcher.constants, launcher.terrain, self._grid,
                 count, dt, launcher.variant, int(part),
             )  # fmt: skip

@@ -30,7 +30,7 @@ class Adjoint:
         real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
         self._counts, self._stops = rollout.counts * healthy, rollout.stops & healthy
-        self._state = empty_matter(sim.scene, 1, worlds, real, device)
+        self._state = empty_matter(sim.scene, 1, worlds, real, device, sim.matter.flow.shape[2])
         medium = sim.scene.medium
         # a medium's mass has an adjoint only where the robot's occupancy displaces it
         weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot

@@ -30,6 +30,8 @@ LARGEST_FOLDER = 500 * 2**20
 
 _DIGEST_BYTES = 32
 
+_TENSORS = ("state", "window", "flow")
+
 _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
 """Of /proc/cpuinfo: the first two on x86, the others on ARM."""
 
@@ -119,14 +121,15 @@ def _read(path: Path) -> Matter | None:
     with contextlib.suppress(OSError):
         path.touch()  # when it was last used
     with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
-        state, window = (torch.from_numpy(arrays[name]) for name in ("state", "window"))
-        return Matter(state, window, int(arrays["robot"]))
+        state, window, flow = (torch.from_numpy(arrays[name]) for name in _TENSORS)
+        return Matter(state, window, flow, int(arrays["robot"]))
 
 
 def _write(path: Path, matter: Matter) -> None:
     """Write a state after its digest."""
     buffer = io.BytesIO()
-    np.savez(buffer, state=matter.state.cpu().numpy(), window=matter.window.cpu().numpy(), robot=matter.robot)
+    arrays = {name: getattr(matter, name).cpu().numpy() for name in _TENSORS}
+    np.savez(buffer, **arrays, robot=np.asarray(matter.robot))
     payload = buffer.getvalue()
     replace_files({path: hashlib.sha256(payload).digest() + payload}, make_folders=True)
 

@@ -13,8 +13,10 @@ from zoobench.sim.kernels import half_step, parallel, serial, sleep_survey, surv
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
+from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
+from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene, has_skin
@@ -61,13 +63,16 @@ class Launcher:
             ground=self._ground_kind(),
             skin=has_skin(scene),
             width=fidelity.spline.width,
-            transfer=_TRANSFERS[fidelity.transfer],
+            # what the grid does not resolve would feel no water
+            transfer=APIC if scene.water else _TRANSFERS[fidelity.transfer],
             medium_transfer=_TRANSFERS[fidelity.medium_transfer],
             sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER),
             two_fields=Effect.CONTACT in scene.effects,
         )
         if parallel and self.variant.sleep:
             raise UsageError("Matter cannot sleep where all worlds are simulated at once. Use sleep=0 there.")
+        if parallel and scene.water:
+            raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
         self._layers = 2 if self.variant.two_fields else 1
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
@@ -81,6 +86,21 @@ class Launcher:
         self._find_sleepers = Launch(sleep_survey.find_sleepers)
         self._cells = lazy_zeros((2, math.prod(self.shape) * self.variant.sleep), torch.int32, device)
         self._asleep = torch.zeros((worlds, scene.particle_count), dtype=torch.int32, device=device)
+        if scene.water:
+            self._immerse()
+
+    def _immerse(self) -> None:
+        """Prepare for water on a grid, which has kernels of its own."""
+        cells = self._scene.cells(self._fidelity.grid_spacing)
+        if min(cells) < LEAST_CELLS:
+            raise SceneError(
+                f"The water has {cells} cells along x, y and z; at least {LEAST_CELLS} are needed each way. Use a "
+                "larger arena or a finer fidelity."
+            )
+        self._modes = torch.tensor(solver_modes(cells), dtype=self._real, device=self._device)
+        self._advance, self._reverse = (
+            Launch(kernel) for kernel in (immersed.advance_immersed, immersed.reverse_immersed)
+        )
 
     @property
     def _own_nodes(self) -> int:
@@ -96,7 +116,7 @@ class Launcher:
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
         room = (LARGEST_ARRAY // (4 * self.fields) - self._own_nodes) // self._worlds
-        nodes = 0 if self._parallel else max(min(nodes, room), 0)
+        nodes = 0 if self._parallel or self._scene.water else max(min(nodes, room), 0)
         if nodes != self._kept:
             self._kept = nodes
             self._grid.data = self._grid.new_empty(0)  # see `Tape.__del__`
@@ -111,9 +131,11 @@ class Launcher:
 
         Momenta are kept as far as there is room where every slot is (`stride` 1).
         """
-        arrays = (*matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid)
+        arrays = (*matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid)
         self._note("forward", plan)
-        if self._parallel:
+        if self._scene.water:
+            self._advance(*self._wet(matter, parameters, plan), stride, self.variant)
+        elif self._parallel:
             for n in range(int(plan.slots[:, 1].max())):
                 parallel.advance_parallel(*arrays, n, stride, self.variant)
         else:
@@ -131,15 +153,26 @@ class Launcher:
         if self._grid_adjoint is None:
             self._grid_adjoint = self._new_grid()
         arrays = (
-            *matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid,
+            *matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid,
             self._grid_adjoint, matter_adjoint.state, parameter_adjoint.body,
         )  # fmt: skip
         self._note("reverse", plan)
-        if self._parallel:
+        if self._scene.water:
+            self._reverse(
+                *self._wet(matter, parameters, plan), self._grid_adjoint, matter_adjoint.state, matter_adjoint.flow,
+                parameter_adjoint.body, self.variant,
+            )  # fmt: skip
+        elif self._parallel:
             for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
                 parallel.reverse_parallel(*arrays, n, self.variant)
         else:
             self._reverse(*arrays, plan.order, self.variant)
+
+    def _wet(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
+        """The arrays that both kernels of water on a grid take first."""
+        return (
+            *matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self._modes, self._grid,
+        )  # fmt: skip
 
     def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
         """Report the condition of every world at slot 0 (see `survey.survey`)."""
@@ -159,7 +192,7 @@ class Launcher:
         from slot 0, before gravity and contact: `[layers, nx, ny, nz, 4]`, a copy of the window; the layers are one, or
         robot and medium."""
         Launch(half_step.scatter_first)(
-            *matter.tensors(), parameters.body, self.constants, self._grid, dt, self.variant
+            *matter.particles, parameters.body, self.constants, self._grid, dt, self.variant
         )
         return self._field(MOMENTUM, matter.window[0, 0])
 
@@ -181,7 +214,8 @@ class Launcher:
         """The scalars that the kernels share, in the order of `layout.CONSTANTS`."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
-        medium = scene.medium.material.constants if scene.medium else (0.0,) * 5
+        bed = scene.water or (scene.medium.material if scene.medium else None)
+        medium = bed.constants if bed else (0.0,) * 5
         friction = scene.ground.friction if scene.ground else 0.0
         skin = scene.ground.skin if scene.ground else GroundSkin()
         full = self._fidelity.grid_spacing**3
@@ -196,6 +230,8 @@ class Launcher:
 
     def _fields(self) -> set[int]:
         """The fields of the grid that the kernels use, see `layout`."""
+        if self._scene.water:
+            return set(range(water_layout.FIELDS))
         found = {MOMENTUM, VELOCITY}
         if self.variant.uses(AFLIP):
             found.add(BEFORE)
@@ -230,7 +266,9 @@ class Launcher:
 
 
 def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
-    """Fields of the grid that are kept for the reverse."""
+    """Fields of the grid that are kept for the reverse; none of water on a grid, which computes them again."""
+    if scene.water:
+        return 0
     water = scene.medium is not None and scene.medium.material.law == Law.WATER
     before = fidelity.transfer == "aflip" or (scene.medium is not None and fidelity.medium_transfer == "aflip")
     layers = 2 if Effect.CONTACT in scene.effects else 1
@@ -238,9 +276,7 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
-    # an arena of a whole number of cells must not gain one by rounding
-    cells = (math.ceil((b - a) / grid_spacing - 1e-6) for a, b in zip(scene.lower, scene.upper, strict=True))
-    x, y, z = (c + 2 * WALL_NODES + 1 for c in cells)
+    x, y, z = (count + 2 * WALL_NODES + 1 for count in scene.cells(grid_spacing))
     if x * y * z > LARGEST_GRID:
         raise SceneError(f"The arena takes {x} x {y} x {z} grid nodes, too many to hold. Use a coarser fidelity.")
     return x, y, z

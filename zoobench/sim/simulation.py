@@ -13,6 +13,7 @@ from zoobench.sim import runtime
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.grid_water import cover
 from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
 from zoobench.sim.model.state import (
@@ -73,7 +74,8 @@ class Simulation:
             scene, fidelity, worlds, self._real, device, device == "cuda" if parallel is None else parallel
         )
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
-        self.matter = initial_matter(scene, worlds, self.origin, self._real, device)
+        cells = scene.water_cells(fidelity.grid_spacing)
+        self.matter = initial_matter(scene, worlds, self.origin, self._real, device, cells)
         self.refresh_window()
         self.start = self.matter.copy_slot(0)
         if start is not None:
@@ -82,6 +84,10 @@ class Simulation:
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
         order = self.particle_count if self.launcher.variant.sleep else 0
         self._plan = LaunchPlan.none(worlds, self._real, device, order)
+        if scene.water:
+            # of all particles, absent ones too: it must not change with what a design optimises
+            covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
+            self.parameters.cover[:] = self.tensor(covered)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self.set_body(BodyState().filled(scene, worlds))
 

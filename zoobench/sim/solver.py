@@ -335,7 +335,8 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
     Args:
         frames, substeps: of the episode.
     """
-    matter = empty_matter(scene, 1, 1, runtime.real(fidelity.precision), "meta")  # shapes without memory
+    real, cells = runtime.real(fidelity.precision), scene.water_cells(fidelity.grid_spacing)
+    matter = empty_matter(scene, 1, 1, real, "meta", cells)  # shapes without memory
     slot, state = bytes_per_slot(scene, fidelity, matter), matter.bytes_per_slot()
     return whole_bytes(substeps + 1, slot, state) + _trajectory_bytes(scene, fidelity, frames)
 

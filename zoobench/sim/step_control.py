@@ -27,7 +27,15 @@ class Diagnostics:
         """The present condition of every world that is alive; that of a dead one is out of date."""
         sim = self._sim
         sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit)
-        return [Condition(*row) for row in self._report.tolist()]
+        conditions = [Condition(*row) for row in self._report.tolist()]
+        if not sim.scene.water:
+            return conditions
+        fastest = sim.matter.flow[0, :, :, :3].abs().amax((1, 2)).tolist()
+        # unlike max, np.maximum keeps a NaN
+        return [
+            each._replace(speed=float(np.maximum(each.speed, speed)))
+            for each, speed in zip(conditions, fastest, strict=True)
+        ]
 
     def limits(self) -> list[StepLimit]:
         """The step that every world could take now."""

@@ -3,6 +3,7 @@
 SI units; y is up; the ground plane is y = 0.
 """
 
+import math
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
+from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws_numpy import principal_stress
 from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
@@ -182,6 +184,11 @@ class Ground:
     terrain: Terrain | None = None
     skin: GroundSkin = SKIN
 
+    @property
+    def is_smooth(self) -> bool:
+        """Whether it is a level plane without friction."""
+        return self.friction == 0.0 and self.terrain is None
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -191,7 +198,8 @@ class Scene:
         robot: the elastic body with muscles.
         medium: the matter that it moves on or in, or None.
         ground: the plane under both, or None for free flight.
-        gravity: [m/s^2]; tilted gravity is an incline.
+        water: water on a grid that fills the arena in place of a medium, on a ground that is a smooth wall, or None.
+        gravity: [m/s^2]; tilted gravity is an incline. In water on a grid it acts on the robot's excess of density.
         lower, upper: corners of the arena [m]; its walls have no friction and matter separates from them freely. With
             a ground, lower y is 0.
     """
@@ -202,9 +210,17 @@ class Scene:
     medium: MediumBed | None = None
     ground: Ground | None = None
     gravity: tuple[float, float, float] = EARTH_GRAVITY
+    water: GridWater | None = None
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
+        if self.water is not None:
+            self.water.check()
+            if self.medium is not None or (self.ground is not None and not self.ground.is_smooth):
+                raise SceneError(
+                    "Water on a grid fills the arena from wall to wall. Leave out the medium, and friction and terrain "
+                    "of the ground."
+                )
         if self.medium is not None:
             _check_medium(self.medium)
         if not np.isfinite(self.gravity).all():
@@ -246,9 +262,21 @@ class Scene:
             found |= _MEDIUM_EFFECTS[self.medium.material.law]
             if self.medium.friction is not None:
                 found.add(Effect.CONTACT)
+        if self.water is not None:
+            found.add(Effect.FLUID)
         if self.ground is not None and self.ground.friction > 0:
             found.add(Effect.FRICTION)
         return frozenset(found)
+
+    def cells(self, grid_spacing: float) -> tuple[int, int, int]:
+        """Cells of the arena along x, y and z."""
+        # an arena of a whole number of cells must not gain one by rounding
+        x, y, z = (math.ceil((b - a) / grid_spacing - 1e-6) for a, b in zip(self.lower, self.upper, strict=True))
+        return x, y, z
+
+    def water_cells(self, grid_spacing: float) -> int:
+        """Cells of water on a grid; 0 without."""
+        return math.prod(self.cells(grid_spacing)) if self.water else 0
 
     @property
     def particle_count(self) -> int:
@@ -257,8 +285,10 @@ class Scene:
 
 
 def has_skin(scene: Scene) -> bool:
-    """Whether the ground pushes on the robot by its skin, see `Ground`: not where it shares a medium's velocity."""
-    return scene.ground is not None and (scene.medium is None or scene.medium.friction is not None)
+    """Whether the ground pushes on the robot by its skin, see `Ground`: not in water or where both share a velocity."""
+    if scene.ground is None or scene.water is not None:
+        return False
+    return scene.medium is None or scene.medium.friction is not None
 
 
 def _check_elastic(body: ElasticBody) -> None:

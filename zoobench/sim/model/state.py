@@ -1,6 +1,7 @@
 """The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
@@ -74,6 +75,7 @@ class Matter:
         state: `[slots, worlds, particles, rows, 4]` as `kernels.layout` has it.
         memory: what it holds, see `memory`.
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
+        flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
         robot: number of the robot's particles, which come first.
 
     The other attributes are views of `state`:
@@ -87,6 +89,7 @@ class Matter:
 
     state: Tensor
     window: Tensor
+    flow: Tensor
     robot: int
 
     def __post_init__(self) -> None:
@@ -94,15 +97,17 @@ class Matter:
 
     @classmethod
     def zeros(
-        cls, slots: int, worlds: int, robot: int, medium: int, solid: bool, real: torch.dtype, device: str
-    ) -> Self:
-        """All zero, for `medium` particles, which store strain and stress if they are `solid`.
+        cls, slots: int, worlds: int, robot: int, medium: int, solid: bool, real: torch.dtype, device: str,
+        cells: int = 0,
+    ) -> Self:  # fmt: skip
+        """All zero, for `medium` particles, which store strain and stress if they are `solid`, and `cells` of water.
 
         On the CPU, slots take no memory before they are written.
         """
         shape = (slots, worlds, robot + medium, SOLID_ROWS if solid else ROBOT_ROWS, 4)
         window = torch.zeros((slots, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
-        return cls(lazy_zeros(shape, real, device), window, robot)
+        flow = lazy_zeros((slots, worlds, cells, 4), real, device)
+        return cls(lazy_zeros(shape, real, device), window, flow, robot)
 
     @property
     def x(self) -> Tensor:
@@ -145,9 +150,19 @@ class Matter:
         first = self.robot if self.state.shape[3] == SOLID_ROWS else self.state.shape[2]
         return self.state[:, :, first:].flatten(3)
 
-    def tensors(self) -> tuple[Tensor, Tensor]:
-        """In the order in which the kernels take them."""
+    @property
+    def particles(self) -> tuple[Tensor, Tensor]:
+        """State and window, as the kernels take them."""
         return self.state, self.window
+
+    def tensors(self) -> tuple[Tensor, Tensor, Tensor]:
+        """All memory of the state."""
+        return self.state, self.window, self.flow
+
+    def _like(self, tensors: Iterable[Tensor]) -> "Matter":
+        """Another state of these tensors, in the order of `tensors`."""
+        state, window, flow = tensors
+        return Matter(state, window, flow, self.robot)
 
     def on_host(self) -> Array:
         """The state as an array, on the CPU without a copy."""
@@ -155,11 +170,11 @@ class Matter:
 
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
-        return Matter(self.state[:, world : world + 1].clone(), self.window[:, world : world + 1].clone(), self.robot)
+        return self._like(tensor[:, world : world + 1].clone() for tensor in self.tensors())
 
     def copy_slot(self, slot: int) -> "Matter":
         """A one-slot copy: a checkpoint."""
-        return Matter(self.state[slot : slot + 1].clone(), self.window[slot : slot + 1].clone(), self.robot)
+        return self._like(tensor[slot : slot + 1].clone() for tensor in self.tensors())
 
     def load_slot(self, slot: int, saved: "Matter") -> None:
         """Write a one-slot copy back into a slot, that of a single world into all worlds."""
@@ -174,6 +189,7 @@ class Matter:
     def stop(self, slot: int, world: int) -> None:
         """Take all motion from one world at a slot."""
         self.state[slot, world, :, 1:5] = 0.0
+        self.flow[slot, world] = 0.0
 
     def stop_after(self, slot: int, world: int) -> None:
         """Write one world at a slot into the next, without its motion."""
@@ -187,13 +203,12 @@ class Matter:
 
     def extended(self, slots: int) -> "Matter":
         """So many zeroed slots of this size; on the CPU they take no memory before they are written."""
-        state, window = (lazy_zeros((slots, *one.shape[1:]), one.dtype, str(one.device)) for one in self.tensors())
-        return Matter(state, window, self.robot)
+        return self._like(lazy_zeros((slots, *one.shape[1:]), one.dtype, str(one.device)) for one in self.tensors())
 
     def at(self, slots: IntArray) -> "Matter":
         """A one-slot copy of every world at its own slot `[worlds]`."""
         places, worlds = torch.as_tensor(slots), torch.arange(len(slots))
-        return Matter(self.state[places, worlds][None], self.window[places, worlds][None], self.robot)
+        return self._like(tensor[places, worlds][None] for tensor in self.tensors())
 
     def load_worlds(self, worlds: IntArray, source: "Matter", slots: IntArray) -> None:
         """Give some worlds at slot 0 the states that they have at these slots of another, `[chosen]` each."""
@@ -213,6 +228,7 @@ class Parameters:
         stiffness: `[worlds, robot]` multiplier of E.
         tension: `[worlds, robot]` active stress along the fibre in this control frame [Pa].
         fibre: `[worlds, robot, 3]` unit rest direction.
+        cover: `[worlds, robot]` multiplier of the volume by which faces of a water grid count as solid.
     """
 
     body: Tensor
@@ -251,6 +267,11 @@ class Parameters:
     def fibre(self) -> Tensor:
         """Rest directions of the fibres."""
         return self.body[:, : self.robot, 1, :3]
+
+    @property
+    def cover(self) -> Tensor:
+        """Multipliers of the volume in water on a grid."""
+        return self.body[:, : self.robot, 1, 3]
 
     def set_tension(self, value: Array) -> None:
         """Write the active stresses `[worlds, robot]` [Pa]."""
@@ -334,18 +355,20 @@ def medium_share(medium: MediumBed, occupancy: Array) -> Array:
     return share
 
 
-def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str) -> Matter:
-    """Zeroed tensors of the size that the scene needs."""
+def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str, cells: int = 0) -> Matter:
+    """Zeroed tensors of the size that the scene needs, with `cells` of water on a grid."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
     solid = medium is not None and medium.material.law != Law.WATER
-    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device)
+    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells)
 
 
-def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str) -> Matter:
+def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0) -> Matter:
     """The scene at time zero in one slot, but for the window, which the caller sets."""
     robot, medium = scene.robot, scene.medium
-    matter = empty_matter(scene, 1, worlds, real, device)
+    matter = empty_matter(scene, 1, worlds, real, device, cells)
+    if scene.water is not None and scene.water.velocities is not None:
+        put(matter.flow[..., :3], scene.water.velocities.reshape(-1, 3))
 
     count = robot.particle_count
     put(matter.x[:, :, :count], robot.positions - origin)

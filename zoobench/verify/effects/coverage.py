@@ -45,6 +45,10 @@ class Coverage:
 def coverage(name: str, scene: Scene) -> Coverage:
     """The row of a scene, from its effects, materials and particles."""
     medium, effects = scene.medium, scene.effects
+    if scene.water is not None:
+        return Coverage(
+            name, "water", scene.upper[1] - scene.lower[1], "", 0.0, "robot", plasticity=False, fluid="deep"
+        )
     coefficient = scene.ground.friction if scene.ground and Effect.FRICTION in effects else 0.0
     fluid = ""
     if Effect.FLUID in effects and medium is not None:

@@ -27,13 +27,13 @@ ORIGIN = (0.0, 0.0, 0.0)
 MIDDLE = (0.3125, 0.3125, 0.3125)
 RUBBER = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.3, density=1000.0)
 MUSCLE = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3e3)
-MEDIA = {"sand": "desert", "clay": "clay", "mud": "wetland", "snow": "snow", "water": "ocean"}
+MEDIA = {"sand": "desert", "clay": "clay", "mud": "wetland", "snow": "snow", "water": "ocean[water=particles]"}
 """An environment of each medium, by the medium's name."""
 
 
 def medium_material(name: str) -> Medium:
     """A medium with the parameters of its environment."""
-    material: Medium = registry.create(Kind.ENV, Ref(MEDIA[name])).bed.material
+    material: Medium = registry.create(Kind.ENV, Ref.parse(MEDIA[name])).bed.material
     return material
 
 
