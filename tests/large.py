@@ -6,6 +6,8 @@
 import argparse
 import random
 from collections.abc import Iterator
+from functools import cache
+from hashlib import sha256
 from itertools import islice, product
 from typing import Any
 
@@ -62,7 +64,7 @@ def make(location: str, runs: int, points: int) -> None:
     numbered = enumerate(islice(specs(), runs), start=1)
     with Store(location) as store:
         with store._database.write() as session:
-            documents = [{"hash": f"{number:064}", "document": _provenance(number)} for number in range(4)]
+            documents = [{"hash": _provenance_hash(number), "document": _provenance(number)} for number in range(4)]
             session.execute(insert(ProvenanceRecord), documents)
         while some := list(islice(numbered, _AT_ONCE)):
             tables: dict[Any, list[dict[str, Any]]] = {}
@@ -102,7 +104,7 @@ def _rows(number: int, spec: RunSpec) -> dict[Any, list[dict[str, Any]]]:
     made = [
         {
             "run_id": number, "number": place, "outcome": outcome, "owner": "host:1:0.00", "host": "host",
-            "provenance_hash": f"{number % 4:064}", "started_at": ends[place - 1], "ended_at": ends[place],
+            "provenance_hash": _provenance_hash(number % 4), "started_at": ends[place - 1], "ended_at": ends[place],
             "wall_seconds": ends[place] - ends[place - 1], "resumed": place > 1,
             "progressed": outcome in (RunState.DONE, RunState.LOST),
         }
@@ -135,6 +137,11 @@ def _provenance(number: int) -> str:
             "python": "3.11.7",
         }
     )
+
+
+@cache
+def _provenance_hash(number: int) -> str:
+    return sha256(_provenance(number).encode()).hexdigest()
 
 
 def main() -> None:
