@@ -215,7 +215,7 @@ def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
         "reinforcement:",
         "control:",
     ]
-    assert "  part animals: 64 runs, 31 h" in reply.err
+    assert "  part animals: 64 runs, 24 h" in reply.err
     assert "by measured rates (animals on one core of AMD EPYC" in lines[-1]
 
 
