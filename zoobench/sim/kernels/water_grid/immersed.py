@@ -99,8 +99,10 @@ def add_mixture(grid: ti.template(), window: ti.template(), nodes: ti.template()
 
 
 @ti.func
-def press_faces(grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w):
-    """The robot's velocities in MOVED without the gradient of SCALAR; the water's change of velocity into STAR."""
+def press_robot(
+    grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w, water: ti.template()
+):  # fmt: skip
+    """The robot's velocities in MOVED without the gradient of SCALAR; with `water` its change of velocity into STAR."""
     n = cells(scene)
     for d in range(3):
         step = chosen(d, nodes.sx, nodes.sy, 1)
@@ -109,9 +111,9 @@ def press_faces(grid: ti.template(), window: ti.template(), nodes: ti.template()
                 for k in range(window[s, w, 2], window[s, w, 5]):
                     x = i * nodes.sx + j * nodes.sy + k
                     if grid[ROBOT + d, x][1] > 0.0 and inside(i - WALL_NODES, j - WALL_NODES, k - WALL_NODES, n, d):
-                        moved = grid[MOVED + d, x]
-                        grid[STAR, x] += moved[1] * unit(d)
-                        grid[MOVED + d, x] = moved + only(grid[SCALAR, x - step][0] - grid[SCALAR, x][0], 0)
+                        if ti.static(water):
+                            grid[STAR, x] += grid[MOVED + d, x][1] * unit(d)
+                        grid[MOVED + d, x] += only(grid[SCALAR, x - step][0] - grid[SCALAR, x][0], 0)
 
 
 @ti.func
@@ -173,7 +175,7 @@ def advance_immersed(
             divergence(grid, STAR, scene)
             add_mixture(grid, window, nodes, s, w)
             solve(grid, modes, scene)
-            press_faces(grid, window, nodes, scene, s, w)
+            press_robot(grid, window, nodes, scene, s, w, True)
             for p in range(state.shape[2]):
                 from_faces(state, grid, nodes, scene, dt, s, t, w, p, variant)
             store_flow(flow, grid, nodes, scene, dt, t, w)
@@ -296,7 +298,7 @@ def reverse_immersed(
             meet_robot(state, window, body, grid, nodes, scene, dt, s, w, variant)
             # from here on STAR stays as advection left it: the meeting is taken back from there
             load_pressure(flow, grid, nodes, scene, dt, t, w)
-            robot_after(grid, window, nodes, scene, s, w)
+            press_robot(grid, window, nodes, scene, s, w, False)
             clear_faces(grid_adjoint, window, nodes, s, w)
             for p in range(state.shape[2]):
                 from_faces_adjoint(state, adjoint, grid, grid_adjoint, nodes, scene, dt, s, t, w, p, variant)
@@ -317,17 +319,3 @@ def reverse_immersed(
                         x = node_of(nodes, i, j, k)
                         total = spatial(grid_adjoint[WATER, x]) + only(grid_adjoint[SCALAR, x][0], 3)
                         flow_adjoint[0, w, (i * n.y + j) * n.z + k] = total
-
-
-@ti.func
-def robot_after(grid: ti.template(), window: ti.template(), nodes: ti.template(), scene: ti.template(), s, w):
-    """The robot's velocities in MOVED without the gradient of SCALAR."""
-    n = cells(scene)
-    for d in range(3):
-        step = chosen(d, nodes.sx, nodes.sy, 1)
-        for i in range(window[s, w, 0], window[s, w, 3]):
-            for j in range(window[s, w, 1], window[s, w, 4]):
-                for k in range(window[s, w, 2], window[s, w, 5]):
-                    x = i * nodes.sx + j * nodes.sy + k
-                    if grid[ROBOT + d, x][1] > 0.0 and inside(i - WALL_NODES, j - WALL_NODES, k - WALL_NODES, n, d):
-                        grid[MOVED + d, x] += only(grid[SCALAR, x - step][0] - grid[SCALAR, x][0], 0)
