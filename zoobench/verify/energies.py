@@ -55,7 +55,7 @@ def energy_balance(solver: Solver, world: int = 0, *, step: float = 0.0) -> Ener
 
     Args:
         world: must be the first where a step is given.
-        step: of the integrator [s], by half of which velocities lag behind places (see `lagging_energy`); 0 for the
+        step: of the integrator [s], by half of which velocities lag behind places (see `nodal_power`); 0 for the
             plain sum.
     """
     matter, parameters = solver.matter, solver.parameters
@@ -66,7 +66,8 @@ def energy_balance(solver: Solver, world: int = 0, *, step: float = 0.0) -> Ener
     affine = solver.fidelity.moment * np.square(C).sum((1, 2))
     gravity = np.array(solver.scene.gravity)
     return EnergyBalance(
-        kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine)) + lagging_energy(solver, step),
+        kinetic=0.5 * float(mass @ (np.square(v).sum(1) + affine))
+        + (0.5 * step * nodal_power(solver) if step else 0.0),
         elastic=elastic,
         potential=-float(mass @ ((place - np.array(solver.scene.lower)) @ gravity)),
         skin=_skin_energy(solver, world, place),
@@ -78,20 +79,17 @@ def energy_balance(solver: Solver, world: int = 0, *, step: float = 0.0) -> Ener
     )
 
 
-def lagging_energy(solver: Solver, step: float) -> float:
-    """Kinetic energy [J] that the first world gains in half a substep of `step` [s] from internal forces and gravity.
+def nodal_power(solver: Solver) -> float:
+    """Power [W] of internal forces and gravity on the first world's nodes.
 
     A symplectic Euler step moves matter with the new velocity, which is that in the middle of the step, as in leapfrog.
-    The sum of elastic energy now and kinetic energy half a step ago oscillates by step / 2 times the power between
-    them, to first order, and would read as a gain of some per cent where matter is hardest compressed (Hairer, Lubich
-    and Wanner 2006, sec. IX.3, the modified energy).
+    The sum of elastic energy now and kinetic energy half a step ago oscillates by half a step times this power, to
+    first order, and would read as a gain of some per cent where matter is hardest compressed (Hairer, Lubich and
+    Wanner 2006, sec. IX.3, the modified energy).
     """
-    if step == 0.0:
-        return 0.0
-    matter, parameters = solver.matter, solver.parameters
-    before, after = (to_array(solver.launcher.momenta(matter, parameters, dt)) for dt in (0.0, step))
-    impulse = after[..., :3] - before[..., :3] + step * before[..., 3:] * np.array(solver.scene.gravity)
-    return 0.5 * float((before[..., :3] / np.maximum(before[..., 3:], np.finfo(float).tiny) * impulse).sum())
+    before, after = (to_array(solver.launcher.momenta(solver.matter, solver.parameters, dt)) for dt in (0.0, 1.0))
+    force = after[..., :3] - before[..., :3] + before[..., 3:] * np.array(solver.scene.gravity)
+    return float((before[..., :3] / np.maximum(before[..., 3:], np.finfo(float).tiny) * force).sum())
 
 
 def _skin_energy(solver: Solver, world: int, place: Array) -> float:

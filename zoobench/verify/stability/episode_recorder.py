@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -14,7 +14,7 @@ from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.solver import Solver
 from zoobench.sim.step_control import Diagnostics
 from zoobench.verify import cases
-from zoobench.verify.energies import EnergyBalance, energy_balance
+from zoobench.verify.energies import EnergyBalance, energy_balance, nodal_power
 
 GROWTH = 1.01
 """Bound on the total energy over its initial value: nothing may add to it."""
@@ -99,16 +99,20 @@ class EpisodeRecorder(cases.CaseRecorder):
         """
         if isinstance(actuation, int):
             actuation = np.zeros((actuation, solver.worlds, solver.muscle_count))
-        energies = EnergyHistory([])
-        rollout = solver.run(actuation)
+        noted: list[tuple[EnergyBalance, float]] = []
 
-        def note(frames: int) -> None:
-            step = solver.frame_seconds / max(int(rollout.counts[max(frames - 1, 0), 0]), 1)
-            energies.balances.append(energy_balance(solver, step=step))
+        def note(_: int) -> None:
+            is_alive = bool(solver.simulation.is_alive()[0])
+            noted.append((energy_balance(solver), nodal_power(solver) if is_alive else 0.0))
 
-        # once more, with the steps known
-        sound = int((rollout.counts > 0).all(axis=1).sum())
-        solver.run(actuation[:sound], schedule=rollout.counts[:sound], progress=note)
+        rollout = solver.run(actuation, progress=note)
+        # a frame's steps are known once it is done, those of the first serve the beginning, too
+        counts = rollout.counts[(rollout.counts > 0).all(axis=1), 0]
+        steps = solver.frame_seconds / np.array([counts[0], *counts]) if len(counts) else np.zeros(1)
+        energies = EnergyHistory([
+            replace(balance, kinetic=balance.kinetic + 0.5 * float(step) * power)
+            for (balance, power), step in zip(noted, steps, strict=False)
+        ])  # fmt: skip
         self.add_rollout(solver, rollout, may_diverge=may_diverge)
         self.smallest_j = min(self.smallest_j, energies.smallest_j)
         return rollout, energies
