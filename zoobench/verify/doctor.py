@@ -118,7 +118,8 @@ def _check_database(location: str, full: bool) -> Diagnosis:
         with Store(location, create=False) as store:
             is_read = full or store.size <= _SOON_READ
             complaints = (store.check() or store.damage()) if is_read else []
-            runs, unproved = sum(store.counts().values()), store.unsealed()
+            unproved = store.unsealed() if is_read else 0
+            runs = sum(store.counts().values())
     except StorageError as error:
         return Diagnosis("database", Verdict.PROBLEM, str(error))
     if complaints:
