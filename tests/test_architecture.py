@@ -38,10 +38,10 @@ ALLOWED = {
     "tasks": "errors arrays inputs registry",
     "controllers": "errors arrays spec inputs registry",
     "cell": "errors arrays spec inputs registry rounding sim.model sim designs envs tasks controllers",
-    "gym": "errors arrays spec registry controllers cell",
+    "render": "errors arrays files spec registry sim.model sim designs envs tasks controllers cell",
+    "gym": "errors arrays spec registry tasks controllers cell render",
     "methods": "errors arrays spec inputs registry cell gym",
     "db": "errors spec inputs",
-    "render": "errors arrays files spec registry sim.model sim designs envs tasks controllers cell methods",
     "report": "errors arrays files spec registry db render",
     "harness": "errors files spec inputs registry rounding tasks cell methods db",
     "verify": (

@@ -6,7 +6,8 @@ import torch
 
 from tests.methods.toy_session import FRAMES, Mirror
 from zoobench.controllers.policy_network import PolicyNetwork
-from zoobench.gym.learner import Learner, Worlds
+from zoobench.gym.learner import Learner
+from zoobench.gym.sb3 import ZooVecEnv
 from zoobench.gym.vector import ZooVectorEnv
 from zoobench.methods.base import pack, unpack
 
@@ -51,7 +52,7 @@ def test_it_goes_on_from_its_state() -> None:
     for learner in (first, second):
         torch.manual_seed(0)
         np.random.seed(0)
-        learner._worlds._envs._session._episodes[:] = -1  # the first world that there ever was, and so on
+        learner._worlds._envs._worlds.session._episodes[:] = -1  # the first world that there ever was, and so on
         learner._model._last_obs = None  # begin anew
         learner.learn()
         after.append(learner.actor)
@@ -66,7 +67,7 @@ def test_parameters_of_another_policy_are_refused() -> None:
 
 def test_an_episode_that_reaches_its_length_is_not_one_that_failed() -> None:
     """The value of the last observation counts for a truncated episode only."""
-    worlds = Worlds(ZooVectorEnv.of(Mirror(2, limit=0.5), "muscles"))  # type: ignore[arg-type]
+    worlds = ZooVecEnv(ZooVectorEnv.of(Mirror(2, limit=0.5), "muscles"))  # type: ignore[arg-type]
     worlds.reset()
     for _ in range(FRAMES - 1):
         _, _, over, _ = worlds.step(np.zeros((2, 1), np.float32))

@@ -27,6 +27,7 @@ def test_every_cell_has_a_name() -> None:
         "design": "caterpillar",
         "task": "turning",
     }
+    assert before["zoobench/Desert-Caterpillar-Turning-v0"].max_episode_steps == 200
     assert name_of("shallow-water", "baby-seal", "turning") == "ShallowWater-BabySeal-Turning-v0"
 
 

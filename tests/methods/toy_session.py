@@ -34,6 +34,7 @@ class Mirror:
     """
 
     muscle_count = 1
+    layout = (("body", 8), ("muscles", 6), ("time_left", 1))
     observation_count = 15
 
     def __init__(self, worlds: int = 1, budget: Budget = PLENTY, limit: float = 2.0) -> None:

@@ -1,6 +1,8 @@
 """Results of an episode: the score with its metrics, and for studies the whole record."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.errors import Failure
 from zoobench.sim.model.scene import Scene
-from zoobench.tasks.base import Metric, Motion
+from zoobench.tasks.base import Metric, Motion, Task
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,18 @@ class Evaluation:
         """The inverse of `state`."""
         metrics = {name: Metric(value, unit) for name, (value, unit) in state["metrics"].items()}
         return cls(state["score"], metrics, np.array(state["reward"]))
+
+
+def evaluation_of(task: Task, motion: Motion, more: Mapping[str, Metric] = MappingProxyType({})) -> Evaluation:
+    """Score, reward and metrics of the motion of one world that did not fail, and `more` metrics beside the task's."""
+    import torch
+
+    with torch.no_grad():
+        score = float(task.score(motion))
+        reward = task.reward(motion)[:, 0].numpy().copy()
+        readings = task.metrics(motion)
+    metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
+    return Evaluation(score, {**metrics, **more, "score": Metric(score, task.unit)}, reward)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.cell.closed_loop import FeedbackLoops
-from zoobench.cell.episode import Episode, Evaluation, Record
+from zoobench.cell.episode import Episode, Evaluation, Record, evaluation_of
 from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
@@ -18,7 +18,7 @@ from zoobench.designs.base import Body
 from zoobench.envs.base import Environment
 from zoobench.errors import Divergence
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.tasks.base import Metric, Motion, Task
+from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
     from zoobench.sim.model.state import IntArray
@@ -124,16 +124,9 @@ class EpisodeRunner:
 
     def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
         """Score, reward and metrics of a motion."""
-        import torch
-
         if divergence is not None:
             return Evaluation(-math.inf, {}, np.zeros(0), divergence)
-        with torch.no_grad():
-            score = float(self._task.score(motion))
-            reward = self._task.reward(motion)[:, 0].numpy().copy()
-            readings = self._task.metrics(motion)
-        metrics = {name: Metric(float(value), unit) for name, (value, unit) in readings.items()}
-        return Evaluation(score, {**metrics, **built.metrics, "score": Metric(score, self._task.unit)}, reward)
+        return evaluation_of(self._task, motion, built.metrics)
 
 
 def _failures(whole: "Rollout") -> dict[int, Divergence]:

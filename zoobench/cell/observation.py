@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -65,10 +66,15 @@ class ObservationModel:
     task: Task | None
     frames: int
 
+    @cached_property
+    def layout(self) -> Layout:
+        """The parts of an observation."""
+        return layout_of(self.body.muscle_count, self.task)
+
     @property
     def count(self) -> int:
         """Length of an observation."""
-        return sum(count for _, count in layout_of(self.body.muscle_count, self.task))
+        return sum(count for _, count in self.layout)
 
     def observe(
         self, frame: int, positions: "Tensor", velocities: "Tensor", start: "Tensor", occupancy: "Tensor"
@@ -82,19 +88,33 @@ class ObservationModel:
             start: positions at the start of the episode `[particle_count, 3]` [m].
             occupancy: `[particle_count]` in [0, 1].
         """
+        weights = self.weights(occupancy)
+        return self.observe_with(weights, frame, positions, velocities, weights.share @ start)
+
+    def weights(self, occupancy: "Tensor") -> "Weights":
+        """What an observation needs of a body with this occupancy `[particle_count]`, whatever its motion."""
         import torch
 
         masses = occupancy * torch.as_tensor(self.body.density_ratio * self.body.volumes)
         share = masses / masses.sum()
-        length = float(np.ptp(self.body.positions[:, 0]))
-        axes, angle = self._axes(positions, share)
-        centre, speed = share @ positions, share @ velocities
-        muscles = masses[:, None] * torch.as_tensor(self.body.muscle_membership)
-        weights = muscles / muscles.sum(dim=0).clamp(min=torch.finfo(masses.dtype).tiny)
+        active = masses[:, None] * torch.as_tensor(self.body.muscle_membership)
+        muscles = (active / _positive(active.sum(dim=0))).T
+        head, tail = (share * torch.as_tensor(label.astype(np.float64)) for label in (self.body.head, self.body.tail))
         rest = torch.as_tensor(self.body.positions)
-        apart = (weights.T @ positions - centre) @ axes.T - (weights.T @ rest - share @ rest)
-        faster = (weights.T @ velocities - speed) @ axes.T
-        begun = share @ start
+        ends = (head, _positive(head.sum()), tail, _positive(tail.sum()))
+        return Weights(share, muscles, *ends, rest=muscles @ rest - share @ rest)
+
+    def observe_with(
+        self, weights: "Weights", frame: int, positions: "Tensor", velocities: "Tensor", begun: "Tensor"
+    ) -> "Tensor":
+        """As `observe`, with the body's `weights` and the centre of mass at the start of the episode `[3]` [m]."""
+        import torch
+
+        length = self._length
+        axes, angle = _axes(weights, positions)
+        centre, speed = weights.share @ positions, weights.share @ velocities
+        apart = (weights.muscles @ positions - centre) @ axes.T - weights.rest
+        faster = (weights.muscles @ velocities - speed) @ axes.T
         own = (axes @ speed / (WAVE_RATE * length), (centre - begun) / length, angle)
         parts = [*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)]
         if self.task is not None:
@@ -102,19 +122,47 @@ class ObservationModel:
             parts += [*_observed(self.task, situation).values(), centre.new_tensor([1.0 - frame / self.frames])]
         return torch.cat(parts)
 
-    def _axes(self, positions: "Tensor", share: "Tensor") -> tuple["Tensor", "Tensor"]:
-        """Unit vectors ahead, up and right as rows `[3, 3]`, and cosine and sine of the heading `[2]`.
+    @cached_property
+    def _length(self) -> float:
+        return float(np.ptp(self.body.positions[:, 0]))
 
-        Ahead is the horizontal direction from the centre of the tail to that of the head.
-        """
-        import torch
 
-        ends = []
-        for label in (self.body.head, self.body.tail):
-            weights = share * torch.as_tensor(label.astype(np.float64))
-            ends.append(weights @ positions / weights.sum().clamp(min=torch.finfo(share.dtype).tiny))
-        level = (ends[0] - ends[1]) * share.new_tensor([1.0, 0.0, 1.0])
-        # a robot whose head is above its tail has no heading: the small constant [m^2] keeps the division finite
-        ahead = level / torch.sqrt(level.square().sum() + 1e-12)
-        up = share.new_tensor([0.0, 1.0, 0.0])
-        return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[[0, 2]] * share.new_tensor([1.0, -1.0])
+class Weights(NamedTuple):
+    """Weights of a body's particles, with which its means are computed.
+
+    Attributes:
+        share: of the mass `[particle_count]`.
+        muscles: of each muscle's mean `[muscle_count, particle_count]`.
+        head, tail: of either end `[particle_count]`, with their sums `head_total` and `tail_total`.
+        rest: places of the muscles relative to the centre of mass at rest `[muscle_count, 3]` [m].
+    """
+
+    share: "Tensor"
+    muscles: "Tensor"
+    head: "Tensor"
+    head_total: "Tensor"
+    tail: "Tensor"
+    tail_total: "Tensor"
+    rest: "Tensor"
+
+
+def _positive(total: "Tensor") -> "Tensor":
+    """A sum of weights, by which can be divided where all are zero, too."""
+    import torch
+
+    return total.clamp(min=torch.finfo(total.dtype).tiny)
+
+
+def _axes(weights: Weights, positions: "Tensor") -> tuple["Tensor", "Tensor"]:
+    """Unit vectors ahead, up and right as rows `[3, 3]`, and cosine and sine of the heading `[2]`.
+
+    Ahead is the horizontal direction from the centre of the tail to that of the head.
+    """
+    import torch
+
+    head, tail = weights.head @ positions / weights.head_total, weights.tail @ positions / weights.tail_total
+    level = (head - tail) * head.new_tensor([1.0, 0.0, 1.0])
+    # a robot whose head is above its tail has no heading: the small constant [m^2] keeps the division finite
+    ahead = level / torch.sqrt(level.square().sum() + 1e-12)
+    up = head.new_tensor([0.0, 1.0, 0.0])
+    return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[[0, 2]] * head.new_tensor([1.0, -1.0])

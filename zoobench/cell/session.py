@@ -1,23 +1,31 @@
 """Episodes of a cell frame by frame: observations, actions and rewards of a policy."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
+from zoobench.cell.episode import Evaluation, evaluation_of
+from zoobench.cell.history import History
 from zoobench.cell.motion import motion_of
-from zoobench.cell.observation import ObservationModel, seen_by
+from zoobench.cell.observation import Layout, ObservationModel, seen_by
 from zoobench.cell.problem import Problem
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
 from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from zoobench.sim.solver import Solver
+
+    State = tuple[Tensor, Tensor]
+    """Positions [m] and velocities [m/s] of the robot's particles, `[particle_count, 3]` each."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +39,7 @@ class Step:
         terminated: whether such a failure ended the episode `[worlds]`.
         truncated: whether the episode reached its length `[worlds]`.
         failures: by world, where terminated.
+        evaluations: by world, where truncated, if the session keeps a history: score and metrics of its episode.
     """
 
     observations: Array
@@ -38,6 +47,7 @@ class Step:
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     failures: dict[int, Divergence] = field(default_factory=dict)
+    evaluations: dict[int, Evaluation] = field(default_factory=dict)
 
 
 class Session:
@@ -49,12 +59,16 @@ class Session:
     Args:
         problem: the cell with its meter and budget.
         solver: of the problem's scene, for this session alone.
+        keeps_history: whether episodes that reach their length are scored, for which the states of all their frames are
+            kept.
 
     Raises:
         UsageError: the design is a design space.
     """
 
-    def __init__(self, problem: Problem, solver: "Solver") -> None:
+    def __init__(self, problem: Problem, solver: "Solver", *, keeps_history: bool = False) -> None:
+        import torch
+
         from zoobench.sim.playback import Playback
 
         if problem.robot.space is not None:
@@ -64,12 +78,12 @@ class Session:
             )
         self._problem, self._solver = problem, solver
         self._playback = Playback(solver)
-        task = seen_by(problem.robot.controller, problem.task)
-        self._observation_model = ObservationModel(problem.body, task, problem.spec.frames)
-        rollout = self._playback.rollout
-        self._starts = [
-            motion_of(rollout, problem.body, problem.density, slice(world, world + 1)) for world in range(solver.worlds)
-        ]
+        self._observation_models = [observation_model(problem)] * solver.worlds
+        self._weights = self._observation_models[0].weights(torch.as_tensor(problem.body.occupancy))
+        self._tasks = [problem.task] * solver.worlds
+        self._history = History(problem.spec.frames, self._playback.rollout) if keeps_history else None
+        self._starts = [self._start(world) for world in range(solver.worlds)]
+        self._begun = [self._weights.share @ start.positions[1, 0] for start in self._starts]
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)
         self.failures = 0
@@ -85,14 +99,29 @@ class Session:
         return self._problem.body.muscle_count
 
     @property
+    def layout(self) -> Layout:
+        """The parts of an observation."""
+        return self._observation_models[0].layout
+
+    @property
     def observation_count(self) -> int:
         """Length of an observation."""
-        return self._observation_model.count
+        return self._observation_models[0].count
 
     @property
     def times(self) -> Array:
         """Simulated time of every world since its episode began `[worlds]` [s]."""
         return np.asarray(self._playback.frames * FRAME_SECONDS, dtype=np.float64)
+
+    def positions(self, world: int) -> Array:
+        """Present positions of all particles of a world, the robot's first `[particle_count, 3]` [m]."""
+        solver = self._solver
+        return np.asarray(solver.matter.x[0, world].double().cpu().numpy() + solver.origin)
+
+    def activity(self, world: int) -> Array:
+        """Muscle activity in the last frame of a world's episode `[muscle_count]`; 0 before the first."""
+        rollout, frames = self._playback.rollout, self._playback.frames
+        return np.asarray(rollout.actuation[0, world] * bool(frames[world]), dtype=np.float64)
 
     def affords(self, frames: int, evaluations: int = 0) -> bool:
         """Whether the budget is expected to suffice for so many more frames in every world and evaluations after them.
@@ -116,13 +145,37 @@ class Session:
             return meter.episodes + int(begun.sum()) + evaluations <= budget.amount
         return meter.is_left(budget)
 
-    def begin(self, worlds: Iterable[int] | None = None) -> Array:
-        """Begin an episode in these worlds, by default in all; observations of all `[worlds, observation_count]`."""
+    def begin(
+        self,
+        worlds: Iterable[int] | None = None,
+        *,
+        lead_ins: Mapping[int, Array] = MappingProxyType({}),
+        tasks: Mapping[int, Task] = MappingProxyType({}),
+    ) -> Array:
+        """Begin an episode in these worlds, by default in all; observations of all `[worlds, observation_count]`.
+
+        Args:
+            lead_ins: by world, activity `[frames, muscle_count]` of frames that are simulated before the episode; it
+                begins with the state after them, and with the initial state if they diverge.
+            tasks: by world, in place of the problem's; what they add to an observation must be as long.
+        """
         chosen = range(self.worlds) if worlds is None else list(worlds)
         self._playback.begin(chosen)
+        for world in chosen:
+            if world in lead_ins:
+                with self._metered():
+                    self._playback.lead_in(world, lead_ins[world])
+            task = tasks.get(world, self._problem.task)
+            if task is not self._tasks[world]:
+                self._tasks[world] = task
+                self._observation_models[world] = observation_model(self._problem, task)
+            self._starts[world] = start = self._start(world)
+            self._begun[world] = self._weights.share @ start.positions[1, 0]
+            if self._history is not None:
+                self._history.note(world, 0, self._playback.rollout)
         self._over[chosen] = False
         self._last[chosen] = 0.0
-        return self._observations()
+        return self._observations([self._state(world) for world in range(self.worlds)])
 
     def step(self, activity: Array) -> Step:
         """Simulate a control frame in every world.
@@ -142,50 +195,61 @@ class Session:
                 f"The budget of {budget} does not suffice for another frame in {self.worlds} worlds: "
                 f"{meter.spent(budget.kind):,.6g} are spent. Give a larger budget."
             )
-        self._advance(activity)
-        rollout = self._playback.rollout
+        begun = int((self._playback.frames == 0).sum())
+        with self._metered():
+            self._playback.frame(activity)
+        self._problem.meter.episodes += begun
+        rollout, frames = self._playback.rollout, self._playback.frames
         failures = {**rollout.tears, **rollout.divergences}
         self.failures += len(failures)
         terminated = np.array([world in failures for world in range(self.worlds)])
-        truncated = ~terminated & (self._playback.frames >= self._problem.spec.frames)
-        rewards = [self._forgone(world) if world in failures else self._reward(world) for world in range(self.worlds)]
+        truncated = ~terminated & (frames >= self._problem.spec.frames)
+        if self._history is not None:
+            for world in range(self.worlds):
+                self._history.note(world, int(frames[world]), rollout)
+        states = [self._state(world) for world in range(self.worlds)]
+        rewards = [
+            self._forgone(world) if world in failures else self._reward(world, *state)
+            for world, state in enumerate(states)
+        ]
         self._over, self._last = terminated | truncated, np.array(rewards)
-        return Step(self._observations(), np.array(rewards), terminated, truncated, failures)
+        evaluations = {world: self._evaluation(world) for world in np.flatnonzero(truncated).tolist() if self._history}
+        return Step(self._observations(states), np.array(rewards), terminated, truncated, failures, evaluations)
 
-    def _advance(self, activity: Array) -> None:
-        """Simulate a frame and meter it."""
+    @contextmanager
+    def _metered(self) -> Iterator[None]:
+        """Meter what is simulated within."""
         meter, own, rollout = self._problem.meter, self._solver.meter, self._playback.rollout
         meter.start_clock()
         before, repeated = own.forward, int(rollout.retries.sum())
-        begun = int((self._playback.frames == 0).sum())
-        self._playback.frame(activity)
-        meter.episodes += begun
+        yield
         meter.forward += own.forward - before
         meter.retries += int(rollout.retries.sum()) - repeated
 
-    def _observations(self) -> Array:
+    def _start(self, world: int) -> Motion:
+        """The motion of a world that is about to begin, whose last state is the present one."""
+        problem, place = self._problem, slice(world, world + 1)
+        return motion_of(self._playback.rollout, problem.body, problem.density, place)
+
+    def _observations(self, states: "Sequence[State]") -> Array:
         """Of all worlds `[worlds, observation_count]`."""
         import torch
 
-        observe, occupancy = self._observation_model.observe, torch.as_tensor(self._problem.body.occupancy)
-        frames, starts = self._playback.frames.tolist(), [start.positions[1, 0] for start in self._starts]
-        seen = [
-            observe(frame, *self._state(world), start, occupancy).numpy()
-            for world, (frame, start) in enumerate(zip(frames, starts, strict=True))
-        ]
-        return np.stack(seen)
+        worlds = zip(self._observation_models, self._playback.frames.tolist(), states, self._begun, strict=True)
+        with torch.inference_mode():
+            seen = [model.observe_with(self._weights, frame, *state, begun) for model, frame, state, begun in worlds]
+        return torch.stack(seen).numpy()
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
-    def _reward(self, world: int) -> float:
+    def _reward(self, world: int, positions: "Tensor", velocities: "Tensor") -> float:
         """Reward of the last frame, from a motion of two states: start and present."""
         import torch
 
         start = self._starts[world]
-        positions, velocities = self._state(world)
         motion = replace(
             start,
             positions=torch.stack([start.positions[1], positions[None]]),
@@ -193,10 +257,17 @@ class Session:
             muscle_work=torch.as_tensor(self._playback.rollout.muscle_work[:, world : world + 1]),
             numbers=torch.tensor([0, int(self._playback.frames[world])]),
         )
-        return float(self._problem.task.reward(motion)[-1, 0])
+        with torch.inference_mode():
+            return float(self._tasks[world].reward(motion)[-1, 0])
 
-    def _state(self, world: int) -> "tuple[Tensor, Tensor]":
-        """Present positions [m] and velocities [m/s], `[particle_count, 3]` each."""
+    def _evaluation(self, world: int) -> Evaluation:
+        """Score and metrics of an episode that has reached its length."""
+        assert self._history is not None
+        motion = self._history.motion(world, self._problem.spec.frames, self._starts[world])
+        return evaluation_of(self._tasks[world], motion)
+
+    def _state(self, world: int) -> "State":
+        """The present state of a world."""
         import torch
 
         rollout = self._playback.rollout
@@ -204,10 +275,19 @@ class Session:
         return torch.tensor(positions, dtype=torch.float64), torch.tensor(velocities, dtype=torch.float64)
 
 
-def new_session(problem: Problem, worlds: int | None = None) -> Session:
+def observation_model(problem: Problem, task: Task | None = None) -> ObservationModel:
+    """The observations of the problem's robot at a task, by default the problem's."""
+    seen = seen_by(problem.robot.controller, task or problem.task)
+    return ObservationModel(problem.body, seen, problem.spec.frames)
+
+
+def new_session(problem: Problem, worlds: int | None = None, *, keeps_history: bool = False) -> Session:
     """A session with so many worlds, by default the problem's, on the problem's meter and budget.
+
+    `keeps_history` as in `Session`.
 
     Raises:
         UsageError: the design is a design space, or `worlds` is less than 1.
     """
-    return Session(problem, problem.solvers.new(problem.worlds if worlds is None else worlds))
+    solver = problem.solvers.new(problem.worlds if worlds is None else worlds)
+    return Session(problem, solver, keeps_history=keeps_history)

@@ -1,80 +1,77 @@
-"""Observation and action spaces of a policy, and their relation to a session."""
+"""Observation and action spaces of a policy, and their relation to observations and activity of a session."""
 
-from typing import Literal
+import math
+from typing import Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from zoobench import registry
-from zoobench.cell.problem import Problem
-from zoobench.cell.session import Session, new_session
-from zoobench.controllers.base import PHASE_COUNT, with_phase
+from zoobench.arrays import Array
+from zoobench.cell.observation import Layout
+from zoobench.controllers.base import PHASE_COUNT, WAVE_RATE
 from zoobench.controllers.sine_basis import SineBasis
-from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.errors import UsageError
 
 Floats = NDArray[np.float32]
 Action = Literal["waves", "muscles"]
 
-_UNLIMITED = Budget("substeps", 1e18)
+LARGEST = 100.0
+"""Bound of an observation [body lengths] or [20 body lengths/s]: far beyond what a robot does without blowing up."""
 
 
 class Channels:
-    """Observations and actions of a policy in a session.
+    """Observations and actions of a policy.
 
     An observation is that of `zoobench.cell.observation.ObservationModel`, task and time left included, followed by the
-    phase of the waves. An action is given for every frame, in [-1, 1]:
+    phase of the waves, and clipped to its bounds: 1 for the time left and the phase, else `LARGEST`. An action is given
+    for every frame, in [-1, 1]:
 
     * `waves`: the parameters of the sine basis (specification G): weights, muscle by muscle and slow waves first, then
       biases. The activity of muscle k is tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
     * `muscles`: the activity of every muscle.
+
+    Args:
+        muscle_count: of the robot.
+        layout: of the observations.
+        action: what an action is.
+
+    Raises:
+        UsageError: there are no such actions.
     """
 
-    def __init__(self, session: Session, action: Action) -> None:
-        self._session, self._action = session, action
-        muscles = session.muscle_count
-        count = SineBasis().parameter_count(muscles) if action == "waves" else muscles
+    def __init__(self, muscle_count: int, layout: Layout, action: Action) -> None:
+        if action not in get_args(Action):
+            raise UsageError(f"Actions {action!r} are not offered. Choose one of {', '.join(get_args(Action))}.")
+        self._muscle_count, self._action = muscle_count, action
+        count = SineBasis().parameter_count(muscle_count) if action == "waves" else muscle_count
         self.action_space = spaces.Box(-1.0, 1.0, (count,), np.float32)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (session.observation_count + PHASE_COUNT,), np.float32)
+        high = _bounds(layout)
+        self.observation_space = spaces.Box(-high, high, dtype=np.float32)
 
-    def inputs(self, observations: NDArray[np.float64]) -> Floats:
-        """Inputs of the policy `[worlds, count]`, from the session's present observations."""
-        import torch
+    def inputs(self, observations: Array, times: Array) -> Floats:
+        """Inputs of the policy `[worlds, count]`, from observations `[worlds, observation_count]` and the waves' times
+        `[worlds]` [s]."""
+        # by `math`, as the controllers' phase: NumPy's sine is rounded by the processor's make
+        phases = [(math.sin(WAVE_RATE * time), math.cos(WAVE_RATE * time)) for time in times.tolist()]
+        seen = np.hstack([observations, phases]).astype(np.float32)
+        return np.clip(seen, self.observation_space.low, self.observation_space.high)
 
-        pairs = zip(observations, self._session.times.tolist(), strict=True)
-        return np.stack([with_phase(torch.as_tensor(row), time).numpy() for row, time in pairs]).astype(np.float32)
-
-    def activity(self, actions: Floats) -> NDArray[np.float64]:
+    def activity(self, actions: Floats, times: Array) -> Array:
         """Muscle activity `[worlds, muscle_count]` for actions `[worlds, count]`, which are clipped to [-1, 1]."""
         import torch
 
         clipped = np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
         if self._action == "muscles":
             return clipped
-        muscles, times = self._session.muscle_count, self._session.times
+        # one world at a time, as controllers are computed: no rounding may depend on the other worlds
         pairs = zip(torch.as_tensor(clipped), torch.as_tensor(times), strict=True)
-        return torch.stack([SineBasis().actuation(row[None], time[None], muscles)[0, 0] for row, time in pairs]).numpy()
+        with torch.inference_mode():
+            rows = [SineBasis().actuation(row[None], time[None], self._muscle_count)[0, 0] for row, time in pairs]
+        return torch.stack(rows).numpy()
 
 
-def session_of(env: str, design: str, task: str, fidelity: str, frames: int, worlds: int) -> Session:
-    """A session of this cell with an unlimited budget; components are written as on the command line.
-
-    Raises:
-        UnknownNameError, UsageError, SceneError: the components are unknown or cannot be simulated.
-    """
-    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
-    texts = (env, task, design, "policy-network", fidelity)
-    refs = {kind: registry.resolve(kind, Ref.parse(text)) for kind, text in zip(kinds, texts, strict=True)}
-    spec = RunSpec(
-        env=refs[Kind.ENV],
-        task=refs[Kind.TASK],
-        design=refs[Kind.DESIGN],
-        controller=refs[Kind.CONTROLLER],
-        method=Ref("gymnasium"),
-        seed=0,
-        budget=_UNLIMITED,
-        fidelity=refs[Kind.FIDELITY],
-        frames=frames,
-    )
-    return new_session(Problem(spec, worlds=worlds))
+def _bounds(layout: Layout) -> Floats:
+    """The bound of every number of an observation and of the phase `[count]`."""
+    parts = [np.full(count, 1.0 if name == "time_left" else LARGEST) for name, count in layout]
+    return np.concatenate([*parts, np.ones(PHASE_COUNT)]).astype(np.float32)

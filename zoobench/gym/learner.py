@@ -1,72 +1,17 @@
-"""Proximal policy optimisation by stable-baselines3 on the worlds of a session."""
+"""Proximal policy optimisation by stable-baselines3."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.logger import Logger
-from stable_baselines3.common.vec_env import VecEnv
 from torch.nn.utils import parameters_to_vector, vector_to_parameters
 
 from zoobench.arrays import Array
+from zoobench.gym.sb3 import ZooVecEnv
 from zoobench.gym.vector import ZooVectorEnv
-
-
-class Worlds(VecEnv):
-    """A vector environment with the interface of stable-baselines3.
-
-    Attributes:
-        rewards: of every step since the list was cleared, the mean over worlds.
-    """
-
-    def __init__(self, envs: ZooVectorEnv) -> None:
-        self._envs = envs
-        self._actions: NDArray[Any] = np.zeros(0)
-        self.rewards: list[float] = []
-        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
-
-    def reset(self) -> NDArray[Any]:
-        """Begin all episodes."""
-        return self._envs.reset()[0]
-
-    def step_async(self, actions: NDArray[Any]) -> None:
-        """Store the actions for `step_wait`."""
-        self._actions = actions
-
-    def step_wait(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], list[dict[str, Any]]]:
-        """Simulate a control frame in all worlds."""
-        observations, rewards, terminated, truncated, info = self._envs.step(self._actions)
-        self.rewards.append(float(rewards.mean()))
-        over = terminated | truncated
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for world in np.flatnonzero(over):
-            infos[world] = {
-                "terminal_observation": info["final_obs"][world],
-                "TimeLimit.truncated": bool(truncated[world]),
-            }
-        return observations, rewards, over, infos
-
-    def close(self) -> None:
-        """Nothing to close."""
-
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The attribute of the vector environment for each world."""
-        return [getattr(self._envs, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Worlds have no attributes of their own."""
-        raise NotImplementedError("The worlds of one solver have no attributes of their own.")
-
-    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Worlds have no methods of their own."""
-        raise NotImplementedError("The worlds of one solver have no methods of their own.")
-
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """False for each world."""
-        return [False for _ in self._get_indices(indices)]
 
 
 class Learner:
@@ -86,7 +31,7 @@ class Learner:
     def __init__(
         self, envs: ZooVectorEnv, actor: Array, hidden: int, deviation: float, settings: Mapping[str, Any]
     ) -> None:
-        self._worlds = Worlds(envs)
+        self._worlds = ZooVecEnv(envs)
         self._model = PPO(
             "MlpPolicy",
             self._worlds,

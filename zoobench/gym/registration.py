@@ -9,6 +9,8 @@ from zoobench import registry
 from zoobench.registry import Kind
 
 _NAMESPACE = "zoobench"
+FRAMES = 200
+"""Control frames of an episode."""
 
 
 def register_envs() -> None:
@@ -22,6 +24,7 @@ def register_envs() -> None:
                 id=name,
                 entry_point="zoobench.gym.single:ZooEnv",
                 vector_entry_point="zoobench.gym.vector:ZooVectorEnv",
+                max_episode_steps=FRAMES,
                 kwargs={"env": env, "design": design, "task": task},
             )
 

@@ -1,31 +1,38 @@
 """One world as a Gymnasium environment."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import gymnasium
+import numpy as np
+from numpy.typing import NDArray
 
-from zoobench.errors import UsageError
-from zoobench.gym.channels import Action, Channels, Floats, session_of
+from zoobench.gym.channels import Action, Floats
+from zoobench.gym.registration import FRAMES
+from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
 
 
 class ZooEnv(gymnasium.Env[Floats, Floats]):
     """A cell of the benchmark with a step of one control frame, 0.008 s; actions and observations as in `Channels`.
 
-    The reward is the task's. An episode is truncated at its length and terminated if the simulation diverges or the
-    robot tears, with the reason as `failure` in info; for its reward see `zoobench.cell.session.Step`. The environment
-    is deterministic: seeds have no effect.
+    The reward is the task's. An episode is truncated at its length, with its `score` and `metrics` in info, and
+    terminated if the simulation diverges or the robot tears, with the reason as `failure`; for its reward see
+    `zoobench.cell.session.Step`. Every episode begins as in the benchmark, and seeds have no effect, unless something
+    is drawn.
 
     Args:
         env, design, task: components, with parameters if needed, as in `desert[relief=0.03]`.
         action: `waves` or `muscles`.
         fidelity: of the simulation.
-        frames: length of an episode.
+        frames: length of an episode. `gymnasium.make` needs `max_episode_steps` as well for a longer one than usual.
+        draw: what is drawn for each episode, of `pose`, `phase` and `path`; see `zoobench.gym.beginnings.Beginnings`.
+        render_mode: `rgb_array` for pictures, which need the extra `render`.
 
     Raises:
-        UnknownNameError, UsageError, SceneError: the components are unknown or cannot be simulated.
+        UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = METADATA
 
     def __init__(
         self,
@@ -35,17 +42,25 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         *,
         action: Action = "waves",
         fidelity: str = "standard",
-        frames: int = 200,
+        frames: int = FRAMES,
+        draw: Iterable[str] = (),
+        render_mode: str | None = None,
     ) -> None:
-        self._session = session_of(env, design, task, fidelity, frames, worlds=1)
-        self._channels = Channels(self._session, action)
-        self.action_space = self._channels.action_space
-        self.observation_space = self._channels.observation_space
+        problem = problem_of(env, design, task, fidelity, frames, worlds=1)
+        self._worlds = Worlds(problem, 1, action, draw, render_mode)
+        self.render_mode = render_mode
+        self.action_space = self._worlds.channels.action_space
+        self.observation_space = self._worlds.channels.observation_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
-        """Begin an episode; returns the first observation."""
+        """Begin an episode; returns the first observation.
+
+        Raises:
+            UsageError: there are options.
+        """
         super().reset(seed=seed)
-        return self._channels.inputs(self._session.begin())[0], {}
+        refuse_options(options)
+        return self._worlds.begin([self.np_random])[0], {}
 
     def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Simulate a control frame.
@@ -53,9 +68,13 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         Raises:
             UsageError: an action of another shape or not finite, or the episode is over.
         """
-        if action.shape != self.action_space.shape:
-            raise UsageError(f"The action has shape {action.shape}; {self.action_space.shape} was expected.")
-        step = self._session.step(self._channels.activity(action[None]))
-        info = {"failure": str(step.failures[0])} if step.failures else {}
-        observation = self._channels.inputs(step.observations)[0]
-        return observation, float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), info
+        seen, step = self._worlds.step(np.asarray(action)[None])
+        return seen[0], float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), outcome(step, 0)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture of the world `[height, width, 3]`; None without a render mode."""
+        return self._worlds.picture(0) if self.render_mode else None
+
+    def close(self) -> None:
+        """Close the picture."""
+        self._worlds.close()

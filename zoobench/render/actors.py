@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.render.canvas import INK, Canvas
 from zoobench.render.colours import ground_colour, medium_colour
-from zoobench.render.film import Film
+from zoobench.render.recording import Recording
 from zoobench.render.skin import Skin, normals, skin
 from zoobench.render.viewpoint import Region
 
@@ -146,24 +146,26 @@ def put_fibres(canvas: Canvas, cover: Skin, body: Body) -> None:
         canvas.plotter.add_mesh(strokes, color=INK, line_width=1.5, lighting=False)
 
 
-def put_paths(canvas: Canvas, film: Film, towards: Array) -> Update:
+def put_paths(canvas: Canvas, recording: Recording, kept: NDArray[np.int64], towards: Array) -> Update:
     """The path of the robot's centre of mass so far and the whole path of the target, a ball at the present of each.
 
     They are seen through the robot: drawn nearer to the camera, which changes nothing else in a parallel projection.
 
     Args:
+        recording: with `centre` and `target` in every control frame.
+        kept: the frames that are its moments `[moments]`.
         towards: unit vector to the camera `[3]`.
     """
     nearer = _NEARER * towards
     balls = []
-    if film.target is not None:
-        canvas.line(film.target + nearer, TARGET, line_width=3)
-        balls.append(_put_ball(canvas, film.target[film.kept] + 1.1 * nearer, TARGET))
-    line = canvas.line(film.centre + nearer, PATH, line_width=3)
-    balls.append(_put_ball(canvas, film.centre[film.kept] + 1.2 * nearer, PATH))
+    if recording.target is not None:
+        canvas.line(recording.target + nearer, TARGET, line_width=3)
+        balls.append(_put_ball(canvas, recording.target[kept] + 1.1 * nearer, TARGET))
+    line = canvas.line(recording.centre + nearer, PATH, line_width=3)
+    balls.append(_put_ball(canvas, recording.centre[kept] + 1.2 * nearer, PATH))
 
     def update(moment: int) -> None:
-        line.points = film.centre[np.minimum(np.arange(len(film.centre)), film.kept[moment])] + nearer
+        line.points = recording.centre[np.minimum(np.arange(len(recording.centre)), kept[moment])] + nearer
         for ball in balls:
             ball(moment)
 

@@ -2,23 +2,48 @@
 
 import csv
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.methods.archive import Archive
 from zoobench.render import figures
+
+
+class Elites(Protocol):
+    """The elites of a run, the best first, as a method's `Archive` has them."""
+
+    @property
+    def scores(self) -> Array:
+        """`[elite_count]`."""
+
+    @property
+    def measures(self) -> Array:
+        """In [0, 1] `[elite_count, measure_count]`."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the measures."""
+
+    @property
+    def cells(self) -> int:
+        """Along each measure."""
+
+    def to_bytes(self) -> bytes:
+        """All arrays, as a file of NumPy."""
+
 
 FORMATS = ("csv", "npz", "png")
 
 _SIZE = (6.4, 5.2)  # [inches]
 
 
-def write(archive: Archive, path: Path, *, title: str, unit: str) -> None:
+def write(archive: Elites, path: Path, *, title: str, unit: str) -> None:
     """Write an archive in the format that the path's ending names; elites are numbered from 1, the best first.
 
     * `csv`: a row for each elite, its number, score and measures.
-    * `npz`: the arrays of `Archive` by name, parameters included.
+    * `npz`: the arrays of the archive by name, parameters included.
     * `png`: a map of the cells by score; white ones are empty, and a star marks the best.
 
     Raises:
@@ -38,7 +63,7 @@ def write(archive: Archive, path: Path, *, title: str, unit: str) -> None:
         raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
 
 
-def _csv(archive: Archive, path: Path, unit: str) -> None:
+def _csv(archive: Elites, path: Path, unit: str) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["elite", f"score [{unit}]", *archive.names])
@@ -46,12 +71,12 @@ def _csv(archive: Archive, path: Path, unit: str) -> None:
             writer.writerow([number, repr(float(score)), *(repr(float(value)) for value in measures)])
 
 
-def cells_of(archive: Archive) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+def cells_of(archive: Elites) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
     """Indices of the grid cell of each elite `[elite_count, measure_count]`; a measure of 1 belongs to the last."""
     return np.minimum((archive.measures * archive.cells).astype(np.int64), archive.cells - 1)
 
 
-def _png(archive: Archive, path: Path, title: str, unit: str) -> None:
+def _png(archive: Elites, path: Path, title: str, unit: str) -> None:
     scores = np.full((archive.cells, archive.cells), np.nan)
     across, up = cells_of(archive).T
     scores[up, across] = archive.scores

@@ -123,8 +123,8 @@ def film_images(
         put_ground(canvas, region, camera.towards)
         updates = [
             put_medium(canvas, region, size[1] / 2 / camera.half_height),
-            _put_active_robot(canvas, region, film.activation),
-            put_paths(canvas, film, camera.towards),
+            put_active_robot(canvas, region, film.activation),
+            put_paths(canvas, film, film.kept, camera.towards),
         ]
         canvas.text(title, 0.02, 0.94, size=1.15)
         clock = canvas.text("", 0.02, 0.885, size=1.15)
@@ -140,7 +140,7 @@ def film_images(
             yield canvas.image()
 
 
-def _put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Update:
+def put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Update:
     """The robot in the colours of its activation `[moments, robot_count]`, and the colour bar."""
     for words, y in (("activation", 0.82), ("contracts", 0.77), ("extends", 0.2)):
         canvas.text(words, 0.89, y)

@@ -42,6 +42,25 @@ class Playback:
             self.rollout.tears.pop(world, None)
         self._sim.record(self.rollout, 1)
 
+    def lead_in(self, world: int, actuation: FloatArray) -> None:
+        """Take one world through control frames before its episode, which begins with the state after them.
+
+        The others stay where they are. A world that diverges or tears is put back to the initial state.
+
+        Args:
+            actuation: `[frames, muscles]` in [-1, 1].
+        """
+        alive = self._sim.alive.clone()
+        self._sim.alive.zero_()
+        self._sim.alive[world] = 1
+        for row in np.asarray(actuation):
+            self.frame(np.tile(row, (self._solver.worlds, 1)))
+        alive[world] = 1
+        self._sim.alive.copy_(alive)
+        self.frames[world] = self.substeps[world] = 0
+        if world in self.rollout.divergences or world in self.rollout.tears:
+            self.begin([world])
+
     def frame(self, actuation: FloatArray) -> None:
         """Move on by a control frame; a world that has diverged is not moved.
 

@@ -29,6 +29,17 @@ _WHOLE_POSITION = ASTTransformerContext.get_pos_info
 
 _started: tuple[int, Device, bool] | None = None
 _generation = 0
+_is_forked = False
+
+
+def _note_fork() -> None:
+    """In a forked process: the runtime lives on in its parent, whose threads it needs."""
+    global _is_forked
+    _is_forked = _started is not None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_note_fork)
 
 
 def cache_folder() -> Path:
@@ -52,9 +63,16 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         the generation of the runtime: a solver made under an older one must not be used again.
 
     Raises:
-        UsageError: a CUDA device was asked for and none is available.
+        UsageError: a CUDA device was asked for and none is available, or this process was forked from one in which
+            Taichi was running.
     """
     global _started, _generation
+    if _is_forked:
+        raise UsageError(
+            "This process was forked from one that had simulated already, and Taichi would wait for ever for threads "
+            "that were left there. Start processes by 'spawn' or 'forkserver', as in gymnasium.make_vec(..., "
+            "vectorization_mode='async', vector_kwargs={'context': 'forkserver'}), or before the first simulation."
+        )
     debug = debug or bool(os.environ.get("ZOOBENCH_DEBUG"))
     wanted = (precision, device, debug)
     if _started == wanted:
@@ -178,7 +196,7 @@ def stop() -> None:
     Taichi writes compiled kernels into the cache only then.
     """
     global _started, _generation
-    if _started is not None:
+    if _started is not None and not _is_forked:
         ti.reset()
         _started = None
         _generation += 1

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -117,6 +118,7 @@ class Route(Protocol):
         ...
 
 
+@lru_cache(maxsize=1024)  # closed loops ask for the same times in every episode
 def route_at(route: Route, time: float) -> tuple[Array, Array]:
     """Position [m] and velocity [m/s] of a target at a time from 0 [s], `[3]` each."""
     times = np.array([time])

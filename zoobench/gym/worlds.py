@@ -1,0 +1,182 @@
+"""The worlds behind an environment, simulated from the first episode on: what one world and many have in common."""
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.problem import Problem
+from zoobench.cell.session import Session, Step, new_session, observation_model
+from zoobench.errors import UsageError
+from zoobench.gym.beginnings import Beginning, Beginnings
+from zoobench.gym.channels import Action, Channels, Floats
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
+
+if TYPE_CHECKING:
+    from zoobench.render.live import LivePicture
+
+METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / FRAME_SECONDS)}
+"""Of every environment; `gymnasium.make` shows the pictures of one that is made with `render_mode="human"`."""
+
+_UNLIMITED = Budget("substeps", 1e18)
+
+
+class Worlds:
+    """The worlds of an environment.
+
+    To make them compiles and simulates nothing: it may be done in a process that is forked later.
+
+    Args:
+        problem: the cell.
+        count: number of worlds.
+        action: see `Channels`.
+        drawn: see `Beginnings`.
+        render_mode: None or `rgb_array`.
+
+    Raises:
+        UsageError: an option cannot be used.
+    """
+
+    _beginnings: Beginnings | None = None
+
+    def __init__(
+        self, problem: Problem, count: int, action: Action, drawn: Iterable[str] = (), render_mode: str | None = None
+    ) -> None:
+        if render_mode not in (None, *METADATA["render_modes"]):
+            raise UsageError(
+                f"The render mode {render_mode!r} is not offered here. Choose rgb_array; gymnasium.make knows 'human'."
+            )
+        if problem.robot.space is not None:
+            raise UsageError(f"The design {problem.spec.design.name!r} is a design space. Choose a fixed body.")
+        self._problem = problem
+        self._take(count, Channels(problem.body.muscle_count, observation_model(problem).layout, action))
+        self._beginnings = Beginnings(problem, drawn)
+
+    @classmethod
+    def of(cls, session: Session, action: Action) -> Self:
+        """The worlds of a session that is there already; they have no pictures."""
+        made = cls.__new__(cls)
+        made.session = session
+        made._take(session.worlds, Channels(session.muscle_count, session.layout, action))
+        return made
+
+    def _take(self, count: int, channels: Channels) -> None:
+        self.count, self.channels = count, channels
+        self._begun = [Beginning()] * count
+        self._pictures: dict[int, LivePicture] = {}
+
+    @cached_property
+    def session(self) -> Session:
+        """The session, which starts the simulator."""
+        return new_session(self._problem, self.count, keeps_history=True)
+
+    def begin(self, generators: Sequence[np.random.Generator], worlds: Iterable[int] | None = None) -> Floats:
+        """Begin episodes in these worlds, by default in all; inputs of the policy for all `[worlds, count]`.
+
+        Args:
+            generators: of each world.
+        """
+        chosen = list(range(self.count) if worlds is None else worlds)
+        for world in chosen:
+            if self._beginnings is not None:
+                self._begun[world] = self._beginnings.draw(generators[world])
+            if picture := self._pictures.pop(world, None):
+                picture.close()
+        begun = {world: self._begun[world] for world in chosen}
+        lead_ins = {world: each.lead_in for world, each in begun.items() if each.lead_in is not None}
+        tasks = {world: each.task for world, each in begun.items() if each.task is not None}
+        if lead_ins or tasks:
+            return self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
+        return self._inputs(self.session.begin(chosen))
+
+    def step(self, actions: Floats) -> tuple[Floats, Step]:
+        """Simulate a control frame in every world; inputs of the policy `[worlds, count]` and what followed.
+
+        Raises:
+            UsageError: actions of another shape or not finite, or an episode is over.
+        """
+        expected = (self.count, *self.channels.action_space.shape)
+        if np.shape(actions) != expected:
+            raise UsageError(f"Actions of shape {np.shape(actions)} were given; {expected} was expected.")
+        step = self.session.step(self.channels.activity(actions, self._times()))
+        return self._inputs(step.observations), step
+
+    def picture(self, world: int) -> NDArray[np.uint8]:
+        """A picture of a world as it is now `[height, width, 3]`.
+
+        Raises:
+            UsageError: the extra `render` is not installed, or the system has no OpenGL.
+        """
+        from zoobench.render.live import LivePicture
+
+        session = self.session
+        positions, seconds = session.positions(world), float(session.times[world])
+        if world not in self._pictures:
+            task = self._begun[world].task or self._problem.task
+            self._pictures[world] = LivePicture(self._problem, positions, task)
+        return self._pictures[world].at(seconds, positions, session.activity(world))
+
+    def close(self) -> None:
+        """Close the pictures."""
+        while self._pictures:
+            self._pictures.popitem()[1].close()
+
+    def _times(self) -> Array:
+        """Of the waves `[worlds]` [s]."""
+        return np.asarray(self.session.times + [each.time for each in self._begun], dtype=np.float64)
+
+    def _inputs(self, observations: Array) -> Floats:
+        return self.channels.inputs(observations, self._times())
+
+
+def problem_of(env: str, design: str, task: str, fidelity: str, frames: int, worlds: int) -> Problem:
+    """The problem of a cell with an unlimited budget; components are written as on the command line.
+
+    Raises:
+        UnknownNameError, UsageError, SceneError: the components are unknown or cannot be simulated.
+    """
+    if frames < 1 or worlds < 1:
+        raise UsageError(f"Episodes of {frames} frames in {worlds} worlds are nothing. Give at least 1 of each.")
+    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
+    texts = (env, task, design, "policy-network", fidelity)
+    refs = {kind: registry.resolve(kind, Ref.parse(text)) for kind, text in zip(kinds, texts, strict=True)}
+    spec = RunSpec(
+        env=refs[Kind.ENV],
+        task=refs[Kind.TASK],
+        design=refs[Kind.DESIGN],
+        controller=refs[Kind.CONTROLLER],
+        method=Ref("gymnasium"),
+        seed=0,
+        budget=_UNLIMITED,
+        fidelity=refs[Kind.FIDELITY],
+        frames=frames,
+    )
+    return Problem(spec, worlds=worlds)
+
+
+def refuse_options(options: object) -> None:
+    """Refuse options of `reset`.
+
+    Raises:
+        UsageError: there is one.
+    """
+    if options:
+        raise UsageError(
+            f"reset takes no options, and {options!r} was given. What is drawn for an episode is chosen when the "
+            "environment is made: draw=('pose', 'phase', 'path')."
+        )
+
+
+def outcome(step: Step, world: int) -> dict[str, Any]:
+    """What `info` tells of a world whose episode is over: its score and metrics, or the reason of its failure."""
+    if failure := step.failures.get(world):
+        return {"failure": str(failure)}
+    if evaluation := step.evaluations.get(world):
+        metrics = {name: metric.value for name, metric in evaluation.metrics.items()}
+        return {"score": evaluation.score, "metrics": metrics}
+    return {}
