@@ -11,7 +11,9 @@ from statistics import median
 
 import numpy as np
 
+from zoobench.gym.channels import Action
 from zoobench.gym.vector import ZooVectorEnv
+from zoobench.gym.worlds import problem_of
 
 FRAMES = 50
 CELLS = (("ground", "turning"), ("ground", "waypoint-following"), ("desert", "movement-speed"))
@@ -32,17 +34,15 @@ def main() -> None:
             print(f"{env + ' ' + task:30} {worlds:6} {numbers}", flush=True)
 
 
-def _measured(env: str, task: str, worlds: int, fidelity: str, action: str, repetitions: int) -> tuple[float, float]:
+def _measured(env: str, task: str, worlds: int, fidelity: str, action: Action, repetitions: int) -> tuple[float, float]:
     """Median CPU seconds of an episode: of the bare solver, and of the environment."""
     envs = ZooVectorEnv(env, "caterpillar", task, num_envs=worlds, action=action, fidelity=fidelity, frames=FRAMES)
+    solver = problem_of(env, "caterpillar", task, fidelity, FRAMES, worlds).solvers.get(worlds, gradient=False)
     actions = np.random.default_rng(0).uniform(-0.5, 0.5, envs.action_space.shape).astype(np.float32)
     envs.reset()
-    session = envs._session
-    solver = session._problem.solvers.get(worlds, gradient=False)
-    # the activity that the environment applies, for the bare solver
     activity = []
     for _ in range(FRAMES):
-        activity.append(envs._channels.activity(actions))
+        activity.append(envs.worlds.channels.activity(actions, envs.worlds.session.times))
         envs.step(actions)
     played = np.array(activity)
 

@@ -26,6 +26,9 @@ DESIGNS = [name for name in DESIGNS if not registry.get(Kind.DESIGN, name).requi
 # a stored gait is tested with stored runs, in tests/controllers
 CONTROLLERS = [name for name in CONTROLLERS if not registry.get(Kind.CONTROLLER, name).required]
 
+# an agent of a user's file is tested with files, in tests/methods
+METHODS = [name for name in METHODS if not registry.get(Kind.METHOD, name).required]
+
 
 def _is_fast(env: str, task: str, design: str) -> bool:
     """The caterpillar everywhere and in every task, but not all pairs; any other body once.

@@ -28,6 +28,7 @@ from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
+from zoobench.cli.submit import submit
 from zoobench.cli.validate import validate
 from zoobench.errors import ZoobenchError
 
@@ -64,6 +65,7 @@ app.command("list")(list_components)
 app.command("show")(show)
 app.command("plan")(plan)
 app.command("run")(run)
+app.command("submit")(submit)
 app.command("status")(status)
 app.command("results")(results)
 app.command("table")(table)

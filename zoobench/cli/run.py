@@ -1,7 +1,7 @@
 """`zoobench run`: do the runs that are asked for and not done yet."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Annotated
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.request import RunRequest
+    from zoobench.spec import RunSpec
 
 _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
@@ -65,15 +66,28 @@ def run(
     preset decides, or the suite.
     """
     from zoobench.cell.memory import allow
+
+    limit = parse_duration(timeout) if timeout else None
+    if memory:
+        allow(memory)
+    do(asked.cells(db, coarsest_fidelity, say), db, jobs=jobs, limit=limit, retry=retry, rerun=rerun)
+
+
+def do(
+    cells: "Sequence[RunSpec | Skip]",
+    db: str,
+    *,
+    jobs: int,
+    limit: float | None = None,
+    retry: Retry | None = None,
+    rerun: str = "",
+) -> None:
+    """Queue runs and do them, as `run` says, each attempt for at most so long [s]."""
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
 
-    limit = parse_duration(timeout) if timeout else None
-    if memory:
-        allow(memory)
-    cells = asked.cells(db, coarsest_fidelity, say)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(

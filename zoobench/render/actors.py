@@ -160,14 +160,14 @@ def put_paths(canvas: Canvas, recording: Recording, kept: NDArray[np.int64], tow
     balls = []
     if recording.target is not None:
         canvas.line(recording.target + nearer, TARGET, line_width=3)
-        balls.append(_put_ball(canvas, recording.target[kept] + 1.1 * nearer, TARGET))
+        balls.append(_put_ball(canvas, recording.target, 1.1 * nearer, TARGET))
     line = canvas.line(recording.centre + nearer, PATH, line_width=3)
-    balls.append(_put_ball(canvas, recording.centre[kept] + 1.2 * nearer, PATH))
+    balls.append(_put_ball(canvas, recording.centre, 1.2 * nearer, PATH))
 
     def update(moment: int) -> None:
         line.points = recording.centre[np.minimum(np.arange(len(recording.centre)), kept[moment])] + nearer
         for ball in balls:
-            ball(moment)
+            ball(int(kept[moment]))
 
     return update
 
@@ -193,14 +193,14 @@ def _update_skin(mesh: Any, cover: Skin, positions: Any, values: Array) -> None:
     mesh["values"] = found if found.ndim == 1 else _bytes(found)
 
 
-def _put_ball(canvas: Canvas, places: Array, colour: str) -> Update:
-    """A ball that is at `places` `[moments, 3]` [m]."""
+def _put_ball(canvas: Canvas, places: Array, away: Array, colour: str) -> Update:
+    """A ball that is `away` `[3]` from one of the `places` `[n, 3]` [m], which may be changed meanwhile."""
     ball = canvas.pyvista.Sphere(radius=_MARK)
     around = ball.points.copy()
     canvas.plotter.add_mesh(ball, color=colour, ambient=0.5, diffuse=0.6, smooth_shading=True)
 
-    def update(moment: int) -> None:
-        ball.points = around + places[moment]
+    def update(place: int) -> None:
+        ball.points = around + places[place] + away
 
     return update
 

@@ -16,6 +16,7 @@ from zoobench.report.tables import Table
 from zoobench.spec import Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
+_EXTERNAL = "external"  # tag of a method
 _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
     "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
@@ -51,6 +52,7 @@ class Footer:
         superseded: components that have a newer version here, with which other numbers are made.
         provisional: the environments whose scores are not yet what they are called, and why.
         undecided: where differences are marked that the fidelity cannot decide.
+        external: the agents that were trained elsewhere, and what that means.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -64,6 +66,7 @@ class Footer:
     superseded: tuple[str, ...] = ()
     provisional: tuple[str, ...] = ()
     undecided: tuple[str, ...] = ()
+    external: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
@@ -71,6 +74,7 @@ class Footer:
             "cells": (_LEGEND,),
             **({"provisional": self.provisional} if self.provisional else {}),
             **({"undecided": self.undecided} if self.undecided else {}),
+            **({"external": self.external} if self.external else {}),
             "commit": self.commits,
             "components": self.components,
             **({"superseded": self.superseded} if self.superseded else {}),
@@ -96,6 +100,7 @@ def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequenc
         command=shlex.join(command),
         superseded=_distinct(_superseded(tables)),
         provisional=footnotes({row.env for table in tables for row in table.rows}),
+        external=_distinct(_external(tables)),
     )
 
 
@@ -110,6 +115,14 @@ def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:
     }
     found |= {(Kind.FIDELITY, table.fidelity) for table in tables}
     return found | {(Kind.METHOD, method) for table in tables for method in table.methods}
+
+
+def _external(tables: Sequence[Table]) -> Iterator[str]:
+    """The methods that are agents of somebody else, which no budget of training is known of."""
+    for kind, ref in _refs(tables):
+        if kind is Kind.METHOD and ref.name in registry.names(kind) and _EXTERNAL in registry.get(kind, ref.name).tags:
+            agent = ref.kwargs.get("agent") or ref.kwargs.get("policy")
+            yield f"{agent} was trained elsewhere at a cost that is not known"
 
 
 def _superseded(tables: Sequence[Table]) -> Iterator[str]:

@@ -1,0 +1,66 @@
+"""Pictures of environments: by Gymnasium's wrappers, in a window, and of many worlds."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+
+from tests.test_readme import blocks
+from zoobench.gym.vector import ZooVectorEnv
+
+NAME = "zoobench/Ground-Caterpillar-WaypointFollowing-v0"
+SMALL = {"fidelity": "smoke", "frames": 4}
+
+
+def test_every_world_has_a_picture() -> None:
+    """Of its own robot; an environment without a render mode has none."""
+    envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, render_mode="rgb_array", **SMALL)
+    envs.reset()
+    before = envs.render()
+    actions = np.zeros(envs.action_space.shape, np.float32)
+    actions[1] = 1.0
+    envs.step(actions)
+    after = envs.render()
+    assert before is not None
+    assert after is not None
+    assert before[0].shape == (360, 640, 3)
+    np.testing.assert_array_equal(before[0], before[1])
+    assert (after[0] != after[1]).any(axis=2).mean() > 0.01
+    envs.close()
+    assert ZooVectorEnv("ground", "caterpillar", "turning", **SMALL).render() is None
+
+
+def test_gymnasium_shows_it_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here in one that nobody sees."""
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with pytest.warns(UserWarning, match="HumanRendering"):
+        env = gymnasium.make(NAME, render_mode="human", **SMALL)
+    env.reset()
+    env.step(env.action_space.sample())
+    shown = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 100
+    env.close()
+
+
+@pytest.mark.slow
+def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
+    """The README's example, with less of everything: it trains, and films an episode that it scores."""
+    (source,) = (block for block in blocks("python") if "stable_baselines3" in block)
+    less = {"20_000": "80", "n_steps=250, batch_size=100": "n_steps=20, batch_size=20", '"draft"': '"smoke", frames=20'}
+    for usual, small in less.items():
+        assert usual in source
+        source = source.replace(usual, small)
+    done = subprocess.run([sys.executable, "-c", source], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "rms_error" in done.stdout
+    assert (tmp_path / "agent.zip").exists()
+    (film,) = (tmp_path / "films").glob("*.mp4")
+    with imageio.get_reader(film) as reader:
+        images = list(reader.iter_data())
+    assert len(images) == 21
+    assert (np.abs(images[0].astype(int) - images[-1]).max(axis=2) > 50).mean() > 1e-3

@@ -1,0 +1,31 @@
+"""Pictures of an episode while it is simulated."""
+
+import numpy as np
+
+from tests.conformance.cells import cell
+from zoobench.cell.problem import Problem
+from zoobench.render.actors import TARGET
+from zoobench.render.canvas import Image
+from zoobench.render.live import LivePicture
+
+
+def _count(image: Image) -> int:
+    """Pixels in the target's colour."""
+    colour = [int(TARGET[place : place + 2], 16) for place in (1, 3, 5)]
+    return int((np.abs(image.astype(int) - colour).sum(axis=2) < 100).sum())
+
+
+def test_target_and_robot_are_where_they_are_now() -> None:
+    """The target's ball leaves the robot's; the robot and its path go with the particles."""
+    problem = Problem(cell(task="waypoint-following[path=straight]", frames=200))
+    start = problem.scene.robot.positions
+    picture = LivePicture(problem, start, problem.task)
+    still = np.zeros(problem.body.muscle_count)
+    first = picture.at(0.0, start, still)
+    later = picture.at(1.6, start, still)
+    moved = picture.at(1.6, start + np.array([0.02, 0.0, 0.0]), still)
+    again = picture.at(1.6, start, still)
+    picture.close()
+    assert _count(later) > _count(first) + 20
+    assert (moved != later).any(axis=2).mean() > 0.01
+    np.testing.assert_array_equal(again, later)
