@@ -115,6 +115,29 @@ def test_a_world_that_blows_up_ends_its_episode(monkeypatch: pytest.MonkeyPatch,
     assert not session.step(0.0 * wild).terminated.any()
 
 
+def test_a_lead_in_moves_no_other_world() -> None:
+    """The world beside it goes on as if alone, and is scored so; what is led in begins elsewhere and is metered."""
+    problem = Problem(cell(task="waypoint-following", frames=4))
+    session = new_session(problem, 2, keeps_history=True)
+    rng = np.random.default_rng(0)
+    activity = rng.uniform(-1.0, 1.0, (4, 2, session.muscle_count))
+    lead_in = rng.uniform(-1.0, 1.0, (3, session.muscle_count))
+    told = []
+    for disturbed in (False, True):
+        first = session.begin()
+        steps = [session.step(row) for row in activity[:2]]
+        if disturbed:
+            spent = problem.meter.forward
+            led = session.begin([1], lead_ins={1: lead_in})
+            assert problem.meter.forward > spent
+            assert (led[1] != first[1]).any()
+            np.testing.assert_array_equal(led[0], steps[-1].observations[0])
+        steps += [session.step(row) for row in activity[2:]]
+        told.append(([step.observations[0] for step in steps], steps[-1].evaluations[0].metrics))
+    np.testing.assert_array_equal(told[0][0], told[1][0])
+    assert told[0][1] == told[1][1]
+
+
 def test_a_design_space_is_refused() -> None:
     """A policy needs a fixed body."""
     with pytest.raises(UsageError, match="is a design space"):
