@@ -19,6 +19,7 @@ COMMANDS = (
     "show",
     "plan",
     "run",
+    "submit",
     "status",
     "results",
     "table",

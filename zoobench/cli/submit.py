@@ -27,7 +27,7 @@ def submit(
     name: Annotated[str, Option("--name", help="A name for tables.")] = "",
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Evaluate an agent that was trained elsewhere, such as one of your own reinforcement learning.
+    """Evaluate an agent that was trained elsewhere.
 
     The function takes the observation of a control frame and returns the action, as in the environment of Gymnasium. It
     acts for one episode under the meter. The score is stored with its provenance and with the muscles' activity, by
