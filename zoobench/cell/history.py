@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.tasks.base import Motion
 
 if TYPE_CHECKING:
@@ -25,12 +26,16 @@ class History:
         self._velocities = np.zeros_like(self._positions)
         self._work = np.zeros((worlds, frames, rollout.actuation.shape[2]))
 
-    def note(self, world: int, frame: int, rollout: "Rollout") -> None:
-        """Take the present state of a world for that after so many frames of its episode."""
+    def note(self, world: int, frame: int, rollout: "Rollout", work: Array | None = None) -> None:
+        """Take the present state of a world for that after so many frames of its episode.
+
+        Args:
+            work: of its muscles in the frame that ends then `[muscle_count]` [J]; None at the start.
+        """
         self._positions[world, frame] = rollout.positions[1, world]
         self._velocities[world, frame] = rollout.velocities[1, world]
-        if frame:
-            self._work[world, frame - 1] = rollout.muscle_work[0, world]
+        if work is not None:
+            self._work[world, frame - 1] = work
 
     def motion(self, world: int, frames: int, like: Motion) -> Motion:
         """The motion of a world through the first frames of its episode; masses and labels are those of another."""

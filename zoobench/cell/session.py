@@ -204,12 +204,13 @@ class Session:
         self.failures += len(failures)
         terminated = np.array([world in failures for world in range(self.worlds)])
         truncated = ~terminated & (frames >= self._problem.spec.frames)
+        work = rollout.muscle_work
         if self._history is not None:
             for world in range(self.worlds):
-                self._history.note(world, int(frames[world]), rollout)
+                self._history.note(world, int(frames[world]), rollout, work[0, world])
         states = [self._state(world) for world in range(self.worlds)]
         rewards = [
-            self._forgone(world) if world in failures else self._reward(world, *state)
+            self._forgone(world) if world in failures else self._reward(world, *state, work[:, world : world + 1])
             for world, state in enumerate(states)
         ]
         self._over, self._last = terminated | truncated, np.array(rewards)
@@ -245,8 +246,8 @@ class Session:
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
-    def _reward(self, world: int, positions: "Tensor", velocities: "Tensor") -> float:
-        """Reward of the last frame, from a motion of two states: start and present."""
+    def _reward(self, world: int, positions: "Tensor", velocities: "Tensor", work: Array) -> float:
+        """Reward of the last frame, from a motion of two states: start and present; `work` `[1, 1, muscle_count]`."""
         import torch
 
         start = self._starts[world]
@@ -254,7 +255,7 @@ class Session:
             start,
             positions=torch.stack([start.positions[1], positions[None]]),
             velocities=torch.stack([start.velocities[1], velocities[None]]),
-            muscle_work=torch.as_tensor(self._playback.rollout.muscle_work[:, world : world + 1]),
+            muscle_work=torch.as_tensor(work),
             numbers=torch.tensor([0, int(self._playback.frames[world])]),
         )
         with torch.inference_mode():
