@@ -15,7 +15,7 @@ import pytest
 
 from tests.cli.conftest import Command
 from tests.report.content import add_done
-from zoobench.cli.run import parse_duration
+from zoobench.cli.options import parse_duration
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError

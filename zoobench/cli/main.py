@@ -24,11 +24,13 @@ from zoobench.cli.machine import doctor
 from zoobench.cli.output import say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
+from zoobench.cli.queue import cancel, merge, remove
 from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.validate import validate
+from zoobench.cli.work import work
 from zoobench.errors import ZoobenchError
 
 _GARBAGE_EVERY = 100_000  # new objects between two searches for garbage
@@ -64,7 +66,11 @@ app.command("list")(list_components)
 app.command("show")(show)
 app.command("plan")(plan)
 app.command("run")(run)
+app.command("work")(work)
 app.command("status")(status)
+app.command("cancel")(cancel)
+app.command("remove")(remove)
+app.command("merge")(merge)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)

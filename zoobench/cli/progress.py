@@ -120,8 +120,7 @@ class Lines:
             if not is_news and not (row.state is RunState.RUNNING and now - at >= _PLAIN_SECONDS):
                 continue
             self._told[row.id] = (row.state, now)
-            text = _ending(row) if row.has_ended else f"running   {_name(row)}{_standing(row)}"
-            say(f"[{standing}] {text}")
+            say(f"[{standing}] {describe(row)}")
 
     def __enter__(self) -> Self:
         return self
@@ -184,6 +183,11 @@ class Bars:
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
+
+
+def describe(row: "RunRow") -> str:
+    """The state of a run in a line."""
+    return _ending(row) if row.has_ended else f"{row.state:<9} {_name(row)}{_standing(row)}"
 
 
 def _name(row: "RunRow") -> str:

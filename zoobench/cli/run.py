@@ -1,6 +1,5 @@
 """`zoobench run`: do the runs that are asked for and not done yet."""
 
-import re
 from collections.abc import Iterable
 from enum import StrEnum
 from fnmatch import fnmatchcase
@@ -11,9 +10,12 @@ from typer import Exit, Option
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
+    MemoryOption,
+    TimeoutOption,
     WorkersOption,
     coarsest_fidelity,
     command_text,
+    parse_duration,
     request,
     takes,
 )
@@ -27,8 +29,6 @@ if TYPE_CHECKING:
     from zoobench.harness.grid import Skip
     from zoobench.harness.request import RunRequest
 
-_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
-
 
 class Retry(StrEnum):
     """Which unsuccessful runs to try again."""
@@ -36,6 +36,7 @@ class Retry(StrEnum):
     FAILED = "failed"
     DIVERGED = "diverged"
     TIMEOUT = "timeout"
+    CANCELLED = "cancelled"
     ALL = "all"
 
 
@@ -43,20 +44,16 @@ class Retry(StrEnum):
 def run(
     asked: "RunRequest",
     jobs: WorkersOption = 2,
-    timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
+    timeout: TimeoutOption = "",
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
     rerun: Annotated[
         str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
     ] = "",
-    memory: Annotated[
-        str,
-        Option(
-            "--memory",
-            envvar="ZOOBENCH_MEMORY",
-            help="What the process of each run may take, as in 2GB; if not given, it stores a quarter of its part of "
-            "the free memory. Gradients take longer with less; no result depends on it.",
-        ),
-    ] = "",
+    memory: MemoryOption = "",
+    priority: Annotated[
+        int | None, Option("--priority", help="Of queued runs those of the highest priority come first; usually 0.")
+    ] = None,
+    no_wait: Annotated[bool, Option("--no-wait", help="Only queue; `zoobench work` does the runs.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Run every combination that is not done yet.
@@ -70,6 +67,8 @@ def run(
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
 
+    if no_wait and (timeout or memory):
+        raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)
@@ -81,24 +80,18 @@ def run(
             skips=[(skip.spec, skip.reason) for skip in skips],
         )
         again = _queue_again(store, report, retry, rerun)
+        todo = sorted({*report.open, *again})
+        if priority is not None:
+            store.prioritise(todo, priority)
+        sweep = store.begin_sweep(todo) if no_wait and todo else None
     _tell_plan(report, again, skips)
-    todo = sorted({*report.open, *again})
+    if no_wait:
+        is_left = "" if sweep is None else f"Next: {command_text('work', '--sweep', str(sweep), db=db)}"
+        say(is_left or "Nothing is to be done.")
+        return
     rows = carry_out(db, todo, jobs=jobs, timeout=limit)
     is_smoke = all(spec_of(cell).fidelity.name == "smoke" for cell in cells)
     _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=is_smoke)
-
-
-def parse_duration(text: str) -> float:
-    """Read `90`, `90s`, `10min` or `1.5h` as seconds.
-
-    Raises:
-        UsageError: another shape, or no time at all.
-    """
-    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(s|min|m|h)?\s*", text)
-    seconds = float(match[1]) * _UNITS[match[2] or ""] if match else 0.0
-    if seconds <= 0:
-        raise UsageError(f"Cannot read {text!r} as a time limit. Write for example 90s, 10min or 2h.")
-    return seconds
 
 
 def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, rerun: str) -> list[int]:
