@@ -109,3 +109,11 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
     assert zoobench("merge", "a.db", "./a.db").code == 2
     assert zoobench("merge", "new.db", "a.db").code == 0
     assert zoobench("merge", "a.db", "none.db").code == 2
+
+
+def test_results_are_exported(zoobench: Command, database: Path, tmp_path: Path) -> None:
+    """To a file of the one format; another ending is refused."""
+    assert zoobench("export", "-o", "all.parquet", "--env", "ice").code == 0
+    assert (tmp_path / "all.parquet").stat().st_size > 0
+    assert zoobench("export", "-o", "all.csv").code == 2
+    assert zoobench("export", "-o", "none/all.parquet").code == 2

@@ -17,6 +17,7 @@ from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
+from zoobench.cli.export import export
 from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
@@ -71,6 +72,7 @@ app.command("status")(status)
 app.command("cancel")(cancel)
 app.command("remove")(remove)
 app.command("merge")(merge)
+app.command("export")(export)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)
