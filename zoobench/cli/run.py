@@ -53,6 +53,14 @@ def run(
     priority: Annotated[
         int | None, Option("--priority", help="Of queued runs those of the highest priority come first; usually 0.")
     ] = None,
+    on: Annotated[
+        str,
+        Option(
+            "--on",
+            help="Where: here; slurm or 'slurm[partition=cpu,time=120]', with options of sbatch and minutes; ray or "
+            "ray=ADDRESS, a cluster of Ray. -j says how many runs at a time.",
+        ),
+    ] = "here",
     no_wait: Annotated[bool, Option("--no-wait", help="Only queue; `zoobench work` does the runs.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
@@ -64,11 +72,13 @@ def run(
     from zoobench.cell.memory import allow
     from zoobench.cli.progress import carry_out
     from zoobench.db.store import Store
+    from zoobench.harness.engines import engine_named
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
 
     if no_wait and (timeout or memory):
         raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
+    engine = engine_named(on)
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)
@@ -89,7 +99,7 @@ def run(
         is_left = "" if sweep is None else f"Next: {command_text('work', '--sweep', str(sweep), db=db)}"
         say(is_left or "Nothing is to be done.")
         return
-    rows = carry_out(db, todo, jobs=jobs, timeout=limit)
+    rows = carry_out(db, todo, jobs=jobs, timeout=limit, engine=engine)
     is_smoke = all(spec_of(cell).fidelity.name == "smoke" for cell in cells)
     _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=is_smoke)
 
