@@ -74,6 +74,7 @@ def run(
     from zoobench.db.store import Store
     from zoobench.harness.engines import engine_named
     from zoobench.harness.grid import Skip
+    from zoobench.harness.provenance import changed_plugins
     from zoobench.harness.suites import spec_of
 
     if no_wait and (timeout or memory):
@@ -90,6 +91,8 @@ def run(
             skips=[(skip.spec, skip.reason) for skip in skips],
         )
         again = _queue_again(store, report, retry, rerun)
+        for note in changed_plugins((spec_of(cell) for cell in cells), store.plugins()):
+            say(note)
         todo = sorted({*report.open, *again})
         if priority is not None:
             store.prioritise(todo, priority)

@@ -5,7 +5,7 @@ that a worker that was given up for dead cannot touch what another has taken ove
 """
 
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import Update, case, delete, insert, select, update
@@ -163,12 +163,14 @@ class Store(Reader):
         owner: Owner,
         *,
         provenance: Mapping[str, Any],
+        plugins: Callable[[RunSpec], Mapping[str, Any]] = lambda _: {},
         ids: Collection[int] | None = None,
         sweep: int | None = None,
     ) -> Claim | None:
         """Take the next queued run, among `ids` or of a sweep if given, and open an attempt; None without any.
 
-        It is the oldest of those of the highest priority.
+        It is the oldest of those of the highest priority. What `plugins` tells of its settings, if anything, is stored
+        with the provenance.
         """
         following = (
             select(RunRecord.id)
@@ -191,12 +193,17 @@ class Store(Reader):
                 now = time.time()  # the lock may have been waited for
                 run.lease_until, run.started_at = now + LEASE_SECONDS, run.started_at or now
                 checkpoint = session.get(CheckpointRecord, run.id)
-                self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
+                origin = dict(provenance)
+                refusal = ""
                 try:
                     spec = spec_from(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
                     stored = load_all_stored(session, spec)
+                    origin |= {"plugins": found} if (found := plugins(spec)) else {}
                 except StorageError as error:  # nobody can do it, and the queue goes on
-                    close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, str(error)))
+                    refusal = str(error)
+                self._open_attempt(session, run, owner, origin, started_at=now, resumed=checkpoint is not None)
+                if refusal:
+                    close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, refusal))
                     continue
                 data = checkpoint.data if checkpoint else None
                 return Claim(run.id, spec, str(owner), run.attempt, data, stored)

@@ -22,7 +22,7 @@ from zoobench.db.rows import Batch, Ending, RunRow, RunState
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import UsageError, ZoobenchError
 from zoobench.harness.process import StartedProcess
-from zoobench.harness.provenance import THREAD_VARIABLES, gather, sources
+from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of, sources
 from zoobench.harness.supervise import Limits, supervise
 from zoobench.harness.worker import WorkerOrders
 
@@ -268,7 +268,7 @@ class RayPool:
                 origin, code = self._ray.get(place.origin.remote())
                 if code != sources():
                     raise UsageError(f"{origin['host']} has another zoobench than this machine. Install the same one.")
-                claim = store.claim(Owner.current(), provenance=origin, sweep=self._orders.sweep)
+                claim = store.claim(Owner.current(), provenance=origin, plugins=plugins_of, sweep=self._orders.sweep)
                 if claim is None:
                     return False
                 limits = Limits(self._orders.timeout, memory, note=f"In a place of Ray on {origin['host']}.")

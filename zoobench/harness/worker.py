@@ -23,7 +23,7 @@ from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
-from zoobench.harness.provenance import THREAD_VARIABLES, gather
+from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def work(
     while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
         store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(Owner.current(), provenance=gather(), sweep=orders.sweep)
+        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
         if claim is None:
             return
         taken += 1
