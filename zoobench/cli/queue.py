@@ -37,7 +37,7 @@ def remove(
     yes: Annotated[bool, Option("--yes", "-y", help="Remove them; without it they are only shown.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Remove runs with all their results, and the runs that need them.
+    """Remove runs with their results, and what needs them.
 
     A run needs those that it names as start, gait or body. What was evaluated with the solutions goes, too.
     """

@@ -85,7 +85,7 @@ def sources(package: Path = Path(zoobench.__file__).parent) -> str:
 
 
 def plugins_of(spec: RunSpec) -> dict[str, dict[str, str | None]]:
-    """Commit and changes of the checkout that it runs from, or was built from; always the hash of its files.
+    """Distribution, version and code hash of the components of a run that are plug-ins', by kind, name and version.
 
     Those of zoobench itself are told by `code` and their versions. Empty if there are no others.
     """
