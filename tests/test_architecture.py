@@ -25,7 +25,7 @@ ALLOWED = {
     "arrays": "",
     "files": "",
     "rounding": "",
-    "__init__": "rounding",
+    "__init__": "rounding db",
     "spec": "errors",
     "inputs": "errors spec",
     "registry": "errors spec inputs",

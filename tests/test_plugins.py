@@ -157,6 +157,20 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
     size = ("--fidelity", "draft", "--frames", "4", "--budget", "2 episodes", "--seeds", "1")
     run = zoobench(site, "run", *cell, *size, "-j", "1")
     assert run.returncode == 0, run.stderr
+    for name, (_, reason) in BROKEN.items():
+        told = next(line for line in run.stderr.splitlines() if f"plug-in {name} of zoobench.methods" in line)
+        assert reason in told
+    (shown,) = json.loads(zoobench(site, "show", "1", "--format", "json").stdout)["attempts"]
+    told = shown["provenance"]["plugins"]
+    assert told.keys() == {"environment moon-v1", "task hopping-v1", "design brick-v1", "method content-v1"}
+    assert {(each["distribution"], each["version"]) for each in told.values()} == {("zoo_moon", "1.0")}
+    assert {len(each["code"]) for each in told.values()} == {64}
+    assert "has changed" not in run.stderr
+    module = site / "zoo_moon.py"
+    module.write_text(GOOD.replace("Draw once.", "Draw but once."))
+    again = zoobench(site, "run", *cell, *size, "-j", "1")
+    module.write_text(GOOD)
+    assert "The code of the environment moon-v1, of zoo_moon 1.0, has changed" in again.stderr
     cells = json.loads(zoobench(site, "table", "--format", "json").stdout)["cells"]
     assert {cell["method"].partition("-v")[0] for cell in cells} == {"content"}
     assert all(cell["env"].startswith("moon") and cell["design"].startswith("brick") for cell in cells)

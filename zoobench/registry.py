@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
 from functools import lru_cache
+from importlib.util import find_spec
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from zoobench.errors import UnknownNameError, UsageError
@@ -69,6 +70,7 @@ class Component:
         groups: the dataclasses with the defaults of parameters that components share, by the factory's parameter.
         added: parameters that earlier versions of the package did not have; see `register`.
         provisional: why its scores are not yet what they are called, in a sentence; empty if they are.
+        extra: of zoobench without which it cannot run; empty for none.
     """
 
     kind: Kind
@@ -82,6 +84,18 @@ class Component:
     groups: Mapping[str, Any]
     added: frozenset[str]
     provisional: str = ""
+    extra: str = ""
+
+    @property
+    def lacking(self) -> str:
+        """Why it cannot run here, with what to do: a library of its extra is not installed. Empty if it can."""
+        missing = [name for name in _LIBRARIES.get(self.extra, ()) if find_spec(name) is None]
+        if not missing:
+            return ""
+        return (
+            f"The {self.kind.noun} {self.name!r} needs {' and '.join(missing)}, which is not installed. "
+            f"Try: pip install 'zoobench[{self.extra}]'."
+        )
 
     @property
     def required(self) -> frozenset[str]:
@@ -137,6 +151,9 @@ _failures: list[PluginFailure] = []
 _TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked_run_name}
 """Types of text parameters, with the function that turns input into a setting."""
 
+_LIBRARIES: Mapping[str, tuple[str, ...]] = {"ppo": ("gymnasium", "stable_baselines3"), "qd": ("ribs",)}
+"""The libraries of the extras that components need."""
+
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
@@ -148,6 +165,7 @@ def register(
     tags: tuple[str, ...] = (),
     added: tuple[str, ...] = (),
     provisional: str = "",
+    extra: str = "",
 ) -> Callable[[_F], _F]:
     """Decorate a class or function as a component, selectable as `name` or `name[parameter=value]`.
 
@@ -155,7 +173,8 @@ def register(
     `added` the parameters, or groups of them, that it did not have when this version was first published, with defaults
     that leave its numbers as they were: while they have their default, references and keys of runs are those without
     them. Parameters that name a stored run are always treated so. `provisional` says in a sentence why scores are not
-    yet what they are called; every report of them repeats it.
+    yet what they are called; every report of them repeats it. `extra` is the one of zoobench without whose libraries
+    its runs are skipped.
 
     Raises:
         UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
@@ -173,7 +192,7 @@ def register(
                 f"{other.__qualname__}. Choose another name or increase the version."
             )
         component = _describe(kind, name, version, factory, frozenset(tags), frozenset(added))
-        _components[kind].setdefault(name, {})[version] = replace(component, provisional=provisional)
+        _components[kind].setdefault(name, {})[version] = replace(component, provisional=provisional, extra=extra)
         return factory
 
     return decorate

@@ -15,7 +15,8 @@ import pytest
 
 from tests.cli.conftest import Command
 from tests.report.content import add_done
-from zoobench.cli.run import parse_duration
+from zoobench import registry
+from zoobench.cli.options import parse_duration
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
@@ -53,6 +54,26 @@ def test_a_policy_for_a_design_space_is_refused_in_the_plan(zoobench: Command, t
         reply = zoobench(command, *words, "--method", "ppo", "--seeds", "1")
         assert "'ppo' needs a body that is given, and the design 'voxel' is a design space" in reply.err
     assert states(tmp_path / "zoobench.db") == [RunState.SKIPPED]
+
+
+@pytest.mark.parametrize(
+    ("method", "library", "others"),
+    [
+        ("ppo", "stable_baselines3", ("caterpillar", "policy-network")),
+        ("quality-diversity", "ribs", ("voxel", "fixed-sine")),
+    ],
+)
+def test_a_method_without_its_extra_is_refused_in_the_plan(
+    zoobench: Command, monkeypatch: pytest.MonkeyPatch, method: str, library: str, others: tuple[str, str]
+) -> None:
+    """With what to install; where it is there, nothing is said."""
+    found = registry.find_spec
+    words = ("--env", "ground", "--task", "turning", "--method", method, "--seeds", "1")
+    cell = ("plan", *words, "--design", others[0], "--controller", others[1])
+    assert "not installed" not in zoobench(*cell).err
+    monkeypatch.setattr(registry, "find_spec", lambda module: None if module == library else found(module))
+    reply = zoobench(*cell)
+    assert f"{method!r} needs {library}, which is not installed. Try: pip install 'zoobench[" in reply.err
 
 
 def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:

@@ -414,3 +414,13 @@ def test_what_was_found_on_the_way_is_kept(store: Store) -> None:
     again = _claim(store)
     store.finish(again, Ending(RunState.DONE), Batch(milestones={early.step: early}))
     assert store.milestones(claim.run_id) == [early]
+
+
+def test_runs_of_a_higher_priority_are_taken_first(location: str) -> None:
+    """Of equal ones the oldest; a run that is not queued any more keeps its place in the record."""
+    with Store(location) as store:
+        ids = store.enqueue(spec(seed) for seed in range(4)).new
+        store.prioritise(ids[2:], 5)
+        store.prioritise(ids[:1], -1)
+        taken = [store.claim(Owner.current(), provenance={}) for _ in ids]
+        assert [claim.run_id for claim in taken if claim] == [ids[2], ids[3], ids[1], ids[0]]

@@ -66,9 +66,10 @@ def _age(location: str) -> None:
     with Store(location) as store, store._database.write() as session:
         for table in newer:
             session.execute(text(f"DROP TABLE {table}"))
-        session.execute(text("ALTER TABLE runs DROP COLUMN digest"))
-        for index in ("ix_specs_controller", "ix_specs_fidelity", "ix_runs_finished_at"):
+        for index in ("ix_specs_controller", "ix_specs_fidelity", "ix_runs_finished_at", "ix_runs_queue"):
             session.execute(text(f"DROP INDEX {index}"))
+        for column in ("digest", "rank"):
+            session.execute(text(f"ALTER TABLE runs DROP COLUMN {column}"))
         session.execute(text("UPDATE alembic_version SET version_num = '0001'"))
 
 

@@ -14,7 +14,7 @@ from zoobench.db.rows import Claim, RunState
 from zoobench.db.store import Store
 from zoobench.harness import messages, process, worker_pool
 from zoobench.harness.fork_server import can_fork
-from zoobench.harness.process import ChildProcess, End, LogLine
+from zoobench.harness.process import ChildProcess, End, LogLine, start
 
 LEAVES_A_PROCESS_BEHIND = """
 import subprocess, sys
@@ -27,7 +27,7 @@ def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeyp
     """Its last words are read, its end is announced, and closing it does not hang."""
     monkeypatch.setattr(process, "_LAST_WORDS_SECONDS", 0.3)
     begin = time.monotonic()
-    child = ChildProcess([sys.executable, "-c", LEAVES_A_PROCESS_BEHIND], Claim(1, spec(), "owner", 1, None))
+    child = ChildProcess(start([sys.executable, "-c", LEAVES_A_PROCESS_BEHIND]), Claim(1, spec(), "owner", 1, None))
     events = []
     while not events or events[-1] != End():
         event = child.next(10.0)

@@ -1,14 +1,18 @@
 """Provenance says where a number comes from, and stays the same while that does."""
 
 import json
+import runpy
 import subprocess
-from importlib.metadata import version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
 import pytest
 
+from tests.test_architecture import ROOT, imports_of
 from zoobench import rounding
 from zoobench.harness import provenance
+
+IDENTITY = ("-c", "user.name=n", "-c", "user.email=e@example.org")
 
 
 def test_it_names_code_packages_and_machine() -> None:
@@ -43,8 +47,7 @@ def test_a_checkout_tells_commit_and_uncommitted_changes(tmp_path: Path) -> None
     package = tmp_path / "package"
     package.mkdir()
     (package / "a.py").write_text("x = 1\n")
-    identity = ["-c", "user.name=n", "-c", "user.email=e@example.org"]
-    for command in (["init", "-q"], ["add", "."], [*identity, "commit", "-qm", "first"]):
+    for command in (["init", "-q"], ["add", "."], [*IDENTITY, "commit", "-qm", "first"]):
         subprocess.run(["git", "-C", str(tmp_path), *command], check=True)
     clean = provenance._code(package)
     assert len(clean["commit"]) == 40
@@ -67,3 +70,43 @@ def test_it_is_gathered_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     before = provenance.gather()["code"]
     monkeypatch.setattr(provenance, "_code", lambda _: {"files": "changed"})
     assert provenance.gather()["code"] == {"files": "changed"} != before
+
+
+def test_what_was_built_from_a_checkout_tells_its_commit(tmp_path: Path) -> None:
+    """As `hatch_build.py` writes it into a wheel; without that no commit is known."""
+    (tmp_path / "a.py").write_text("x = 1\n")
+    assert provenance._code(tmp_path)["commit"] is None
+    (tmp_path / "commit.json").write_text('{"commit": "0123", "dirty": true}')
+    code = provenance._code(tmp_path)
+    assert (code["commit"], code["dirty"], len(code["files"])) == ("0123", True, 64)
+
+
+def test_the_build_writes_the_commit(tmp_path: Path) -> None:
+    """The hook gives the file of a checkout to the wheel, and nothing to an editable installation."""
+    hook = runpy.run_path(str(ROOT / "hatch_build.py"))["CommitHook"]
+    for command in (["init", "-q"], [*IDENTITY, "commit", "-q", "--allow-empty", "-m", "first"]):
+        subprocess.run(["git", "-C", str(tmp_path), *command], check=True)
+    for kind, count in (("standard", 1), ("editable", 0)):
+        data: dict[str, dict[str, str]] = {"force_include": {}}
+        made = hook(str(tmp_path), {}, None, None, "", "wheel")
+        made.initialize(kind, data)
+        assert len(data["force_include"]) == count
+        for file, target in data["force_include"].items():
+            assert target == "zoobench/commit.json"
+            assert len(json.loads(Path(file).read_text())["commit"]) == 40
+
+
+def test_every_library_that_makes_numbers_is_named() -> None:
+    """A package that simulates, optimises or stores imports no distribution that the provenance leaves out."""
+    folders = ("sim", "designs", "envs", "tasks", "controllers", "cell", "methods", "gym", "db")
+    imported = {
+        name.partition(".")[0]
+        for folder in folders
+        for path in (ROOT / "zoobench" / folder).rglob("*.py")
+        for name in imports_of(path)
+    }
+    known = packages_distributions()
+    distributions = {known[name][0].lower().replace("_", "-") for name in imported & known.keys()}
+    without_numbers = {"typing-extensions", "pyarrow"}  # files for other programs
+    assert distributions - without_numbers <= {name.lower() for name in provenance.PACKAGES}
+    assert {"cma", "neat-python", "ribs", "stable-baselines3", "gymnasium", "roma", "scipy"} <= distributions

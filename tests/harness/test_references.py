@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Claim, RunState
 from zoobench.db.store import Store
 from zoobench.harness import supervise
+from zoobench.harness.process import start
 
 REFERS = fake("refers", iterations=2)
 
@@ -47,7 +49,7 @@ def test_nobody_waits_for_ever(pair: tuple[Store, Claim], monkeypatch: pytest.Mo
     """After a while a run computes it though another is at it."""
     monkeypatch.setattr(supervise, "REFERENCE_SECONDS", 0.3)
     store, claim = pair
-    assert supervise.supervise(store, claim, REFERS, timeout=None, stop=threading.Event()) is RunState.DONE
+    assert supervise.supervise(store, claim, partial(start, REFERS), stop=threading.Event()) is RunState.DONE
     assert _finals(store, claim.run_id)["computed"] == 1.0
 
 
@@ -63,6 +65,6 @@ def test_a_run_that_waits_can_be_stopped(pair: tuple[Store, Claim]) -> None:
         stop.set()
 
     threading.Thread(target=interrupt).start()
-    assert supervise.supervise(store, claim, REFERS, timeout=None, stop=stop) is RunState.CANCELLED
+    assert supervise.supervise(store, claim, partial(start, REFERS), stop=stop) is RunState.CANCELLED
     (attempt,) = store.attempts(claim.run_id)
     assert (attempt.outcome, attempt.exit_code, attempt.signal) == (RunState.CANCELLED, 0, None)

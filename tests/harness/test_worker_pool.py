@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -19,6 +20,7 @@ from zoobench.db.rows import Batch, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
 from zoobench.harness import worker_pool
+from zoobench.harness.process import start
 from zoobench.harness.supervise import supervise
 from zoobench.harness.worker_pool import run_all
 
@@ -255,7 +257,7 @@ def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> No
         claim = store.claim(Owner.current(), provenance={})
         assert claim is not None
         with pytest.raises(StorageFullError):
-            supervise(store, claim, _SLOW_WALK, timeout=None, stop=threading.Event())
+            supervise(store, claim, partial(start, _SLOW_WALK), stop=threading.Event())
     assert psutil.Process().children(recursive=True) == []
     with Store(path) as store:
         assert store.check() == []

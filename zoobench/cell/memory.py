@@ -1,7 +1,9 @@
-"""Memory use of this process, and what it may use for gradients."""
+"""Memory that processes use, and what they may use."""
 
 import os
 import sys
+
+import psutil
 
 from zoobench.sim.memory_budget import MEMORY_VARIABLE, WORKERS_VARIABLE, parse_size
 
@@ -14,6 +16,33 @@ def allow(size: str) -> None:
     """
     parse_size(size)
     os.environ[MEMORY_VARIABLE] = size
+
+
+def allowed() -> int | None:
+    """What each process of a run may take, as `allow` or the environment says [bytes]; None for no limit.
+
+    Raises:
+        UsageError: the environment variable cannot be read.
+    """
+    given = os.environ.get(MEMORY_VARIABLE)
+    return parse_size(given) if given else None
+
+
+def memory_of(pid: int) -> int:
+    """Resident memory of a process and its descendants [bytes]; 0 if it has ended."""
+    try:
+        process = psutil.Process(pid)
+        family = [process, *process.children(recursive=True)]
+    except psutil.Error:
+        return 0
+    return sum(_resident(member) for member in family)
+
+
+def _resident(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_info().rss)
+    except psutil.Error:
+        return 0
 
 
 def shared_among(workers: int) -> dict[str, str]:

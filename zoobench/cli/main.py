@@ -17,6 +17,7 @@ from zoobench.cli.curves import curves
 from zoobench.cli.design import design
 from zoobench.cli.effects import effects
 from zoobench.cli.evaluate import evaluate
+from zoobench.cli.export import export
 from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
@@ -24,12 +25,14 @@ from zoobench.cli.machine import doctor
 from zoobench.cli.output import say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
+from zoobench.cli.queue import cancel, merge, remove
 from zoobench.cli.render import render
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.submit import submit
 from zoobench.cli.validate import validate
+from zoobench.cli.work import work
 from zoobench.errors import ZoobenchError
 
 _GARBAGE_EVERY = 100_000  # new objects between two searches for garbage
@@ -66,7 +69,12 @@ app.command("show")(show)
 app.command("plan")(plan)
 app.command("run")(run)
 app.command("submit")(submit)
+app.command("work")(work)
 app.command("status")(status)
+app.command("cancel")(cancel)
+app.command("remove")(remove)
+app.command("merge")(merge)
+app.command("export")(export)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)

@@ -1,6 +1,7 @@
 """Options that several commands share, each described once, and how their texts are read."""
 
 import os
+import re
 import shlex
 from collections.abc import Callable
 from inspect import Signature, signature
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from zoobench.verify.accuracy.tolerance import FidelityChoice
 
 DEFAULT_DATABASE = "zoobench.db"
+_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 def _choose_database(location: str) -> str:
@@ -63,6 +65,17 @@ DecideOption = Annotated[
     Option("--decide", help="Likewise, the coarsest at which scores keep their order if their ratio is above this."),
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
+
+TimeoutOption = Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")]
+MemoryOption = Annotated[
+    str,
+    Option(
+        "--memory",
+        envvar="ZOOBENCH_MEMORY",
+        help="What the process of each run may take, as in 2GB; one that takes more fails. If not given, it stores a "
+        "quarter of its part of the free memory. Gradients take longer with less; no result depends on it.",
+    ),
+]
 
 OneDesignOption = Annotated[str, Option("--design", help="The design.")]
 OneControllerOption = Annotated[str, Option("--controller", help="The controller.")]
@@ -151,3 +164,16 @@ def command_text(*words: str, db: str) -> str:
 
     is_known = db in (DEFAULT_DATABASE, os.environ.get("ZOOBENCH_DB"))
     return shlex.join(["zoobench", *words, *([] if is_known else ["--db", without_password(db)])])
+
+
+def parse_duration(text: str) -> float:
+    """Read `90`, `90s`, `10min` or `1.5h` as seconds.
+
+    Raises:
+        UsageError: another shape, or no time at all.
+    """
+    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(s|min|m|h)?\s*", text)
+    seconds = float(match[1]) * _UNITS[match[2] or ""] if match else 0.0
+    if seconds <= 0:
+        raise UsageError(f"Cannot read {text!r} as a time limit. Write for example 90s, 10min or 2h.")
+    return seconds

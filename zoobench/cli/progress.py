@@ -1,7 +1,7 @@
 """Progress of runs on standard error: bars on a terminal, plain lines elsewhere."""
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, Self
 
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from zoobench.db.rows import RunRow
+    from zoobench.harness.worker import WorkerOrders
+    from zoobench.harness.worker_pool import WorkerPool
 
 _PLAIN_SECONDS = 15.0  # between two lines about one run in progress
 NO_WEIGHTS: Mapping[int, float] = MappingProxyType({})
@@ -41,6 +43,7 @@ def carry_out(
     jobs: int,
     timeout: float | None = None,
     weights: Mapping[int, float] = NO_WEIGHTS,
+    engine: "Callable[[WorkerOrders], WorkerPool] | None" = None,
 ) -> "list[RunRow]":
     """Do these runs with a display of their progress, and return them ended.
 
@@ -50,6 +53,7 @@ def carry_out(
         jobs: how many at a time.
         timeout: of one attempt [s].
         weights: times that runs are expected to take, so that unlike ones give a good estimate of the time left.
+        engine: as for `run_all`.
 
     Raises:
         Exit: code 130 if the user interrupts it; everything up to there is kept.
@@ -58,7 +62,9 @@ def carry_out(
 
     try:
         with display(run_ids, weights) as shown:
-            return run_all(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update) if run_ids else []
+            if not run_ids:
+                return []
+            return run_all(db, run_ids, jobs=jobs, timeout=timeout, on_update=shown.update, engine=engine)
     except KeyboardInterrupt:
         say("\nInterrupted. Everything up to here is kept: type the same command again to go on.")
         raise Exit(130) from None
@@ -120,8 +126,7 @@ class Lines:
             if not is_news and not (row.state is RunState.RUNNING and now - at >= _PLAIN_SECONDS):
                 continue
             self._told[row.id] = (row.state, now)
-            text = _ending(row) if row.has_ended else f"running   {_name(row)}{_standing(row)}"
-            say(f"[{standing}] {text}")
+            say(f"[{standing}] {describe(row)}")
 
     def __enter__(self) -> Self:
         return self
@@ -184,6 +189,11 @@ class Bars:
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
+
+
+def describe(row: "RunRow") -> str:
+    """The state of a run in a line."""
+    return _ending(row) if row.has_ended else f"{row.state:<9} {_name(row)}{_standing(row)}"
 
 
 def _name(row: "RunRow") -> str:

@@ -1,19 +1,21 @@
 """`zoobench run`: do the runs that are asked for and not done yet."""
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from typer import Exit, Option
 
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
+    MemoryOption,
+    TimeoutOption,
     WorkersOption,
     coarsest_fidelity,
     command_text,
+    parse_duration,
     request,
     takes,
 )
@@ -26,9 +28,9 @@ if TYPE_CHECKING:
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
     from zoobench.harness.request import RunRequest
+    from zoobench.harness.worker import WorkerOrders
+    from zoobench.harness.worker_pool import WorkerPool
     from zoobench.spec import RunSpec
-
-_UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 class Retry(StrEnum):
@@ -37,6 +39,7 @@ class Retry(StrEnum):
     FAILED = "failed"
     DIVERGED = "diverged"
     TIMEOUT = "timeout"
+    CANCELLED = "cancelled"
     ALL = "all"
 
 
@@ -44,20 +47,24 @@ class Retry(StrEnum):
 def run(
     asked: "RunRequest",
     jobs: WorkersOption = 2,
-    timeout: Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")] = "",
+    timeout: TimeoutOption = "",
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
     rerun: Annotated[
         str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
     ] = "",
-    memory: Annotated[
+    memory: MemoryOption = "",
+    priority: Annotated[
+        int | None, Option("--priority", help="Of queued runs those of the highest priority come first; usually 0.")
+    ] = None,
+    on: Annotated[
         str,
         Option(
-            "--memory",
-            envvar="ZOOBENCH_MEMORY",
-            help="What the process of each run may take, as in 2GB; if not given, it stores a quarter of its part of "
-            "the free memory. Gradients take longer with less; no result depends on it.",
+            "--on",
+            help="Where: here; slurm or 'slurm[partition=cpu,time=120]', with options of sbatch and minutes; ray or "
+            "ray=ADDRESS, a cluster of Ray. -j says how many runs at a time.",
         ),
-    ] = "",
+    ] = "here",
+    no_wait: Annotated[bool, Option("--no-wait", help="Only queue; `zoobench work` does the runs.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Run every combination that is not done yet.
@@ -66,26 +73,47 @@ def run(
     preset decides, or the suite.
     """
     from zoobench.cell.memory import allow
+    from zoobench.harness.engines import engine_named
 
+    if no_wait and (timeout or memory):
+        raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
+    engine = engine_named(on)
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)
-    do(asked.cells(db, coarsest_fidelity, say), db, jobs=jobs, limit=limit, retry=retry, rerun=rerun)
+    queued = queue(asked.cells(db, coarsest_fidelity, say), db, retry=retry, rerun=rerun, priority=priority)
+    if no_wait:
+        _tell_sweep(queued, db)
+    else:
+        carry_through(queued, db, jobs=jobs, limit=limit, engine=engine)
 
 
-def do(
+class Queued(NamedTuple):
+    """What a command has queued.
+
+    Attributes:
+        todo: ids of the runs to be done.
+        failed_before: ids of those that had no success and are not tried again.
+        is_smoke: whether all runs of the command are smoke runs.
+    """
+
+    todo: list[int]
+    failed_before: set[int]
+    is_smoke: bool
+
+
+def queue(
     cells: "Sequence[RunSpec | Skip]",
     db: str,
     *,
-    jobs: int,
-    limit: float | None = None,
     retry: Retry | None = None,
     rerun: str = "",
-) -> None:
-    """Queue runs and do them, as `run` says, each attempt for at most so long [s]."""
-    from zoobench.cli.progress import carry_out
+    priority: int | None = None,
+) -> Queued:
+    """Queue what is not done yet, as `run` says, and tell the plan."""
     from zoobench.db.store import Store
     from zoobench.harness.grid import Skip
+    from zoobench.harness.provenance import changed_plugins
     from zoobench.harness.suites import spec_of
 
     skips = [cell for cell in cells if isinstance(cell, Skip)]
@@ -95,24 +123,41 @@ def do(
             skips=[(skip.spec, skip.reason) for skip in skips],
         )
         again = _queue_again(store, report, retry, rerun)
+        for note in changed_plugins((spec_of(cell) for cell in cells), store.plugins()):
+            say(note)
+        todo = sorted({*report.open, *again})
+        if priority is not None:
+            store.prioritise(todo, priority)
     _tell_plan(report, again, skips)
-    todo = sorted({*report.open, *again})
-    rows = carry_out(db, todo, jobs=jobs, timeout=limit)
     is_smoke = all(spec_of(cell).fidelity.name == "smoke" for cell in cells)
-    _conclude(rows, set(report.existing_failed) - set(again), db, is_smoke=is_smoke)
+    return Queued(todo, set(report.existing_failed) - set(again), is_smoke)
 
 
-def parse_duration(text: str) -> float:
-    """Read `90`, `90s`, `10min` or `1.5h` as seconds.
+def carry_through(
+    queued: Queued,
+    db: str,
+    *,
+    jobs: int,
+    limit: float | None = None,
+    engine: "Callable[[WorkerOrders], WorkerPool] | None" = None,
+) -> None:
+    """Do what was queued, each attempt for at most `limit` [s], and tell how it ended."""
+    from zoobench.cli.progress import carry_out
 
-    Raises:
-        UsageError: another shape, or no time at all.
-    """
-    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(s|min|m|h)?\s*", text)
-    seconds = float(match[1]) * _UNITS[match[2] or ""] if match else 0.0
-    if seconds <= 0:
-        raise UsageError(f"Cannot read {text!r} as a time limit. Write for example 90s, 10min or 2h.")
-    return seconds
+    rows = carry_out(db, queued.todo, jobs=jobs, timeout=limit, engine=engine)
+    _conclude(rows, queued.failed_before, db, is_smoke=queued.is_smoke)
+
+
+def _tell_sweep(queued: Queued, db: str) -> None:
+    """Say by which command the queued runs will be done."""
+    from zoobench.db.store import Store
+
+    if not queued.todo:
+        say("Nothing is to be done.")
+        return
+    with Store(db) as store:
+        sweep = store.begin_sweep(queued.todo)
+    say(f"Next: {command_text('work', '--sweep', str(sweep), db=db)}")
 
 
 def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, rerun: str) -> list[int]:

@@ -12,7 +12,7 @@ from zoobench.cli.options import (
     coarsest_fidelity,
 )
 from zoobench.cli.output import say
-from zoobench.cli.run import do
+from zoobench.cli.run import carry_through, queue
 
 
 def submit(
@@ -37,4 +37,4 @@ def submit(
 
     settings = {"action": action, "weights": weights, "agent": name}
     asked = submission(env, task, design, fidelity, frames, policy, settings)
-    do(asked.cells(db, coarsest_fidelity, say), db, jobs=1)
+    carry_through(queue(asked.cells(db, coarsest_fidelity, say), db), db, jobs=1)

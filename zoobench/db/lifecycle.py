@@ -64,6 +64,14 @@ def close_attempt(session: Session, run_id: int, number: int, ending: Ending, *,
         run.fraction = 1.0
 
 
+def cancel_run(session: Session, run: RunRecord) -> None:
+    """End a run that is queued or in progress, and its attempt; the caller holds the write lock."""
+    reason = "Cancelled by `zoobench cancel`."
+    if run.state == RunState.RUNNING:
+        close_attempt(session, run.id, run.attempt, Ending(RunState.CANCELLED, reason))
+    run.state, run.reason, run.finished_at = RunState.CANCELLED, reason, time.time()
+
+
 def _next_state(ending: Ending, strikes: int) -> tuple[RunState, str | None]:
     if ending.outcome is RunState.CANCELLED:
         return RunState.QUEUED, ending.reason

@@ -133,15 +133,17 @@ class ManyReader:
                 for run_id, rows in _finals_of(self._database, session, some).items()
             }
 
-    def all_metrics(self, ids: Collection[int], names: Collection[str]) -> dict[int, list[MetricRow]]:
-        """These learning curves of many runs at once, by run id; otherwise as `metrics`."""
+    def all_metrics(self, ids: Collection[int], names: Collection[str] | None) -> dict[int, list[MetricRow]]:
+        """These learning curves of many runs at once, all for None, by run id; otherwise as `metrics`."""
         table = MetricRecord  # its columns and not objects of it, of which there may be a million
         statement = (
             select(table.run_id, table.name, table.step, table.value, table.kind, table.attempt)
             .join(RunRecord, RunRecord.id == table.run_id)
-            .where(table.name.in_(list(names)), table.attempt > last_former_attempt())
+            .where(table.attempt > last_former_attempt())
             .order_by(table.run_id, self._database.alphabetical(table.name), table.step)
         )
+        if names is not None:
+            statement = statement.where(table.name.in_(list(names)))
         found: dict[int, list[MetricRow]] = {}
         with self._database.read() as session:
             for some in batched(ids):

@@ -31,12 +31,13 @@ class RunRecord(Base):
     """One run of one spec. `(id, owner, attempt)` is the fencing token of its worker.
 
     `lease_until` shows whether its worker is alive, `progress_at` whether it makes progress; `strikes` counts
-    the attempts lost in a row without a new checkpoint. `digest` is that of a run that has ended, see
+    the attempts lost in a row without a new checkpoint. Of those that are queued the one of the lowest `rank`, minus
+    its priority, and of these the oldest is taken first. `digest` is that of a run that has ended, see
     `zoobench.db.digests`; those that an earlier zoobench ended have none.
     """
 
     __tablename__ = "runs"
-    __table_args__ = (Index("ix_runs_state_id", "state", "id"),)
+    __table_args__ = (Index("ix_runs_state_id", "state", "id"), Index("ix_runs_queue", "state", "rank", "id"))
 
     id: Mapped[int] = mapped_column(primary_key=True)
     spec_key: Mapped[str] = mapped_column(ForeignKey("specs.key"), unique=True)
@@ -53,6 +54,7 @@ class RunRecord(Base):
     started_at: Mapped[float | None]
     finished_at: Mapped[float | None] = mapped_column(index=True)
     digest: Mapped[str | None] = mapped_column(String(64))
+    rank: Mapped[int] = mapped_column(default=0, server_default="0")
 
 
 class SweepRecord(Base):

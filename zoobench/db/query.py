@@ -1,8 +1,9 @@
 """Reading a database: runs, their results, curves and logs, and studies. Nothing here writes."""
 
-from collections.abc import Collection
+import json
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -15,6 +16,7 @@ from zoobench.db.models import (
     LogRecord,
     MetricRecord,
     MilestoneRecord,
+    ProvenanceRecord,
     RunRecord,
     SolutionRecord,
     SpecRecord,
@@ -144,6 +146,14 @@ class Reader(ManyReader):
         """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
         with self._database.read() as session:
             return _load_milestones(session, run_id)
+
+    def plugins(self) -> list[Mapping[str, Any]]:
+        """What is stored of the plug-ins that took part in attempts, as `plugins_of` gave it, each once."""
+        with self._database.read() as session:
+            documents = session.scalars(
+                select(ProvenanceRecord.document).where(ProvenanceRecord.document.contains('"plugins"'))
+            )
+            return [json.loads(document).get("plugins", {}) for document in documents]
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""

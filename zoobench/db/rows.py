@@ -22,7 +22,7 @@ class RunState(StrEnum):
     DIVERGED = "diverged"  # the physics left its bounds
     TIMEOUT = "timeout"
     LOST = "lost"  # of an attempt only: its worker or child died; the run itself is queued again
-    CANCELLED = "cancelled"  # of an attempt: interrupted by the user; the run itself is queued again
+    CANCELLED = "cancelled"  # of an attempt: interrupted, and the run is queued again; of a run: by `zoobench cancel`
     SKIPPED = "skipped"  # the cell cannot be run; the reason says why
 
 

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from zoobench.db.engine import Database
 from zoobench.errors import StorageError
 
-_REVISIONS = tuple(f"{number:04}" for number in range(1, 9))
+_REVISIONS = tuple(f"{number:04}" for number in range(1, 10))
 """Those under migrations/versions, oldest first."""
 HEAD = _REVISIONS[-1]
 _MIGRATIONS = Path(__file__).parent / "migrations"

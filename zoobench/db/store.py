@@ -5,7 +5,7 @@ that a worker that was given up for dead cannot touch what another has taken ove
 """
 
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import Update, case, delete, insert, select, update
@@ -13,7 +13,15 @@ from sqlalchemy.orm import Session
 
 from zoobench.db.digests import seal
 from zoobench.db.engine import among, batched
-from zoobench.db.lifecycle import LEASE_SECONDS, attempt_update, close_attempt, last_heard_of, why_lost
+from zoobench.db.lifecycle import (
+    LEASE_SECONDS,
+    attempt_update,
+    cancel_run,
+    close_attempt,
+    last_heard_of,
+    why_lost,
+)
+from zoobench.db.merge import MergeReport, merge
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
@@ -28,6 +36,7 @@ from zoobench.db.models import (
 )
 from zoobench.db.owner import Owner
 from zoobench.db.query import Reader, load_all_stored
+from zoobench.db.removal import remove_runs
 from zoobench.db.rows import (
     OPEN_STATES,
     UNSUCCESSFUL_STATES,
@@ -113,23 +122,69 @@ class Store(Reader):
                 again += session.scalars(statement.where(among(RunRecord.id, some)))
         return sorted(again)
 
+    def prioritise(self, ids: Collection[int], priority: int) -> None:
+        """Give those of these runs that are queued a priority, by which they are taken; 0 is the usual one."""
+        queued = RunRecord.state == RunState.QUEUED
+        for some in batched(ids):
+            with self._database.write(alone=True) as session:
+                session.execute(update(RunRecord).where(among(RunRecord.id, some), queued).values(rank=-priority))
+
+    def cancel(self, ids: Collection[int]) -> list[int]:
+        """End those of these runs that have not ended, as CANCELLED; their ids.
+
+        Whoever works on one loses its claim. What it has found is kept, and `retry` lets it go on from there.
+        """
+        cancelled = []
+        is_open = RunRecord.state.in_(OPEN_STATES)
+        for some in batched(ids):
+            with self._database.write(alone=True) as session:
+                runs = select(RunRecord).where(among(RunRecord.id, some), is_open).order_by(RunRecord.id)
+                for run in session.scalars(runs.with_for_update()).all():
+                    cancel_run(session, run)
+                    seal(session, run.id)
+                    cancelled.append(run.id)
+        return cancelled
+
+    def remove(self, ids: Collection[int]) -> None:
+        """Remove these runs with all that is stored of them, and what was measured with their solutions.
+
+        Raises:
+            UsageError: one of them is in progress.
+        """
+        with self._database.write(alone=True) as session:
+            remove_runs(session, ids)
+
+    def merge(self, other: Reader) -> MergeReport:
+        """Add the runs of another database, by their keys; see `zoobench.db.merge`."""
+        return merge(self._database, other._database)
+
     def claim(
         self,
         owner: Owner,
         *,
         provenance: Mapping[str, Any],
+        plugins: Callable[[RunSpec], Mapping[str, Any]] = lambda _: {},
         ids: Collection[int] | None = None,
         sweep: int | None = None,
     ) -> Claim | None:
-        """Take the oldest queued run, among `ids` or of a sweep if given, and open an attempt; None without any."""
-        oldest = select(RunRecord.id).where(RunRecord.state == RunState.QUEUED).order_by(RunRecord.id).limit(1)
+        """Take the next queued run, among `ids` or of a sweep if given, and open an attempt; None without any.
+
+        It is the oldest of those of the highest priority. What `plugins` tells of its settings, if anything, is stored
+        with the provenance.
+        """
+        following = (
+            select(RunRecord.id)
+            .where(RunRecord.state == RunState.QUEUED)
+            .order_by(RunRecord.rank, RunRecord.id)
+            .limit(1)
+        )
         if ids is not None:
-            oldest = oldest.where(among(RunRecord.id, ids))
+            following = following.where(among(RunRecord.id, ids))
         if sweep is not None:
-            oldest = oldest.where(in_sweep(sweep))
+            following = following.where(in_sweep(sweep))
         statement = (
             update(RunRecord)
-            .where(RunRecord.id == oldest.with_for_update(skip_locked=True).scalar_subquery())
+            .where(RunRecord.id == following.with_for_update(skip_locked=True).scalar_subquery())
             .values(state=RunState.RUNNING, owner=str(owner), attempt=RunRecord.attempt + 1, reason=None)
             .returning(RunRecord)
         )
@@ -138,12 +193,17 @@ class Store(Reader):
                 now = time.time()  # the lock may have been waited for
                 run.lease_until, run.started_at = now + LEASE_SECONDS, run.started_at or now
                 checkpoint = session.get(CheckpointRecord, run.id)
-                self._open_attempt(session, run, owner, provenance, started_at=now, resumed=checkpoint is not None)
+                origin = dict(provenance)
+                refusal = ""
                 try:
                     spec = spec_from(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
                     stored = load_all_stored(session, spec)
+                    origin |= {"plugins": found} if (found := plugins(spec)) else {}
                 except StorageError as error:  # nobody can do it, and the queue goes on
-                    close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, str(error)))
+                    refusal = str(error)
+                self._open_attempt(session, run, owner, origin, started_at=now, resumed=checkpoint is not None)
+                if refusal:
+                    close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, refusal))
                     continue
                 data = checkpoint.data if checkpoint else None
                 return Claim(run.id, spec, str(owner), run.attempt, data, stored)

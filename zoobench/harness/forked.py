@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from typing import IO
 
+from zoobench.cell.memory import memory_of
 from zoobench.harness.provenance import sources
 
 LONGEST_REQUEST = 1 << 17
@@ -30,6 +31,9 @@ class ForkedProcess:
     """
 
     def __init__(self, streams: Sequence[IO[bytes]], leash: socket.socket, parent: int, pid: int) -> None:
+        self.stdin: IO[bytes] | None
+        self.stdout: IO[bytes] | None
+        self.stderr: IO[bytes] | None
         self.stdin, self.stdout, self.stderr = streams
         self.parent, self.pid = parent, pid
         self._leash, self._lock = leash, threading.Lock()
@@ -39,6 +43,10 @@ class ForkedProcess:
         """End it now, if it still runs."""
         with suppress(OSError):
             self._leash.send(KILL)
+
+    def memory(self) -> int:
+        """Resident memory of it and its descendants [bytes]; 0 if it has ended."""
+        return memory_of(self.pid)
 
     def wait(self) -> int:
         """Its exit code, or minus the number of the signal that killed it; it dies with its server, by SIGKILL.

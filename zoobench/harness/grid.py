@@ -154,6 +154,8 @@ def _why_impossible(spec: RunSpec) -> str | None:
                 f"The method {method.name!r} {wish}, and the {kind.noun} {other.name!r} {fact}. "
                 f"Choose one that is none: --{kind.noun} {','.join(known)}."
             )
+    if method.lacking:
+        return method.lacking
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

@@ -13,10 +13,11 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import IO, TYPE_CHECKING, Any, Protocol, TypeAlias
 
+from zoobench.cell.memory import memory_of
 from zoobench.db.rows import Claim
-from zoobench.harness.forked import ForkedProcess, fork
+from zoobench.harness.forked import fork
 from zoobench.harness.line_reader import LineReader, PipedLine
 
 if TYPE_CHECKING:
@@ -53,6 +54,37 @@ class End:
 Event: TypeAlias = "Message | LogLine | Refused | End"
 
 
+class Process(Protocol):
+    """A process that does a run, wherever it is.
+
+    Attributes:
+        stdin, stdout, stderr: this side of its standard streams.
+        parent: process id of the one that made it, with which it dies.
+    """
+
+    stdin: IO[bytes] | None
+    stdout: IO[bytes] | None
+    stderr: IO[bytes] | None
+    parent: int
+
+    def kill(self) -> None:
+        """End it and its group now, if it still runs."""
+
+    def wait(self) -> int:
+        """Its exit code, or minus the number of the signal that killed it; then nothing of its group is left."""
+
+    def memory(self) -> int:
+        """Resident memory of it and its descendants [bytes]; 0 if it has ended."""
+
+
+def start(command: Sequence[str], requests: socket.socket | None = None) -> Process:
+    """A process for a command: forked by the server at the other end of `requests` if it can, else started.
+
+    Never forked from this process, which has threads.
+    """
+    return (None if requests is None else fork(requests, command)) or StartedProcess(command)
+
+
 class StartedProcess(subprocess.Popen[bytes]):
     """A process in a group of its own; whatever it starts ends with it."""
 
@@ -60,6 +92,7 @@ class StartedProcess(subprocess.Popen[bytes]):
         super().__init__(
             list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0
         )
+        self.parent = os.getpid()
 
     def kill(self) -> None:
         """End it and its group now, if it still runs."""
@@ -74,25 +107,26 @@ class StartedProcess(subprocess.Popen[bytes]):
             self._end_group()
         return code
 
+    def memory(self) -> int:
+        """Resident memory of it and its descendants [bytes]; 0 if it has ended."""
+        return memory_of(self.pid)
+
     def _end_group(self) -> None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, signal.SIGKILL)
 
 
 class ChildProcess:
-    """Starts the command, sends it its job, and collects its messages.
+    """Sends a process its job, and collects its messages.
 
     Args:
-        command: to start, never forked from this process, which has threads.
+        process: that has just begun.
         claim: the run.
-        requests: to the fork server that may make the process.
     """
 
-    def __init__(self, command: Sequence[str], claim: Claim, requests: socket.socket | None = None) -> None:
+    def __init__(self, process: Process, claim: Claim) -> None:
         self._events: queue.Queue[Event] = queue.Queue(_MOST_EVENTS)
-        forked = None if requests is None else fork(requests, command)
-        self._process: ForkedProcess | StartedProcess = forked or StartedProcess(command)
-        parent = forked.parent if forked else os.getpid()
+        self._process = process
         assert self._process.stdout is not None
         assert self._process.stderr is not None
         self._readers = (
@@ -102,7 +136,7 @@ class ChildProcess:
         threading.Thread(target=self._announce_end, daemon=True).start()
         checkpoint = None if claim.checkpoint is None else base64.b64encode(claim.checkpoint).decode()
         stored = [{**vars(each), "spec": each.spec.to_dict()} for each in claim.stored]
-        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": parent})
+        self._tell({"spec": claim.spec.to_dict(), "checkpoint": checkpoint, "stored": stored, "parent": process.parent})
 
     def next(self, timeout: float) -> "Event | None":
         """The next event, or None after `timeout` [s] without one."""
@@ -126,6 +160,10 @@ class ChildProcess:
     def wait(self) -> int:
         """Its exit code, or minus the number of the signal that killed it."""
         return self._process.wait()
+
+    def memory(self) -> int:
+        """Resident memory of it and its descendants [bytes]; 0 if it has ended."""
+        return self._process.memory()
 
     def close(self) -> None:
         """Kill it and close its streams."""

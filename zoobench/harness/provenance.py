@@ -4,22 +4,31 @@ Nothing in it changes between two runs of the same code on the same machine, so 
 """
 
 import hashlib
+import json
 import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import psutil
 
 import zoobench
-from zoobench import __version__, rounding
+from zoobench import __version__, registry, rounding
+from zoobench.registry import Kind
+from zoobench.spec import AXES, RunSpec
 
-_PACKAGES = ("alembic", "numpy", "pandas", "scipy", "sqlalchemy", "taichi", "torch", "zoobench")
+PACKAGES = (
+    "alembic", "cma", "gymnasium", "neat-python", "numpy", "pandas", "psutil", "pydantic", "pypcd4", "pyyaml", "ribs",
+    "roma", "scikit-image", "scipy", "sqlalchemy", "stable-baselines3", "taichi", "torch", "trimesh", "zoobench",
+)  # fmt: skip
+"""Every distribution that takes part in making a number or in keeping it."""
+_COMMIT_FILE = "commit.json"  # beside the package's modules, where it was installed from a checkout
 THREAD_VARIABLES = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
@@ -28,7 +37,7 @@ def gather() -> dict[str, Any]:
     return {
         "zoobench": __version__,
         "code": _code(Path(zoobench.__file__).parent),
-        "packages": {name: _version(name) for name in _PACKAGES},
+        "packages": {name: _version(name) for name in PACKAGES},
         "python": platform.python_version(),
         "implementation": platform.python_implementation(),
         "platform": platform.platform(),
@@ -50,10 +59,14 @@ def _settings(variables: Iterable[str]) -> dict[str, str | None]:
 
 
 def _code(package: Path) -> dict[str, Any]:
-    """Commit and uncommitted changes if the package runs from a checkout; the hash of its files always."""
+    """Commit and uncommitted changes of the checkout that it runs from, or was built from; always its files' hash.
+
+    What an installed package was built from, `hatch_build.py` has written beside its modules.
+    """
     code: dict[str, Any] = {"files": sources(package), "commit": None, "dirty": None, "diff": None}
     if not (package.parent / ".git").exists():
-        return code
+        built = package / _COMMIT_FILE
+        return code | (json.loads(built.read_text()) if built.exists() else {})
     commit = _output("git", "-C", str(package.parent), "rev-parse", "HEAD")
     changes = _output("git", "-C", str(package.parent), "status", "--porcelain", "--", package.name)
     diff = _output("git", "-C", str(package.parent), "diff", "HEAD", "--", package.name)
@@ -69,6 +82,56 @@ def sources(package: Path = Path(zoobench.__file__).parent) -> str:
     for path in sorted(package.rglob("*.py")):
         files.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return files.hexdigest()
+
+
+def plugins_of(spec: RunSpec) -> dict[str, dict[str, str | None]]:
+    """Distribution, version and code hash of the components of a run that are plug-ins', by kind, name and version.
+
+    Those of zoobench itself are told by `code` and their versions. Empty if there are no others.
+    """
+    kinds = zip(AXES, (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.METHOD, Kind.FIDELITY), strict=True)
+    found = {}
+    for axis, kind in kinds:
+        ref = getattr(spec, axis)
+        if ref.name not in registry.names(kind):
+            continue
+        module = registry.get(kind, ref.name).factory.__module__
+        top = module.partition(".")[0]
+        if top != zoobench.__name__:
+            found[f"{kind.noun} {ref.name}-v{ref.version}"] = {**_distribution_of(top), "code": _module_hash(top)}
+    return found
+
+
+def changed_plugins(specs: Iterable[RunSpec], stored: Collection[Mapping[str, Any]]) -> Iterator[str]:
+    """A line for each plug-in's component of these runs whose code is another than any that runs were done with.
+
+    Args:
+        specs: of the runs.
+        stored: `plugins_of` of earlier runs.
+    """
+    parts = {(getattr(spec, axis), axis): spec for spec in specs for axis in AXES}
+    now = {name: facts for spec in parts.values() for name, facts in plugins_of(spec).items()}
+    for name, facts in sorted(now.items()):
+        codes = {each[name]["code"] for each in stored if name in each}
+        if codes and facts["code"] not in codes:
+            yield (
+                f"The code of the {name}, of {facts['distribution']} {facts['version']}, has changed since runs here "
+                "were done. If its numbers have, raise its version, or do those runs again with --rerun."
+            )
+
+
+def _distribution_of(module: str) -> dict[str, str | None]:
+    name = next(iter(packages_distributions().get(module, [])), None)
+    return {"distribution": name, "version": None if name is None else _version(name)}
+
+
+def _module_hash(module: str) -> str | None:
+    """A hash of the files of a top-level module or package, as of now; None if it has none."""
+    found = find_spec(module)
+    if found is None or found.origin is None:
+        return None
+    path = Path(found.origin)
+    return sources(path.parent) if found.submodule_search_locations else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _version(package: str) -> str | None:

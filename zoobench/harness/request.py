@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Protocol
 
+from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
@@ -50,14 +51,16 @@ class RunRequest:
         Args:
             location: the database with the runs that others start from; it is opened only if there are such runs.
             choose: gives the fidelity for an environment and a task by tolerance and ratio to be decided.
-            say: called with each choice of a fidelity, each use of a start and what was made of a file, as a line of
-                text.
+            say: called with each choice of a fidelity, each use of a start, what was made of a file and each plug-in
+                that does not load, as a line of text.
 
         Raises:
             UsageError: as `grid` or `narrowed`, there is no such start, no fidelity is good enough, or a file makes no
                 body.
             StorageError: the database cannot be read.
         """
+        for broken in registry.failures():
+            say(f"The plug-in {broken.entry_point} of {broken.group} is left out, as it does not load: {broken.reason}")
         look_in(location)
         cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
         if warm := [cell for cell in cells if isinstance(cell, RunSpec) and is_warm(cell)]:

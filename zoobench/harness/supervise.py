@@ -1,10 +1,9 @@
 """Supervision of one attempt: the child's messages are stored, and its outcome is determined."""
 
 import signal
-import socket
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,37 +22,59 @@ from zoobench.harness.messages import (
     ReferenceMessage,
     ReferenceWantedMessage,
 )
-from zoobench.harness.process import GRACE_SECONDS, ChildProcess, End, Event, LogLine, Refused
+from zoobench.harness.process import GRACE_SECONDS, ChildProcess, End, Event, LogLine, Process, Refused
 
 COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
 EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1
+_MEMORY_SECONDS = 0.5  # between two looks at the memory of a child
 _MOST_LOOK_SECONDS = 1.0  # between looks whether another run has computed it; the first come sooner
 _MOST_LOG_LINES = 10_000  # of one attempt
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The limits of one attempt; None for no limit.
+
+    Attributes:
+        timeout: wall time after which it ends as TIMEOUT [s].
+        memory: resident memory of its processes, above which it ends as FAILED [bytes].
+        ask_at: when it is asked to stop at a checkpoint and to be queued again; of the monotonic clock [s].
+        end_at: when it is killed if it has not obeyed; of the monotonic clock [s].
+        note: first line of its log, such as the place of another log; empty for none.
+    """
+
+    timeout: float | None = None
+    memory: int | None = None
+    ask_at: float = float("inf")
+    end_at: float = float("inf")
+    note: str = ""
+
+
+NO_LIMITS = Limits()
 
 
 def supervise(
     store: Store,
     claim: Claim,
-    command: Sequence[str],
+    start: Callable[[], Process],
     *,
-    timeout: float | None,
     stop: threading.Event,
-    requests: socket.socket | None = None,
+    limits: Limits = NO_LIMITS,
 ) -> RunState:
-    """Run one attempt in a child process and record all of it; `stop` interrupts it. Returns its outcome.
+    """Run one attempt in the process that `start` makes and record all of it; `stop` interrupts it.
 
-    With `requests` a fork server makes the process, if it can.
+    Returns its outcome.
 
     Raises:
-        ClaimLostError: another worker has taken the run over; the child is stopped.
+        ClaimLostError: another worker has taken the run over, or it was cancelled; the child is stopped.
         StorageError: the database refuses; the child is stopped and the run goes on from what is stored.
     """
-    process = ChildProcess(command, claim, requests)
+    process = ChildProcess(start(), claim)
     try:
-        return _Supervisor(store, claim, process, timeout, stop).run()
+        return _Supervisor(store, claim, process, limits, stop).run()
     except ClaimLostError:
         raise
     except StorageError as error:
@@ -87,15 +108,16 @@ class _Supervisor:
         store: Store,
         claim: Claim,
         process: ChildProcess,
-        timeout: float | None,
+        limits: Limits,
         stop: threading.Event,
     ) -> None:
         self._store = store
         self._claim = claim
         self._process = process
-        self._timeout = timeout
+        self._limits = limits
         self._stop = stop
         self._started = self._committed = time.monotonic()
+        self._memory_at = self._started
         self._batch = Batch()
         self._log_lines = 0
         self._last_log = ""
@@ -104,6 +126,8 @@ class _Supervisor:
         self._halted: tuple[RunState, str] | None = None
         self._kill_at = float("inf")
         self._wanted: _Wanted | None = None
+        if limits.note:
+            self._batch.log(limits.note)
 
     def run(self) -> RunState:
         while not isinstance(event := self._process.next(_POLL_SECONDS), End):
@@ -166,19 +190,39 @@ class _Supervisor:
             self._batch.log("(more lines were printed; they are not kept)")
 
     def _enforce(self, now: float) -> None:
-        """Interrupt the child when asked to or when its time is over; kill it when it does not obey."""
-        if self._halted is None and self._last_word is None:
+        """Interrupt the child when asked to or when a limit is reached; kill it when it does not obey."""
+        if self._last_word is None:
             if self._stop.is_set():
-                self._halt(RunState.CANCELLED, "Interrupted; it goes on from its checkpoint.")
-            elif self._timeout is not None and now - self._started > self._timeout:
-                self._halt(RunState.TIMEOUT, f"Stopped after {self._timeout:g} s, its time limit.")
+                self._halt(RunState.CANCELLED, "Interrupted; it goes on from its checkpoint.", now + GRACE_SECONDS)
+            elif self._limits.timeout is not None and now - self._started > self._limits.timeout:
+                reason = f"Stopped after {self._limits.timeout:g} s, its time limit."
+                self._halt(RunState.TIMEOUT, reason, now + GRACE_SECONDS)
+            elif now > self._limits.ask_at:
+                reason = "Handed back, as the time of its worker was over; it goes on from its checkpoint."
+                self._halt(RunState.CANCELLED, reason, self._limits.end_at)
+            self._check_memory(now)
         if now > self._kill_at:
             self._process.kill()
 
-    def _halt(self, outcome: RunState, reason: str) -> None:
-        self._halted = (outcome, reason)
-        self._kill_at = time.monotonic() + GRACE_SECONDS
-        self._process.ask_to_stop()
+    def _check_memory(self, now: float) -> None:
+        allowed = self._limits.memory
+        if allowed is None or self._refused or now - self._memory_at < _MEMORY_SECONDS:
+            return
+        self._memory_at = now
+        used = self._process.memory()
+        if used > allowed:
+            self._refused = (
+                f"Its process took {used / 1e6:,.0f} MB of memory, and --memory allows {allowed / 1e6:,.0f} MB. "
+                "Allow more, or ask for a coarser fidelity or fewer frames."
+            )
+            self._process.kill()
+
+    def _halt(self, outcome: RunState, reason: str, kill_at: float) -> None:
+        """Ask the child to stop, to be killed at `kill_at`; the first reason counts, and the earliest time."""
+        if self._halted is None:
+            self._halted = (outcome, reason)
+            self._process.ask_to_stop()
+        self._kill_at = min(self._kill_at, kill_at)
 
     def _judge(self, code: int) -> Ending:
         """The ending of the attempt, by the child's last message; without one, by how the process ended."""

@@ -10,16 +10,20 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, Self
 
+from zoobench.cell.memory import allowed
 from zoobench.db.owner import Owner
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
-from zoobench.harness.provenance import THREAD_VARIABLES, gather
+from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,7 @@ class WorkerOrders:
         timeout: of one attempt [s], None for no limit.
         child: the command that does a run.
         requests: descriptor of the socket to a fork server; None without.
+        note: first line of the log of every attempt; empty for none.
     """
 
     location: str
@@ -38,6 +43,7 @@ class WorkerOrders:
     timeout: float | None = None
     child: tuple[str, ...] = CHILD_COMMAND
     requests: int | None = None
+    note: str = ""
 
     def to_json(self) -> str:
         """One line of text."""
@@ -47,28 +53,58 @@ class WorkerOrders:
     def from_json(cls, text: bytes) -> Self:
         """The inverse of `to_json`."""
         data: Mapping[str, Any] = json.loads(text)
-        return cls(data["location"], data["sweep"], data["timeout"], tuple(data["child"]), data["requests"])
+        return cls(**{**data, "child": tuple(data["child"])})
 
 
-def work(store: Store, orders: WorkerOrders, stop: threading.Event) -> None:
-    """Do runs until none is queued or `stop` is set.
+@dataclass(frozen=True)
+class Shift:
+    """How long a worker works.
+
+    Attributes:
+        ask_at: when the run in hand is asked to stop at a checkpoint and no other is taken; of the monotonic clock [s].
+        end_at: when it is stopped wherever it is; of the monotonic clock [s].
+        runs: how many are taken at most; None for any number.
+    """
+
+    ask_at: float = float("inf")
+    end_at: float = float("inf")
+    runs: int | None = None
+
+
+UNTIL_DONE = Shift()
+
+
+def work(
+    store: Store,
+    orders: WorkerOrders,
+    stop: threading.Event,
+    shift: Shift = UNTIL_DONE,
+    on_run: Callable[[int], None] = lambda _: None,
+) -> None:
+    """Do runs until none is queued, `stop` is set or the shift is over.
+
+    `on_run` is called with the id of every run when it is taken, and when its attempt has ended.
 
     Raises:
         StorageError: the database refuses; the run in hand can be resumed.
     """
-    from zoobench.harness.supervise import supervise  # loads what the launcher need not have
+    from zoobench.harness.process import start
+    from zoobench.harness.supervise import Limits, supervise  # loads what the launcher need not have
 
     requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
-    while not stop.is_set():
+    limits = Limits(orders.timeout, allowed(), shift.ask_at, shift.end_at, orders.note)
+    taken = 0
+    while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
         store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(Owner.current(), provenance=gather(), sweep=orders.sweep)
+        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
         if claim is None:
             return
-        try:
-            supervise(store, claim, orders.child, timeout=orders.timeout, stop=stop, requests=requests)
-        except ClaimLostError:
-            continue  # somebody took this worker for dead, and the run is in other hands
+        taken += 1
+        on_run(claim.run_id)
+        with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
+            supervise(store, claim, partial(start, orders.child, requests), stop=stop, limits=limits)
+        on_run(claim.run_id)
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""A pool of workers on this machine that does a set of runs."""
+"""A pool of workers that does a set of runs; the one on this machine."""
 
 import json
 import logging
@@ -10,7 +10,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from multiprocessing import connection
 from pathlib import Path
-from typing import Self
+from typing import Protocol, Self
 
 from zoobench import errors
 from zoobench.cell.memory import shared_among
@@ -32,6 +32,30 @@ _SILENT_SECONDS = 20.0  # without a renewed lease, until the user is told
 _PATIENCE_SECONDS = GRACE_SECONDS + 5.0  # for workers to stop their children and hand their runs back
 
 
+class WorkerPool(Protocol):
+    """The workers of one `run_all`, wherever they are; leaving the context stops them, their runs resumable."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def is_elsewhere(self, row: RunRow) -> bool:
+        """Whether the run is in the hands of a worker that is known not to be one of these."""
+
+    def tell_of_silence(self, rows: Iterable[RunRow], database: str) -> None:
+        """Say so, once, when nothing could be stored of the runs of these workers for long."""
+
+    def wait(self, timeout: float) -> None:
+        """Wait until a worker ends, if that can be told, `timeout` [s] at most."""
+
+    def keep_at_work(self, count: int) -> None:
+        """Replace workers that have ended, so that `count` are at work.
+
+        Raises:
+            ZoobenchError: a worker gave up, for the reason that the error tells.
+        """
+
+
 def run_all(
     location: str | Path,
     run_ids: Collection[int],
@@ -40,6 +64,7 @@ def run_all(
     timeout: float | None = None,
     on_update: Callable[[list[RunRow]], None] | None = None,
     child: Sequence[str] = CHILD_COMMAND,
+    engine: "Callable[[WorkerOrders], WorkerPool] | None" = None,
 ) -> list[RunRow]:
     """Do these runs with `jobs` workers and return them, ended, in the order of their ids.
 
@@ -50,6 +75,7 @@ def run_all(
         on_update: called about twice a second with the runs in progress and those whose state has changed, if there are
             any; the first time with all.
         child: the command that does one run.
+        engine: makes the workers' pool; None for processes of this machine.
 
     Raises:
         StorageFullError, StorageError: the database refuses; what is stored is safe and the runs can be resumed.
@@ -63,7 +89,7 @@ def run_all(
         sweep = store.begin_sweep(run_ids)
         orders = WorkerOrders(str(location), sweep, timeout, tuple(child))
         watch = store.watch(sweep)
-        with _WorkerPool(orders) as pool:
+        with (engine or _LocalPool)(orders) as pool:
             while True:
                 interruption.check()
                 rows = watch.look()
@@ -121,8 +147,8 @@ class _Worker:
                 stream.close()
 
 
-class _WorkerPool:
-    """The workers of one `run_all`, and the fork server of their children; leaving the context stops them all."""
+class _LocalPool:
+    """Workers on this machine, and the fork server of their children; leaving the context stops them all."""
 
     def __init__(self, orders: WorkerOrders) -> None:
         self._orders = orders

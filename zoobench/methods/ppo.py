@@ -23,7 +23,7 @@ _POLICY = "policy"
 """Tag of controllers that this method can train, and of methods that need such a controller."""
 
 
-@register(Kind.METHOD, "ppo", version=2, tags=("policy", "given-body"))
+@register(Kind.METHOD, "ppo", version=2, tags=("policy", "given-body"), extra="ppo")
 @dataclass(frozen=True, kw_only=True)
 class Ppo:
     """Proximal policy optimisation (Schulman et al. 2017) of the controller `policy-network`, by stable-baselines3.

@@ -17,7 +17,7 @@ from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
 
-@register(Kind.METHOD, "quality-diversity", version=2, tags=("evolution", "space"))
+@register(Kind.METHOD, "quality-diversity", version=2, tags=("evolution", "space"), extra="qd")
 @dataclass(frozen=True, kw_only=True)
 class QualityDiversity:
     """An archive of the best bodies of every size and shape, by MAP-Elites with pyribs.

@@ -1,0 +1,58 @@
+"""A real cluster of Ray on this machine, of which a node is taken away."""
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.conftest import ROOT
+from tests.harness.helpers import enqueue, fake, numbers, work_on_fakes
+from zoobench.db.rows import RunRow, RunState
+from zoobench.db.store import Store
+from zoobench.harness.ray_pool import RayPool
+from zoobench.harness.worker_pool import run_all
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A head that computes nothing, and two nodes with a processor each."""
+    import ray
+    from ray.cluster_utils import Cluster
+
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    made = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
+    made.first, made.second = made.add_node(num_cpus=1), made.add_node(num_cpus=1)
+    made.wait_for_nodes()
+    yield made
+    ray.shutdown()
+    made.shutdown()
+
+
+def test_a_grid_survives_the_loss_of_a_node(cluster: Any, tmp_path: Path) -> None:
+    """Each run is done once; that of the lost node goes on from its checkpoint, to the numbers of one undisturbed."""
+    path, straight = tmp_path / "zoo.db", tmp_path / "straight.db"
+    ids = enqueue(path, 4)
+    begun: set[int] = set()
+
+    def take_away(rows: list[RunRow]) -> None:
+        begun.update(row.id for row in rows if row.state is RunState.RUNNING and row.fraction > 0.1)
+        if len(begun) == 2 and cluster.second is not None:
+            cluster.remove_node(cluster.second, allow_graceful=False)
+            cluster.second = None
+
+    engine = partial(RayPool, address=cluster.address)
+    rows = run_all(path, ids, jobs=2, child=fake(iterations=400), engine=engine, on_update=take_away)
+    assert cluster.second is None
+    assert [row.state for row in rows] == [RunState.DONE] * 4
+    with Store(path) as store:
+        outcomes = [[attempt.outcome for attempt in store.attempts(run_id)] for run_id in ids]
+        resumed = [attempt.resumed for run_id in ids for attempt in store.attempts(run_id)[1:]]
+    assert sorted(map(len, outcomes)) == [1, 1, 1, 2]
+    assert [RunState.LOST, RunState.DONE] in outcomes
+    assert resumed == [True]
+    work_on_fakes(straight, 4, child=fake(iterations=400, pause=0.0))
+    assert [numbers(path, run_id) for run_id in ids] == [numbers(straight, run_id) for run_id in ids]

@@ -1,0 +1,108 @@
+"""`zoobench cancel`, `remove` and `merge`: what is done with runs as a whole."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Argument, Exit, Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.output import say
+from zoobench.errors import UsageError
+
+if TYPE_CHECKING:
+    from zoobench.db.merge import MergeReport
+    from zoobench.db.rows import RunRow
+    from zoobench.db.store import Store
+
+RunsArgument = Annotated[list[str] | None, Argument(help="Runs, by their numbers or the starts of their keys.")]
+SweepOption = Annotated[int | None, Option("--sweep", help="The runs of this sweep.")]
+
+
+def cancel(runs: RunsArgument = None, sweep: SweepOption = None, db: DatabaseOption = DEFAULT_DATABASE) -> None:
+    """End runs that are queued or in progress.
+
+    Their workers drop them within seconds. `run --retry cancelled` goes on with them from their checkpoints.
+    """
+    from zoobench.db.store import Store
+
+    with Store(db, create=False) as store:
+        chosen = _chosen(store, runs, sweep)
+        cancelled = store.cancel([row.id for row in chosen])
+    say(f"{len(cancelled)} cancelled, {len(chosen) - len(cancelled)} had ended before")
+
+
+def remove(
+    runs: RunsArgument = None,
+    sweep: SweepOption = None,
+    yes: Annotated[bool, Option("--yes", "-y", help="Remove them; without it they are only shown.")] = False,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Remove runs with their results, and what needs them.
+
+    A run needs those that it names as start, gait or body. What was evaluated with the solutions goes, too.
+    """
+    from zoobench.db.removal import dependents
+    from zoobench.db.store import Store
+    from zoobench.report.foreign_text import visible
+
+    with Store(db, create=False) as store:
+        chosen = _chosen(store, runs, sweep)
+        others = dependents(store.runs(), {row.id for row in chosen})
+        for rows, why in ((chosen, ""), (others, ", which needs one of them")):
+            for row in rows:
+                say(visible(f"  {'removed' if yes else 'would remove'} {row.id} {row.spec}, {row.state}{why}"))
+        if not yes:
+            say("Nothing was removed. Type the same command again with --yes.")
+            return
+        store.remove([row.id for row in (*chosen, *others)])
+
+
+def merge(
+    target: Annotated[str, Argument(help="The database to add to: a path, or a PostgreSQL URL.")],
+    source: Annotated[str, Argument(help="The database whose runs are added; it stays as it is.")],
+) -> None:
+    """Add the runs of one database to another.
+
+    A run of both is known by its settings. What only the source has done is taken from there; where both have done it,
+    their results must agree bit for bit, and if some do not, they are named and the exit code is 1.
+    """
+    from zoobench.db.query import Reader
+    from zoobench.db.store import Store
+
+    if target == source or (Path(target).exists() and Path(source).exists() and Path(target).samefile(source)):
+        raise UsageError(f"{target} and {source} are the same database. Name two.")
+    with Reader(source, create=False) as other, Store(target) as store:
+        report = store.merge(other)
+    _tell_merge(report)
+    if report.differing or report.left_out:
+        raise Exit(1)
+
+
+def _chosen(store: "Store", runs: list[str] | None, sweep: int | None) -> "list[RunRow]":
+    """The runs that are named, or those of a sweep.
+
+    Raises:
+        UsageError: none or both are given, or there are no such runs.
+    """
+    if bool(runs) == (sweep is not None):
+        raise UsageError("Name runs by their numbers, or give --sweep. `zoobench status` lists those in progress.")
+    found = store.runs(sweep=sweep) if sweep is not None else [store.run(name) for name in runs or ()]
+    if not found:
+        raise UsageError(f"There is no sweep {sweep} here. `zoobench run --no-wait` prints its number.")
+    return list({row.id: row for row in found}.values())
+
+
+def _tell_merge(report: "MergeReport") -> None:
+    groups = {
+        "added": report.added,
+        "done there, and here not before": report.completed,
+        "the same in both": report.agreeing,
+        "left as they are here": report.kept,
+        "different": report.differing,
+        "left out": report.left_out,
+    }
+    say(", ".join(f"{len(found)} {name}" for name, found in groups.items() if found) or "no runs")
+    for item in report.differing:
+        say(f"  run {item.here} here and run {item.there} there differ in {', '.join(item.parts)}; that here stays")
+    for run_id, reason in report.left_out:
+        say(f"  run {run_id} there {reason}")

@@ -1,0 +1,62 @@
+"""`zoobench work`: a worker for a batch job or a container, which takes runs from the queue."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Exit, Option
+
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    MemoryOption,
+    TimeoutOption,
+    command_text,
+    parse_duration,
+)
+from zoobench.cli.output import say
+
+if TYPE_CHECKING:
+    from zoobench.db.rows import RunRow
+    from zoobench.db.store import Store
+
+
+def work(
+    max_time: Annotated[
+        str, Option("--max-time", help="End after this time, as in 3h; the run in hand is handed back at a checkpoint.")
+    ] = "",
+    max_runs: Annotated[int | None, Option("--max-runs", min=1, help="End after so many runs.")] = None,
+    sweep: Annotated[
+        int | None, Option("--sweep", help="Only the runs of this sweep, as `zoobench run --no-wait` names it.")
+    ] = None,
+    timeout: TimeoutOption = "",
+    memory: MemoryOption = "",
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Do queued runs, one at a time, until none is left.
+
+    What a batch job or a container needs: any number of workers share a database, and none does what another has in
+    hand. On SIGTERM or Ctrl-C the run in hand is queued again and goes on from its checkpoint; the exit code is 130.
+    """
+    from zoobench.cell.memory import allow
+    from zoobench.cli.progress import describe
+    from zoobench.db.rows import RunState
+    from zoobench.harness.shift import shift_of, work_shift
+    from zoobench.harness.worker import WorkerOrders
+
+    limit = parse_duration(timeout) if timeout else None
+    shift = shift_of(parse_duration(max_time) if max_time else None, max_runs)
+    if memory:
+        allow(memory)
+    seen: dict[int, RunRow] = {}
+
+    def tell(store: "Store", run_id: int) -> None:
+        (seen[run_id],) = store.runs(ids=[run_id])
+        say(describe(seen[run_id]))
+
+    is_stopped = work_shift(WorkerOrders(db, sweep, limit), shift, tell)
+    if is_stopped:
+        say("Stopped. The run in hand is queued again: the next worker goes on with it.")
+        raise Exit(130)
+    states = [row.state for row in seen.values()]
+    say(f"{states.count(RunState.DONE)} done of {len(states)} taken. Next: {command_text('status', db=db)}")
+    if any(row.has_ended and row.state is not RunState.DONE for row in seen.values()):
+        raise Exit(1)

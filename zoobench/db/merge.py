@@ -1,0 +1,231 @@
+"""Joining two databases: the runs of one are added to the other, by their keys.
+
+A run that both have done must have the same results, bit for bit: all but wall times follow from its settings.
+"""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import Any, NamedTuple
+
+from sqlalchemy import insert, select, update
+from sqlalchemy.orm import Session
+
+from zoobench.db.digests import digests
+from zoobench.db.engine import Database, among
+from zoobench.db.models import (
+    ArchiveRecord,
+    AttemptRecord,
+    FinalRecord,
+    MetricRecord,
+    MilestoneRecord,
+    ProvenanceRecord,
+    ReferenceRecord,
+    RunRecord,
+    SolutionRecord,
+    SpecRecord,
+)
+from zoobench.db.removal import CONTENTS, remove_contents
+from zoobench.db.rows import RunState
+
+_AT_ONCE = 50  # runs that are read, and then written, at a time
+
+_RESULTS: Mapping[str, tuple[Any, ...]] = {
+    "finals": (FinalRecord.run_id, FinalRecord.name, FinalRecord.value, FinalRecord.kind, FinalRecord.unit),
+    "solution": (SolutionRecord.run_id, SolutionRecord.params),
+    "archive": (ArchiveRecord.run_id, ArchiveRecord.data),
+    "milestones": (MilestoneRecord.run_id, MilestoneRecord.step, MilestoneRecord.score, MilestoneRecord.params),
+    "curves": (MetricRecord.run_id, MetricRecord.name, MetricRecord.step, MetricRecord.value, MetricRecord.kind),
+}
+"""What two runs of one spec must agree in; the columns after the id of the run."""
+_TIME = "seconds"  # ends the names of the curves that tell of wall time
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A run that both databases have done, with other results: its ids here and there, and where they differ."""
+
+    here: int
+    there: int
+    parts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MergeReport:
+    """What became of the runs of the other database.
+
+    Attributes:
+        added: new here, by their ids here.
+        completed: that were not done here, by their ids here.
+        agreeing: done in both, with the same results, by their ids here.
+        kept: that were left as they are here: the other has no result of them, or they are in progress; ids here.
+        differing: done in both, with other results; those here stay.
+        left_out: that were not taken, by their ids there, with the reason.
+    """
+
+    added: tuple[int, ...] = ()
+    completed: tuple[int, ...] = ()
+    agreeing: tuple[int, ...] = ()
+    kept: tuple[int, ...] = ()
+    differing: tuple[Difference, ...] = ()
+    left_out: tuple[tuple[int, str], ...] = ()
+
+
+def merge(target: Database, source: Database) -> MergeReport:
+    """Add the runs of the source to the target; each group of runs is one transaction.
+
+    Sweeps and studies stay where they are.
+    """
+    merger = _Merger(target, source)
+    for some in _groups(source):
+        merger.take(some)
+    merger.take_references()
+    return merger.report()
+
+
+class _Copied(NamedTuple):
+    """All rows of some runs of the source: run and spec by key, the rest by id, and the provenance behind them."""
+
+    runs: dict[str, Row]
+    specs: dict[str, Row]
+    contents: dict[Any, dict[int, list[Row]]]
+    provenance: list[Row]
+    results: dict[int, dict[str, Any]]
+
+
+@dataclass
+class _Merger:
+    target: Database
+    source: Database
+    groups: dict[str, list[Any]] = field(default_factory=dict)
+    ids: dict[int, int] = field(default_factory=dict)
+    """Ids of the runs in the target by those in the source."""
+
+    def report(self) -> MergeReport:
+        return replace(MergeReport(), **{name: tuple(found) for name, found in self.groups.items()})
+
+    def take(self, ids: Collection[int]) -> None:
+        """Add these runs of the source, or compare them with those that are here."""
+        copied = self._read(ids)
+        table = RunRecord
+        with self.target.write(alone=True) as session:
+            statement = select(table.spec_key, table.id, table.state).where(table.spec_key.in_(copied.runs))
+            known = {key: (run_id, state) for key, run_id, state in session.execute(statement)}
+            agreeing = _results(session, [run_id for run_id, state in known.values() if state == RunState.DONE])
+            if copied.provenance:
+                session.execute(self.target.insert(ProvenanceRecord).on_conflict_do_nothing(), copied.provenance)
+            for key, row in copied.runs.items():
+                if key in known:
+                    run_id, state = known[key]
+                    self._meet(session, copied, row, run_id, state, agreeing.get(run_id))
+                else:
+                    session.execute(insert(SpecRecord), [copied.specs[key]])
+                    values = {name: value for name, value in row.items() if name != "id"}
+                    run_id = session.scalars(insert(table).values(values).returning(table.id)).one()
+                    _write_contents(session, copied, row["id"], run_id)
+                    self._note("added", run_id)
+                self.ids[row["id"]] = run_id
+
+    def take_references(self) -> None:
+        """Add the reference scores that are not here, of runs that are."""
+        with self.source.read() as session:
+            rows = _rows(session, ReferenceRecord, ReferenceRecord.kind.is_not(None))
+        mapped = [{**row, "run_id": self.ids[row["run_id"]]} for row in rows if row["run_id"] in self.ids]
+        if mapped:
+            with self.target.write(alone=True) as session:
+                session.execute(self.target.insert(ReferenceRecord).on_conflict_do_nothing(), mapped)
+
+    def _read(self, ids: Collection[int]) -> _Copied:
+        """The rows of those of these runs that can be taken."""
+        with self.source.read() as session:
+            rows = {row["id"]: row for row in _rows(session, RunRecord, among(RunRecord.id, ids))}
+            sealed = {run_id: row["digest"] for run_id, row in rows.items() if row["digest"]}
+            now = digests(session, sealed) if sealed else {}
+            for run_id, row in list(rows.items()):
+                if row["state"] == RunState.RUNNING:
+                    self._leave_out(rows, run_id, "is in progress")
+                elif run_id in sealed and now[run_id] != sealed[run_id]:
+                    self._leave_out(rows, run_id, "is damaged: its results are not those that were stored")
+            keys = [row["spec_key"] for row in rows.values()]
+            contents = {table: _by_run(_rows(session, table, among(table.run_id, rows))) for table in CONTENTS}
+            hashes = {row["provenance_hash"] for found in contents[AttemptRecord].values() for row in found}
+            return _Copied(
+                {row["spec_key"]: row for row in rows.values()},
+                {row["key"]: row for row in _rows(session, SpecRecord, SpecRecord.key.in_(keys))},
+                contents,
+                _rows(session, ProvenanceRecord, ProvenanceRecord.hash.in_(hashes)),
+                _results(session, list(rows)),
+            )
+
+    def _meet(
+        self, session: Session, copied: _Copied, row: Row, run_id: int, state: str, here: dict[str, Any] | None
+    ) -> None:
+        """Bring together a run of the source and the same run here, which is in this state and has these results."""
+        is_done_there = row["state"] == RunState.DONE
+        if is_done_there and here is not None:
+            there = copied.results[row["id"]]
+            parts = tuple(name for name in _RESULTS if here[name] != there[name])
+            if parts:
+                self._note("differing", Difference(run_id, row["id"], parts))
+            else:
+                self._note("agreeing", run_id)
+        elif is_done_there and state != RunState.RUNNING:
+            remove_contents(session, [run_id])
+            values = {name: value for name, value in row.items() if name not in ("id", "rank", "created_at")}
+            session.execute(update(RunRecord).where(RunRecord.id == run_id).values(values))
+            _write_contents(session, copied, row["id"], run_id)
+            self._note("completed", run_id)
+        else:
+            self._note("kept", run_id)
+
+    def _leave_out(self, rows: dict[int, Row], run_id: int, reason: str) -> None:
+        del rows[run_id]
+        self._note("left_out", (run_id, reason))
+
+    def _note(self, group: str, found: Any) -> None:
+        self.groups.setdefault(group, []).append(found)
+
+
+def _groups(source: Database) -> Iterator[list[int]]:
+    with source.read() as session:
+        ids = iter(list(session.scalars(select(RunRecord.id).order_by(RunRecord.id))))
+    while some := list(islice(ids, _AT_ONCE)):
+        yield some
+
+
+def _rows(session: Session, table: Any, *conditions: Any) -> list[Row]:
+    """The rows of a table as dictionaries, in the order in which they were stored."""
+    columns = table.__table__.columns
+    statement = select(*columns).where(*conditions).order_by(*table.__table__.primary_key)
+    return [dict(row) for row in session.execute(statement).mappings()]
+
+
+def _by_run(rows: Sequence[Row]) -> dict[int, list[Row]]:
+    found: dict[int, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row["run_id"], []).append(row)
+    return found
+
+
+def _write_contents(session: Session, copied: _Copied, there: int, here: int) -> None:
+    for table, rows in copied.contents.items():
+        if found := rows.get(there):
+            own = [{name: value for name, value in row.items() if name != "id"} | {"run_id": here} for row in found]
+            session.execute(insert(table), own)
+
+
+def _results(session: Session, ids: Collection[int]) -> dict[int, dict[str, Any]]:
+    """The results of runs by id, as they are compared: of each part all rows in one order, without wall times."""
+    found: dict[int, dict[str, Any]] = {run_id: {name: [] for name in _RESULTS} for run_id in ids}
+    for part, columns in _RESULTS.items():
+        statement = select(*columns).where(among(columns[0], ids))
+        if part == "curves":
+            statement = statement.where(~MetricRecord.name.endswith(_TIME))
+        for run_id, *row in session.execute(statement):
+            found[run_id][part].append(tuple(row))
+    for parts in found.values():
+        for rows in parts.values():
+            rows.sort(key=repr)  # each database has an order of its own
+    return found
