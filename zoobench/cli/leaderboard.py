@@ -29,7 +29,8 @@ def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: Form
     every = tables_of(board)
     tables = without_empty_rows(every)
     command = ["zoobench", "leaderboard", "show", suite, "--format", str(form)]
-    print_tables(tables, footer(tables, board.attempts, command), form)
+    origins = board.attempts(run for table in tables for run in table.runs)
+    print_tables(tables, footer(tables, origins, command), form)
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 
