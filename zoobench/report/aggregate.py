@@ -33,7 +33,7 @@ Statistic = Callable[..., Array]
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Bootstrapped:
     """A figure with its confidence interval, whose ends are None where the seeds say nothing about the spread."""
 
     value: float
@@ -45,7 +45,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Profile:
+class PerformanceProfile:
     """A method's performance profile.
 
     Attributes:
@@ -55,7 +55,7 @@ class Profile:
 
     method: Ref
     thresholds: tuple[float, ...]
-    shares: tuple[Estimate, ...]
+    shares: tuple[Bootstrapped, ...]
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class Aggregates:
 
     table: Table
     rows: int
-    means: dict[Ref, Estimate]
-    profiles: tuple[Profile, ...]
-    improvements: dict[tuple[Ref, Ref], Estimate]
+    means: dict[Ref, Bootstrapped]
+    profiles: tuple[PerformanceProfile, ...]
+    improvements: dict[tuple[Ref, Ref], Bootstrapped]
 
 
 def aggregate(table: Table) -> Aggregates:
@@ -123,7 +123,7 @@ def _is_whole(cell: TableCell) -> bool:
     return cell.count == cell.asked and cell.count > 0
 
 
-def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell | None]) -> Estimate | None:
+def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell | None]) -> Bootstrapped | None:
     """The probability of improvement; None where no row has both methods."""
     pairs = [
         (np.array(one.scores), np.array(other.scores))
@@ -133,21 +133,21 @@ def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell |
     return _estimate([scores for pair in pairs for scores in pair], _probability) if pairs else None
 
 
-def _profile(method: Ref, rows: Sequence[Array]) -> Profile:
+def _profile(method: Ref, rows: Sequence[Array]) -> PerformanceProfile:
     above = [(row > _THRESHOLDS[:, None]).astype(float) for row in rows]
     value = _mean(*above)
     low, high = _interval(above, _mean) or (None, None)
     ends = [(None, None)] * len(value) if low is None or high is None else zip(low, high, strict=True)
-    return Profile(
-        method, tuple(_THRESHOLDS), tuple(Estimate(share, *end) for share, end in zip(value, ends, strict=True))
+    return PerformanceProfile(
+        method, tuple(_THRESHOLDS), tuple(Bootstrapped(share, *end) for share, end in zip(value, ends, strict=True))
     )
 
 
-def _estimate(samples: Sequence[Array], statistic: Statistic) -> Estimate:
+def _estimate(samples: Sequence[Array], statistic: Statistic) -> Bootstrapped:
     found = _interval(samples, statistic)
     if found is None or found[0] == found[1]:  # equal scores say nothing about the spread
-        return Estimate(float(statistic(*samples)))
-    return Estimate(float(statistic(*samples)), float(found[0]), float(found[1]))
+        return Bootstrapped(float(statistic(*samples)))
+    return Bootstrapped(float(statistic(*samples)), float(found[0]), float(found[1]))
 
 
 def _interval(samples: Sequence[Array], statistic: Statistic) -> tuple[Array, Array] | None:
