@@ -177,3 +177,14 @@ def test_a_pivot_has_environments_side_by_side(zoobench: Command, database: Path
         "| 0.5 m/s (n=2 of 3, all equal, diverged 1/3) |"
     )
     assert "made by: zoobench table --pivot --format md" in out
+
+
+def test_methods_are_compared_over_all_rows(zoobench: Command, database: Path) -> None:
+    """`table --aggregate` adds a table over rows, says how it is computed, and its command makes it again."""
+    reply = zoobench("table", "--aggregate")
+    assert "better than random" in reply.out
+    assert "Agarwal et al. 2021" in reply.out
+    assert "zoobench table --aggregate" in reply.out
+    (over,) = json.loads(zoobench("table", "--aggregate", "-f", "json").out)["over_rows"]
+    assert over[0]["method"] == "diffphysics"
+    assert zoobench("table", "--aggregate", "-f", "csv").code == 2

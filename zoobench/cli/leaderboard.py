@@ -29,7 +29,8 @@ def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: Form
     every = tables_of(board)
     tables = without_empty_rows(every)
     command = ["zoobench", "leaderboard", "show", suite, "--format", str(form)]
-    print_tables(tables, footer(tables, board.attempts, command), form)
+    origins = board.attempts(run for table in tables for run in table.runs)
+    print_tables(tables, footer(tables, origins, command), form)
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 
@@ -53,14 +54,15 @@ def publish(
         say(f"Left out: {runs} of the earlier export, which the suite does not ask for any more")
     for path in written.paths:
         say(f"Written: {path}")
+    _note_report(folder)
 
 
 @leaderboard.command("check")
 def check(folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER) -> None:
     """Compare pages with their exports.
 
-    Every page is rebuilt from its export and compared byte for byte. Exit code 1 if something differs; the first
-    differing line of every file is printed.
+    Every page is rebuilt from its export and compared byte for byte; of index.html only where it comes from. Exit
+    code 1 if something differs; the first differing line of every file is printed.
     """
     from zoobench.report.leaderboard_files import differences, exports_of
 
@@ -85,6 +87,15 @@ def rebuild(folder: Annotated[Path, Argument(help="The folder of the leaderboard
         say(f"Written: {path}")
     if not written:
         say("Every page is what its export makes of it; nothing was written.")
+    _note_report(folder)
+
+
+def _note_report(folder: Path) -> None:
+    """Say how the report of a folder is made anew, where it has one of other results."""
+    from zoobench.report.leaderboard_files import INDEX, index_command, is_behind
+
+    if is_behind(folder):
+        say(f"{folder / INDEX} shows earlier results. To write it anew: {index_command(folder)}")
 
 
 def _board_of(suite: str, db: str) -> "Leaderboard":

@@ -2,6 +2,7 @@
 
 import math
 from datetime import datetime
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
@@ -86,6 +87,9 @@ def table(
     pivot: Annotated[
         bool, Option("--pivot", help="Environments as columns, and a row for each task, design and method.")
     ] = False,
+    aggregated: Annotated[
+        bool, Option("--aggregate", help="Also compare the methods over all rows, and say how.")
+    ] = False,
     by: Annotated[
         Currency | None, Option("--by", help="Compare scores when all runs of a row had spent the same of this.")
     ] = None,
@@ -113,7 +117,10 @@ def table(
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
-    flags = [*(["--normalised"] if normalised else []), *(["--pivot"] if pivot else []), *_spending_flags(by, at)]
+    if aggregated and form is Format.CSV:
+        raise UsageError("CSV holds one table. Leave --aggregate out, or choose another --format.")
+    switches = {"--normalised": normalised, "--pivot": pivot, "--aggregate": aggregated}
+    flags = [*(flag for flag, is_on in switches.items() if is_on), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
         if by is None:
             tables = tables_of_cells(read_cells(store, chosen))
@@ -123,7 +130,7 @@ def table(
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
         foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
-    print_tables(tables, foot, form, normalised, pivot)
+    print_tables(tables, foot, form, normalised, pivot, aggregated)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -174,17 +181,25 @@ def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, a
 
 
 def print_tables(
-    tables: "list[Table]", foot: "Footer", form: Format, normalised: bool = False, pivot: bool = False
+    tables: "list[Table]",
+    foot: "Footer",
+    form: Format,
+    normalised: bool = False,
+    pivot: bool = False,
+    aggregated: bool = False,
 ) -> None:
     """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment."""
     from dataclasses import asdict
 
+    from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
     from zoobench.report.foreign_text import in_markdown
     from zoobench.report.listing import latex_text, to_json
     from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
 
+    over_rows = [aggregate_listing(aggregate(item)) for item in tables] if aggregated else []
     if form is Format.JSON:
-        print(to_json({"cells": long_listing(tables).records(), "provenance": asdict(foot)}))
+        more = {"over_rows": [found.records() for found in over_rows]} if aggregated else {}
+        print(to_json({"cells": long_listing(tables).records(), **more, "provenance": asdict(foot)}))
         return
     if form is Format.CSV:
         emit(long_listing(tables), form)
@@ -192,7 +207,7 @@ def print_tables(
             say(line)
         return
     listing = pivot_listing if pivot else table_listing
-    for item in tables:
+    for item, over in zip_longest(tables, over_rows):
         if form is Format.LATEX:
             print_text(f"\\begin{{table}}\n\\caption{{Score: {latex_text(item.title)}}}")
             emit(listing(item, normalised), form)
@@ -201,6 +216,9 @@ def print_tables(
             print_text(f"{'### ' if form is Format.MD else ''}Score: {item.title}\n")
             emit(listing(item, normalised), form)
             print()
+        if over is not None:
+            emit(over, form)
+            print()
     mark = {Format.MD: "- ", Format.LATEX: "% "}.get(form, "")
-    for line in foot.lines() if tables else ():
+    for line in (*([HOW] if over_rows else []), *foot.lines()) if tables else ():
         print_text(f"{mark}{in_markdown(line) if form is Format.MD else line}")

@@ -27,6 +27,7 @@ from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.queue import cancel, merge, remove
 from zoobench.cli.render import render
+from zoobench.cli.report import report
 from zoobench.cli.run import run
 from zoobench.cli.stability import stability
 from zoobench.cli.status import status
@@ -78,6 +79,7 @@ app.command("export")(export)
 app.command("results")(results)
 app.command("table")(table)
 app.command("curves")(curves)
+app.command("report")(report)
 app.command("evaluate")(evaluate)
 app.command("logs")(logs)
 app.command("render")(render)

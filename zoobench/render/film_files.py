@@ -24,13 +24,14 @@ WIDTH = {FilmFormat.MP4: 1280, FilmFormat.GIF: 640, FilmFormat.PNG: 1600}
 """Default width of a picture [pixels]."""
 
 _COLUMNS, _TILES = 2, 6  # of a sheet
+_SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
 _QUALITY = 7  # of 10, for moving pictures
 
 
 def moments_of(form: FilmFormat, frames: int, every: int) -> list[int]:
     """The moments to keep, in control frames from the start: each `every`-th, or a few for a sheet."""
     if form is FilmFormat.PNG:
-        return evenly(frames, _TILES)
+        return sheet_moments(frames)
     return list(range(0, frames + 1, every)) if every <= frames else [0, frames]
 
 
@@ -150,6 +151,19 @@ def put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Updat
         "title_font_size": canvas.font_size, "label_font_size": canvas.font_size,
     }  # fmt: skip
     return put_robot(canvas, region, activation, cmap="coolwarm", clim=(-1.0, 1.0), scalar_bar_args=bar)
+
+
+def sheet_moments(frames: int) -> list[int]:
+    """The moments of a sheet, in control frames from the start."""
+    return evenly(frames, _TILES)
+
+
+def sheet(film: Film) -> bytes:
+    """All moments side by side without a title, as a small JPEG for a page."""
+    imageio: Any = import_module("imageio.v3")
+    images = list(film_images(film, "", _SMALL, smooth=True))
+    data: bytes = imageio.imwrite("<bytes>", side_by_side(images, _COLUMNS), extension=".jpg", quality=82)
+    return data
 
 
 def _write_arrays(film: Film, path: Path) -> None:

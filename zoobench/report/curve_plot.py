@@ -27,8 +27,8 @@ _PANEL = (5.4, 3.9)  # [inches]
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
-_WORDS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
-_REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
+AMOUNTS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
+REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
 _CAPTION = (
     "best score so far; line: mean over seeds; band: lowest to highest seed; "
     "dotted: a robot at rest (idle) and the mean random controller"
@@ -92,7 +92,7 @@ def draw(results: Iterable[RunResult], known: Mapping[int, LearningCurve], path:
     rows = -(-len(groups) // columns)
     figure = figures.blank((_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9))
     looks = _looks(result.run.spec.method for group in groups for result in group)
-    titles = _titles(groups)
+    titles = titles_of(groups)
     for number, group in enumerate(groups):
         axes = figure.add_subplot(rows, columns, number + 1)
         _panel(axes, group, known, looks)
@@ -121,8 +121,8 @@ def _looks(methods: Iterable[Ref]) -> Looks:
     }
 
 
-def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
-    """The title of each panel: environment, task, design, and the other axes in which panels differ."""
+def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:
+    """The title of each group of results: environment, task, design, and the other axes in which groups differ."""
     specs = [group[0].run.spec for group in groups]
     names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
     names["env"] = marked(names["env"])
@@ -166,7 +166,7 @@ def _panel(
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
     unit = group[0].score.unit if group[0].score is not None else ""
-    axes.set_xlabel(_WORDS[kind])
+    axes.set_xlabel(AMOUNTS[kind])
     axes.set_ylabel(f"best score [{unit}]" if unit else "best score")
     axes.grid(alpha=0.3)
 
@@ -177,7 +177,7 @@ def _mark_references(axes: "Axes", group: Sequence[RunResult]) -> None:
     for name in REFERENCES:
         found = [result.finals[name].value for result in group if name in result.finals]
         if found:
-            levels.append((sum(found) / len(found), _REFERENCE_NAMES[name]))
+            levels.append((sum(found) / len(found), REFERENCE_NAMES[name]))
     for place, (level, word) in enumerate(sorted(levels)):
         axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
         below = place == 0 and len(levels) > 1  # the words of two that are close stay apart

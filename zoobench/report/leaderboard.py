@@ -64,13 +64,12 @@ class Leaderboard:
     summary: str
     rows: tuple[BoardRow, ...]
 
-    @property
-    def attempts(self) -> list[Attempt]:
-        """Those that any result came from."""
-        return [attempt for row in self.rows for attempt in row.attempts]
+    def attempts(self, runs: Iterable[int]) -> list[Attempt]:
+        """Those that the results of these runs came from; a run's number is its place, from 1."""
+        return [attempt for number in runs for attempt in self.rows[number - 1].attempts]
 
     def results(self) -> list[RunResult]:
-        """The runs that exist, as tables take them."""
+        """The runs that exist, as tables take them; their ids are their places, from 1."""
         return [
             RunResult(run, dict(row.finals))
             for number, row in enumerate(self.rows, start=1)

@@ -1,12 +1,21 @@
 """Leaderboards as files: published into a folder, and compared there with what their exports give."""
 
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from zoobench.errors import UsageError
 from zoobench.files import replace_files
 from zoobench.report.leaderboard import Leaderboard, from_text
 from zoobench.report.leaderboard_pages import first_difference, pages
+
+INDEX = "index.html"
+"""The report of a folder's leaderboards."""
+
+
+def index_command(folder: Path) -> str:
+    """The command that writes the report of a folder."""
+    return f"zoobench report --from {folder} --output {folder / INDEX}"
 
 
 @dataclass(frozen=True)
@@ -61,6 +70,26 @@ def rebuild(folder: Path) -> list[Path]:
     return list(changed)
 
 
+def read_exports(folder: Path) -> tuple[list[Leaderboard], str]:
+    """The leaderboards of a folder, and a mark that changes with any of their exports.
+
+    Raises:
+        UsageError: there is no export, or one cannot be read.
+    """
+    texts = {path: _content(path) for path in exports_of(folder)}
+    digest = sha256("\0".join(f"{path.name}\0{text}" for path, text in texts.items()).encode())
+    return [from_text(text, str(path)) for path, text in texts.items()], f"exports {digest.hexdigest()}"
+
+
+def is_behind(folder: Path) -> bool:
+    """Whether the folder has a report that was made from other exports.
+
+    It is not made anew for a comparison: it holds a library, whose version may be another.
+    """
+    index = folder / INDEX
+    return index.exists() and read_exports(folder)[1] not in _content(index)
+
+
 def exports_of(folder: Path) -> list[Path]:
     """The exports of a folder, sorted by name.
 
@@ -78,7 +107,8 @@ def exports_of(folder: Path) -> list[Path]:
 def differences(folder: Path) -> list[str]:
     """The differences between the pages of a folder and those rebuilt from its exports, byte for byte.
 
-    Of every file the first differing line; a page or an export that is missing is a difference too.
+    A report beside them (`INDEX`) must have been made from the same exports. Of every other file the first differing
+    line; a page or an export that is missing is a difference too.
 
     Raises:
         UsageError: there is no export, or one cannot be read.
@@ -86,6 +116,8 @@ def differences(folder: Path) -> list[str]:
     exports = exports_of(folder)
     alone = sorted(path for path in folder.glob("*.csv") if path.with_suffix(".json") not in exports)
     found = [difference for path in exports for difference in _of_export(path)]
+    if is_behind(folder):
+        found.append(f"{folder / INDEX} was made from other exports; `{index_command(folder)}` writes it anew")
     return [*found, *(f"{page} has no export {page.with_suffix('.json').name}" for page in alone)]
 
 

@@ -6,15 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 from zoobench.db.rows import RunState
-from zoobench.report.footer import footer
+from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
-from zoobench.report.labels import labels
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.provisional import footnotes
 from zoobench.report.table_forms import long_listing, table_listing
 from zoobench.report.tables import Table, score_tables
-from zoobench.report.views import duration
+from zoobench.report.views import duration, reasons_listing
 from zoobench.spec import AXES, Budget, repeat_command
 
 FOLDER = "leaderboards"
@@ -68,14 +67,19 @@ def markdown_page(board: Leaderboard) -> str:
     for table in tables:
         lines += ["", f"## Score: {in_markdown(table.title)}", "", to_markdown(table_listing(table))]
     if lost := _without_score(board.rows):
-        lines += ["", "## Without a score", "", to_markdown(_reasons_listing(lost))]
+        lines += ["", "## Without a score", "", to_markdown(reasons_listing(lost))]
     if tables:
         lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
-        command = ["zoobench", "leaderboard", "publish", board.source, FOLDER]
         # what is provisional is said above the tables
-        origin = replace(footer(tables, board.attempts, command), provisional=())
+        origin = replace(footer_of(board, tables), provisional=())
         lines += [f"- {in_markdown(line)}" for line in origin.lines()]
     return "\n".join(lines) + "\n"
+
+
+def footer_of(board: Leaderboard, tables: Sequence[Table]) -> Footer:
+    """The provenance of the numbers in these tables of a leaderboard."""
+    attempts = board.attempts(run for table in tables for run in table.runs)
+    return footer(tables, attempts, ["zoobench", "leaderboard", "publish", board.source, FOLDER])
 
 
 def first_difference(committed: str, rebuilt: str) -> tuple[int, str | None, str | None] | None:
@@ -112,21 +116,6 @@ def _without_score(runs: Iterable[BoardRow]) -> list[BoardRow]:
     """The runs that ended, or were skipped, without a result."""
     fine = (None, RunState.DONE, RunState.QUEUED, RunState.RUNNING)
     return [run for run in runs if run.state not in fine]
-
-
-def _reasons_listing(runs: Sequence[BoardRow]) -> Listing:
-    axes = ("env", "task", "design", "controller", "method")
-    names = {axis: labels(getattr(run.spec, axis) for run in runs) for axis in axes}
-    rows = tuple(
-        (
-            *(names[axis][getattr(run.spec, axis)] for axis in axes),
-            run.spec.seed,
-            str(run.state),
-            run.reason or "",
-        )
-        for run in runs
-    )
-    return Listing((*axes, "seed", "state", "reason"), rows)
 
 
 def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:

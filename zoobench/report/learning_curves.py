@@ -120,7 +120,7 @@ def spending_tables(
         amount: what had been spent; in each row the largest amount that all its finished runs have reached if None.
     """
     tables = []
-    for (fidelity, frames), members in _in_settings(furthest(_comparable(results), known)):
+    for (fidelity, frames), members in in_settings(furthest(comparable_results(results), known)):
         methods = methods_of(result.spec for result in members)
         budgets = sorted({result.run.spec.budget for result in members}, key=lambda own: (own.kind, own.amount))
         rows = tuple(Row(*key, *_row(group, methods, known, amount)) for key, group in in_rows(members))
@@ -130,7 +130,7 @@ def spending_tables(
 
 def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
     """Every point of every curve, one row per iteration, for programs; references with every parameter stated."""
-    done = {result.run.id: result for result in _comparable(results) if result.run.state is RunState.DONE}
+    done = {result.run.id: result for result in comparable_results(results) if result.run.state is RunState.DONE}
     rows = [
         (
             run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in AXES), done[run_id].run.spec.frames,
@@ -170,11 +170,11 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
 
 def cells(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> list[list[RunResult]]:
     """The results that have a curve, those together that differ by method, seed and budget alone; sorted by name."""
-    able = [result for result in furthest(_comparable(results), known) if result.run.id in known]
-    return [group for _, members in _in_settings(able) for _, group in in_rows(members)]
+    able = [result for result in furthest(comparable_results(results), known) if result.run.id in known]
+    return [group for _, members in in_settings(able) for _, group in in_rows(members)]
 
 
-def _in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], list[RunResult]]]:
+def in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], list[RunResult]]]:
     """The results by fidelity and episode length, which are never mixed; sorted by name."""
     settings: dict[tuple[Ref, int], list[RunResult]] = {}
     for result in results:
@@ -205,7 +205,7 @@ def _row(
     ), amount
 
 
-def _comparable(results: Iterable[RunResult]) -> list[RunResult]:
+def comparable_results(results: Iterable[RunResult]) -> list[RunResult]:
     """Those that may stand in a table, as `cells.comparable`."""
     return [
         result for result in results if not (result.is_smoke or result.is_probe or result.run.state is RunState.SKIPPED)

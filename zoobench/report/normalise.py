@@ -25,3 +25,13 @@ def shares(means: Sequence[float | None], floor: float | None) -> list[float | N
         return [None] * len(means)
     span = max(known) - floor
     return [None if mean is None else max(mean - floor, 0.0) / span if span > 0 else 0.0 for mean in means]
+
+
+def run_shares(scores: Sequence[float], floor: float | None, best: float | None) -> tuple[float, ...]:
+    """The score of each run as a share of the way from the floor to the best mean, and below 0 where it is worse.
+
+    Empty where either is missing, or the best is no better than the floor.
+    """
+    if floor is None or best is None or best <= floor:
+        return ()
+    return tuple((score - floor) / (best - floor) for score in scores)

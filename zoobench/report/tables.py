@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.cells import Cell, Outcome, cells_of, comparable
-from zoobench.report.normalise import floor_of, shares
+from zoobench.report.normalise import floor_of, run_shares, shares
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
@@ -37,6 +37,9 @@ class TableCell:
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
         runs: the ids of those behind the mean.
         spent: by those, on average, in the unit of `Table.currency`; None if it is not known.
+        scores: of those.
+        shares: those scores between the row's references (0) and its best mean (1), below 0 where they are worse;
+            empty without either.
     """
 
     interval: Interval | None
@@ -50,6 +53,8 @@ class TableCell:
     is_undecided: bool = False
     runs: tuple[int, ...] = ()
     spent: float | None = None
+    scores: tuple[float, ...] = ()
+    shares: tuple[float, ...] = ()
 
     @property
     def is_empty(self) -> bool:
@@ -239,8 +244,13 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
     if best is not None and is_fair and (winner := cells[best]) is not None and winner.count == winner.asked:
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    lots = shares(means, floor_of(outcome.floor for outcome in outcomes))
-    return tuple(cell and replace(cell, normalised=share) for cell, share in zip(cells, lots, strict=True))
+    floor = floor_of(outcome.floor for outcome in outcomes)
+    lots = shares(means, floor)
+    best_mean = max((mean for mean in means if mean is not None), default=None)
+    return tuple(
+        cell and replace(cell, normalised=share, shares=run_shares(cell.scores, floor, best_mean))
+        for cell, share in zip(cells, lots, strict=True)
+    )
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
@@ -256,9 +266,12 @@ def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
     units = sorted({outcome.unit for _, outcome in scored})
     states = Counter(outcome.state for outcome in outcomes if outcome.state is not None)
     lacks = Counter(outcome.lacks for outcome in done if outcome.score is None)
-    interval = t_interval([score for score, _ in scored])
+    scores = tuple(score for score, _ in scored)
     runs = tuple(outcome.run for _, outcome in scored)
     missing = len(outcomes) - sum(states.values())
     known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
     spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
-    return TableCell(interval, ", ".join(units), asked, states, missing=missing, lacks=lacks, runs=runs, spent=spent)
+    return TableCell(
+        t_interval(scores), ", ".join(units), asked, states,
+        missing=missing, lacks=lacks, runs=runs, spent=spent, scores=scores,
+    )  # fmt: skip

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
@@ -113,6 +113,33 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
         for index, (spec, state, seconds) in enumerate(zip(specs, states, estimates, strict=True))
     ]
     return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
+
+
+class Lost(Protocol):
+    """A run without a score."""
+
+    @property
+    def spec(self) -> RunSpec:
+        """Its settings."""
+
+    @property
+    def state(self) -> RunState | None:
+        """How it ended."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why."""
+
+
+def reasons_listing(runs: Sequence[Lost]) -> Listing:
+    """Runs without a score, one row each, with the reasons."""
+    axes = ("env", "task", "design", "controller", "method")
+    names = {axis: labels(getattr(run.spec, axis) for run in runs) for axis in axes}
+    rows = tuple(
+        (*(names[axis][getattr(run.spec, axis)] for axis in axes), run.spec.seed, str(run.state), run.reason or "")
+        for run in runs
+    )
+    return Listing((*axes, "seed", "state", "reason"), rows)
 
 
 def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[RunSpec] = ()) -> dict[str, Any]:

@@ -60,11 +60,14 @@ def choose(env: Ref, task: Ref, tolerance: float | None, decide: float | None) -
 
 def decides(env: Ref, task: Ref, fidelity: Ref) -> float | None:
     """The ratio of two scores above which their order holds there; None where no study of it is published."""
-    try:
-        rows = _rows(env, task)
-    except UsageError:  # not measured, or of a plug-in that is gone
-        return None
-    return next((row.decides for row in rows if row.components == components(env, task, fidelity)), None)
+    level = _level(env, task, fidelity)
+    return None if level is None else level.decides
+
+
+def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
+    """The error of scores there, as a share of them; None where no study of it is published."""
+    level = _level(env, task, fidelity)
+    return None if level is None else _bound(level)
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,14 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
             f"Measure it with `zoobench accuracy run --env {env.name} --task {task.name}`, or choose with --fidelity."
         )
     return sorted(rows, key=lambda row: -row.spacing)
+
+
+def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
+    try:
+        rows = _rows(env, task)
+    except UsageError:  # not measured, or of a plug-in that is gone
+        return None
+    return next((row for row in rows if row.components == components(env, task, fidelity)), None)
 
 
 def _bound(row: LevelRow) -> float:

@@ -1,0 +1,130 @@
+"""`zoobench report`: results as one page for a browser."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from typer import Option
+
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, selection, takes
+from zoobench.cli.output import say
+from zoobench.errors import UsageError
+from zoobench.spec import RunSelection
+
+if TYPE_CHECKING:
+    from zoobench.db.query import Reader
+    from zoobench.report.page.sections import Section, Still
+    from zoobench.report.run_results import RunResult
+
+
+@takes(selection)
+def report(
+    chosen: RunSelection,
+    output: Annotated[Path, Option("--output", "-o", help="The file (.html).")] = Path("report.html"),
+    source: Annotated[Path | None, Option("--from", help="A folder of leaderboards instead of the database.")] = None,
+    stills: Annotated[
+        int, Option("--stills", min=0, help="Simulate so many of the best robots again, and show pictures of them.")
+    ] = 0,
+    db: DatabaseOption = DEFAULT_DATABASE,
+) -> None:
+    """Write the results as one page for a browser.
+
+    It holds the tables, which can be sorted and filtered, the methods over all rows, learning curves, scores by cost,
+    failures, and where all of it comes from, with the command that repeats each row. It needs no network, and fits
+    phones, dark screens and paper. Smoke runs are left out. Needs the extra `report`; stills need `render` as well.
+    """
+    from zoobench.files import replace_files
+    from zoobench.report.page.html import check_tools, page
+    from zoobench.report.page.sections import Level
+    from zoobench.verify.accuracy.tolerance import error_at, published
+
+    check_tools()
+    if source is not None and (chosen != RunSelection() or stills):
+        raise UsageError("--from shows whole leaderboards, which hold no robots. Leave the other options out.")
+    mark = ""
+    if source is None:
+        sections = [_database_section(db, chosen, output, stills)]
+        command = sections[0].foot.command
+    else:
+        sections, mark = _leaderboards(source)
+        command = f"zoobench report --from {source.name} --output {source.name}/{output.name}"
+    levels = [
+        Level(level.env, level.task, level.fidelity, level.error, level.seconds)
+        for level in published().levels
+        if level.error is not None and level.seconds is not None
+    ]
+    text = page(sections, levels, error_at, command, mark)
+    try:
+        replace_files({output: text.encode()}, make_folders=True)
+    except OSError as error:
+        raise UsageError(f"The report cannot be written to {str(output)!r}: {error}. Give another -o.") from None
+    say(f"Written: {output}, {len(text.encode()) / 2**20:.1f} MiB")
+
+
+def _database_section(db: str, chosen: RunSelection, output: Path, stills: int) -> "Section":
+    """The chosen runs of a database.
+
+    Raises:
+        UsageError: there is nothing to show or too much, or no picture can be drawn.
+        StorageError: the database cannot be read.
+    """
+    from dataclasses import replace
+
+    from zoobench.db.store import Store
+    from zoobench.render.canvas import check_drawing
+    from zoobench.report.cells import read_cells
+    from zoobench.report.footer import footer
+    from zoobench.report.learning_curves import curves
+    from zoobench.report.page.sections import Section, best_runs, check_size
+    from zoobench.report.run_results import choose_results
+    from zoobench.report.tables import tables_of_cells
+    from zoobench.report.undecided import footnotes, mark_undecided
+    from zoobench.verify.accuracy.tolerance import decides
+
+    if stills:
+        check_drawing()
+    with Store(db, create=False) as store:
+        tables = mark_undecided(tables_of_cells(read_cells(store, chosen)), decides)
+        check_size(tables)
+        if not tables:
+            raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
+        results = [result for result in choose_results(store, chosen) if not (result.is_smoke or result.is_probe)]
+        origins = store.origins([run for table in tables for run in table.runs])
+        command = ["zoobench", "report", *chosen.options(), *(["--stills", str(stills)] if stills else [])]
+        foot = replace(
+            footer(tables, origins, [*command, "--output", output.name]), undecided=footnotes(tables, decides)
+        )
+        known = curves(store, results, "substeps")
+        section = Section("Results", "", tables, results, 0, foot, known)
+        pictures = [_still(store, result) for result in best_runs(section)[:stills]]
+    return replace(section, stills=[still for still in pictures if still is not None])
+
+
+def _still(store: "Reader", result: "RunResult") -> "Still | None":
+    """A picture of a run's best episode, simulated again; None, and a word, where this version cannot."""
+    from zoobench.errors import ZoobenchError
+    from zoobench.harness.starts import solution_of
+    from zoobench.render.film import film
+    from zoobench.render.film_files import sheet, sheet_moments
+    from zoobench.report.page.sections import Still
+
+    run = result.run
+    title = f"run {run.id}: {run.spec}, score {result.finals['score'].value:.4g} {result.finals['score'].unit}"
+    say(f"simulating {title}")
+    try:
+        episode = film(run.spec, solution_of(store, run), moments=sheet_moments(run.spec.frames))
+    except ZoobenchError as error:
+        say(f"  left out: {error}")
+        return None
+    return Still(title, sheet(episode))
+
+
+def _leaderboards(folder: Path) -> "tuple[list[Section], str]":
+    """The leaderboards of a folder, and the mark of their exports."""
+    from zoobench.report.leaderboard_files import read_exports
+    from zoobench.report.page.sections import check_size, section_of
+    from zoobench.verify.accuracy.tolerance import decides
+
+    boards, mark = read_exports(folder)
+    sections = [section_of(board, decides) for board in boards]
+    check_size(table for section in sections for table in section.tables)
+    return sections, mark

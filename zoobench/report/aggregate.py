@@ -1,0 +1,186 @@
+"""A table's methods over all its rows: interquartile means, performance profiles, probabilities of improvement.
+
+After Agarwal et al. 2021, Deep reinforcement learning at the edge of the statistical precipice, NeurIPS. What is
+resampled for an interval are the seeds within each row and method (a stratified bootstrap): rows are what the benchmark
+asks for, no sample of anything.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from zoobench.arrays import Array
+from zoobench.report.labels import labels
+from zoobench.report.listing import Listing
+from zoobench.report.statistics import CONFIDENCE
+from zoobench.report.tables import Row, Table, TableCell
+from zoobench.spec import Ref
+
+RESAMPLES = 2_000
+HOW = (
+    f"Over rows (Agarwal et al. 2021). IQM: the mean of the middle half of all runs' normalised scores, in the rows in "
+    "which every method has a score from every seed; 0 is the better of a robot at rest and the mean random "
+    "controller, 1 the best mean of the row. Probability of improvement: that a run of one method scores higher than "
+    "one of the other in the same row (a tie counts half), mean over the rows that both have. In brackets: "
+    f"{CONFIDENCE:.0%} intervals, from {RESAMPLES:,} percentile bootstraps over the seeds within each row and method."
+)
+_THRESHOLDS = np.linspace(0.0, 1.25, 51)
+_AT_ONCE = 2_000_000  # numbers that a bootstrap holds at a time
+
+Statistic = Callable[..., Array]
+
+
+@dataclass(frozen=True)
+class Bootstrapped:
+    """A figure with its confidence interval, whose ends are None where the seeds say nothing about the spread."""
+
+    value: float
+    low: float | None = None
+    high: float | None = None
+
+    def __str__(self) -> str:
+        return f"{self.value:.2f}" + ("" if self.low is None else f" ({self.low:.2f} to {self.high:.2f})")
+
+
+@dataclass(frozen=True)
+class PerformanceProfile:
+    """A method's performance profile.
+
+    Attributes:
+        thresholds: normalised scores.
+        shares: of the runs, those whose normalised score is above each threshold.
+    """
+
+    method: Ref
+    thresholds: tuple[float, ...]
+    shares: tuple[Bootstrapped, ...]
+
+
+@dataclass(frozen=True)
+class Aggregates:
+    """The methods of a table over its rows.
+
+    Attributes:
+        table: what they are of.
+        rows: number of rows in which every method has a normalised score from every seed.
+        means: interquartile means of normalised scores, by method; empty without such a row.
+        profiles: likewise.
+        improvements: probabilities by method and the other method; without those that share no row.
+    """
+
+    table: Table
+    rows: int
+    means: dict[Ref, Bootstrapped]
+    profiles: tuple[PerformanceProfile, ...]
+    improvements: dict[tuple[Ref, Ref], Bootstrapped]
+
+
+def aggregate(table: Table) -> Aggregates:
+    """The methods of a table over its rows."""
+    columns = {method: [row.cells[place] for row in table.rows] for place, method in enumerate(table.methods)}
+    common = [number for number, row in enumerate(table.rows) if _is_complete(row)]
+    shares = {
+        method: [np.array(cell.shares) for number in common if (cell := cells[number]) is not None]
+        for method, cells in columns.items()
+    }
+    improvements = {}
+    for one, other in permutations(table.methods, 2):
+        if estimate := _improvement(columns[one], columns[other]):
+            improvements[one, other] = estimate
+    return Aggregates(
+        table=table,
+        rows=len(common),
+        means={method: _estimate(found, _interquartile_mean) for method, found in shares.items() if found},
+        profiles=tuple(_profile(method, found) for method, found in shares.items() if found),
+        improvements=improvements,
+    )
+
+
+def aggregate_listing(found: Aggregates) -> Listing:
+    """A row for each method: its interquartile mean, and the probability that it is better than each other one."""
+    names = labels(found.table.methods)
+    rows = [
+        (
+            names[method],
+            found.rows,
+            str(found.means.get(method, "")),
+            *(str(found.improvements.get((method, other), "")) for other in found.table.methods),
+        )
+        for method in found.table.methods
+    ]
+    over = (f"better than {names[other]}" for other in found.table.methods)
+    return Listing(("method", "rows", "IQM", *over), tuple(rows))
+
+
+def _is_complete(row: Row) -> bool:
+    return all(cell is not None and _is_whole(cell) and len(cell.shares) > 0 for cell in row.cells)
+
+
+def _is_whole(cell: TableCell) -> bool:
+    """Whether every seed has a score: a method must not gain by failing where it is bad."""
+    return cell.count == cell.asked and cell.count > 0
+
+
+def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell | None]) -> Bootstrapped | None:
+    """The probability of improvement; None where no row has both methods."""
+    pairs = [
+        (np.array(one.scores), np.array(other.scores))
+        for one, other in zip(cells, others, strict=True)
+        if one is not None and other is not None and _is_whole(one) and _is_whole(other)
+    ]
+    return _estimate([scores for pair in pairs for scores in pair], _probability) if pairs else None
+
+
+def _profile(method: Ref, rows: Sequence[Array]) -> PerformanceProfile:
+    above = [(row > _THRESHOLDS[:, None]).astype(float) for row in rows]
+    value = _mean(*above)
+    low, high = _interval(above, _mean) or (None, None)
+    ends = [(None, None)] * len(value) if low is None or high is None else zip(low, high, strict=True)
+    return PerformanceProfile(
+        method, tuple(_THRESHOLDS), tuple(Bootstrapped(share, *end) for share, end in zip(value, ends, strict=True))
+    )
+
+
+def _estimate(samples: Sequence[Array], statistic: Statistic) -> Bootstrapped:
+    found = _interval(samples, statistic)
+    if found is None or found[0] == found[1]:  # equal scores say nothing about the spread
+        return Bootstrapped(float(statistic(*samples)))
+    return Bootstrapped(float(statistic(*samples)), float(found[0]), float(found[1]))
+
+
+def _interval(samples: Sequence[Array], statistic: Statistic) -> tuple[Array, Array] | None:
+    """The ends of the bootstrap's interval, each sample resampled by itself; None where one has a single seed."""
+    from scipy.stats import bootstrap
+
+    if min(sample.shape[-1] for sample in samples) < 2:
+        return None
+    size = sum(sample.size for sample in samples)
+    found = bootstrap(
+        samples, statistic, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile", vectorized=True,
+        axis=-1, batch=max(1, _AT_ONCE // size), rng=np.random.default_rng(0),
+    ).confidence_interval  # fmt: skip
+    return found.low, found.high
+
+
+def _interquartile_mean(*samples: Array, axis: int = -1) -> Array:
+    from scipy.stats import trim_mean
+
+    mean: Array = trim_mean(np.concatenate(samples, axis=axis), 0.25, axis=axis)
+    return mean
+
+
+def _mean(*samples: Array, axis: int = -1) -> Array:
+    mean: Array = np.concatenate(samples, axis=axis).mean(axis=axis)
+    return mean
+
+
+def _probability(*samples: Array, axis: int = -1) -> Array:
+    """Mann-Whitney's U by its largest value, mean over pairs of samples."""
+    found = []
+    for one, other in zip(samples[::2], samples[1::2], strict=True):
+        difference = one[..., :, None] - other[..., None, :]
+        found.append(((difference > 0) + 0.5 * (difference == 0)).mean(axis=(-2, -1)))
+    mean: Array = np.mean(found, axis=0)
+    return mean

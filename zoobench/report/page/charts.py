@@ -1,0 +1,252 @@
+"""The charts of a report, as Vega-Lite specifications with their data.
+
+Lines, texts and rules of a chart have the colour of the text around it, so that it follows a dark page and a print.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from zoobench.db.rows import RunState
+from zoobench.report.aggregate import Aggregates
+from zoobench.report.curve_plot import AMOUNTS, REFERENCE_NAMES, line, titles_of
+from zoobench.report.foreign_text import visible
+from zoobench.report.labels import labels
+from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_settings
+from zoobench.report.normalise import REFERENCES
+from zoobench.report.page.sections import Accuracy, Level, Section
+from zoobench.report.run_results import RunResult
+from zoobench.report.tables import in_rows, methods_of
+from zoobench.spec import Ref
+
+Chart = dict[str, Any]
+Points = list[dict[str, Any]]
+
+_MOST_POINTS = 60_000  # of all lines together
+_FEWEST, _USUAL = 8, 60  # of one line
+_DIGITS = 5
+_SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
+_INK = "currentColor"
+_LOG = {"type": "log", "nice": False, "padding": 20}
+_CONFIG = {
+    "background": None,
+    "font": "system-ui, sans-serif",
+    "axis": {
+        "labelColor": _INK, "titleColor": _INK, "tickColor": _INK, "domainColor": _INK,
+        "gridColor": _INK, "gridOpacity": 0.12, "titleFontWeight": "normal",
+        "labelFontSize": 11, "titleFontSize": 12,
+    },
+    "legend": {"labelColor": _INK, "titleColor": _INK, "orient": "top", "titleFontWeight": "normal", "columns": 2,
+               "labelLimit": 300, "labelFontSize": 12, "symbolOpacity": 1},
+    "view": {"stroke": None},
+}  # fmt: skip
+
+
+def curve_chart(section: Section) -> Chart | None:
+    """Best scores by the amount spent, one cell at a time; None without a curve."""
+    groups = cells(section.results, section.known)
+    names = _labels(section)
+    found: Points = []
+    rules: Points = []
+    lines = sum(len(methods_of(result.spec for result in group)) for group in groups)
+    room = max(_FEWEST, min(_USUAL, _MOST_POINTS // max(lines, 1)))
+    for title, group in zip(_titles(groups), groups, strict=True):
+        for method in methods_of(result.spec for result in group):
+            seeds = [section.known[result.run.id] for result in group if result.run.spec.method == method]
+            found += [{"cell": title, "method": names[method], **point} for point in _thinned(seeds, room)]
+        rules += [{"cell": title, **rule} for rule in _references(group)]
+    if not found:
+        return None
+    kind = next(iter(section.known.values())).kind
+    x = {"field": "spent", "type": "quantitative", "title": AMOUNTS[kind]}
+    colour = _colour(names.values())
+    step = {"interpolate": "step-after"}
+    spot = _tooltip("method", spent=AMOUNTS[kind], mean="mean of the seeds", low="lowest", high="highest")
+    return _chart(
+        _chosen([point["cell"] for point in found]),
+        [
+            {"data": {"name": "lines"}, "mark": {"type": "area", "opacity": 0.18, **step},
+             "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": colour}},
+            {"data": {"name": "lines"}, "mark": {"type": "line", "point": {"size": 14}, **step},
+             "encoding": {"x": x, "y": _score("mean"), "color": colour, "tooltip": spot}},
+            {"data": {"name": "rules"}, "mark": {"type": "rule", "strokeDash": [2, 3], "color": _INK},
+             "encoding": {"y": _score("level"), "tooltip": _tooltip("reference", level="score")}},
+        ],
+        lines=found, rules=rules,
+    )  # fmt: skip
+
+
+def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
+    """The score of each run by its wall time, one row of the tables at a time, with the known error of its fidelity;
+    None without a score."""
+    scored = [
+        result
+        for result in comparable_results(section.results)
+        if result.run.state is RunState.DONE and result.score is not None and math.isfinite(result.score.value)
+    ]
+    groups = [group for _, members in in_settings(scored) for _, group in in_rows(members)]
+    names = _labels(section)
+    points = [
+        {"cell": title, "method": names[result.spec.method], **_cost(result, accuracy)}
+        for title, group in zip(_titles(groups), groups, strict=True)
+        for result in group
+    ]
+    if not points:
+        return None
+    x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "wall time of the run [s]"}
+    colour = _colour(names.values())
+    spot = _tooltip("method", "seed", "unit", score="score", seconds="wall time [s]", error="error of the fidelity")
+    bars: Chart = {
+        "data": {"name": "runs"}, "transform": [{"filter": "isValid(datum.low)"}],
+        "mark": {"type": "rule", "opacity": 0.5},
+        "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": colour},
+    }  # fmt: skip
+    dots: Chart = {
+        "data": {"name": "runs"}, "mark": {"type": "point", "filled": True, "size": 60},
+        "encoding": {"x": x, "y": _score("score"), "color": colour, "tooltip": spot},
+    }  # fmt: skip
+    layers = [bars, dots] if any("low" in point for point in points) else [dots]
+    return _chart(_chosen([point["cell"] for point in points]), layers, runs=points)
+
+
+def accuracy_chart(section: Section, levels: Sequence[Level]) -> Chart | None:
+    """Error of scores by the cost of a fidelity, in the environments and tasks of a section; None where none is known.
+
+    A line joins the fidelities of one environment and task.
+    """
+    places = {(row.env.name, row.task.name) for table in section.tables for row in table.rows}
+    points: Points = [
+        {"place": visible(f"{level.env} x {level.task}"), "fidelity": visible(level.fidelity),
+         "error": level.error, "seconds": level.seconds}
+        for level in levels
+        if (level.env, level.task) in places
+    ]  # fmt: skip
+    if not points:
+        return None
+    x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "CPU s per simulated second"}
+    y = {"field": "error", "type": "quantitative", "axis": {"format": ".0%"}, "title": "error of scores"}
+    spot = _tooltip("place", "fidelity", error="error", seconds="CPU s per simulated second")
+    key = {"orient": "bottom", "symbolFillColor": _INK, "symbolStrokeColor": _INK}
+    shape = {"field": "fidelity", "type": "nominal", "title": None, "legend": key}
+    colour = {**_colour(sorted({point["place"] for point in points})), "field": "place"}
+    return _chart(
+        {},
+        [
+            {"data": {"name": "levels"}, "mark": {"type": "line", "opacity": 0.5},
+             "encoding": {"x": x, "y": y, "color": colour}},
+            {"data": {"name": "levels"}, "mark": {"type": "point", "filled": True, "size": 70},
+             "encoding": {"x": x, "y": y, "color": colour, "shape": shape, "tooltip": spot}},
+        ],
+        levels=points,
+    )  # fmt: skip
+
+
+def profile_chart(found: Aggregates) -> Chart | None:
+    """Performance profiles; None where no row is complete."""
+    names = labels(found.table.methods)
+    points = [
+        {"method": visible(names[profile.method]), "threshold": _short(threshold), "share": _short(share.value),
+         "low": _short(share.low), "high": _short(share.high)}
+        for profile in found.profiles
+        for threshold, share in zip(profile.thresholds, profile.shares, strict=True)
+    ]  # fmt: skip
+    if not points:
+        return None
+    x = {"field": "threshold", "type": "quantitative", "title": "normalised score", "scale": {"nice": False}}
+    colour = _colour(visible(name) for name in names.values())
+    title = "share of runs above it"
+    y = {"type": "quantitative", "title": title}
+    band = {
+        "data": {"name": "profiles"}, "mark": {"type": "area", "opacity": 0.18},
+        "encoding": {"x": x, "y": {"field": "low", **y}, "y2": {"field": "high"}, "color": colour},
+    }  # fmt: skip
+    line_of_shares = {
+        "data": {"name": "profiles"}, "mark": {"type": "line"},
+        "encoding": {"x": x, "y": {"field": "share", **y}, "color": colour,
+                     "tooltip": _tooltip("method", threshold="normalised score", share=title)},
+    }  # fmt: skip
+    layers = [line_of_shares] if points[0]["low"] is None else [band, line_of_shares]
+    return _chart({}, layers, profiles=points)
+
+
+def _chart(choice: Chart, layers: Sequence[Chart], **datasets: Points) -> Chart:
+    """Layers over each other, as wide as the page allows; with a choice each shows what is chosen of its data."""
+    if choice:
+        only = {"filter": "datum.cell === chosen"}
+        layers = [{**layer, "transform": [only, *layer.get("transform", [])]} for layer in layers]
+    return {
+        "$schema": _SCHEMA, **choice, "width": "container", "height": 300, "autosize": {"type": "fit-x"},
+        "config": _CONFIG, "layer": list(layers), "datasets": datasets,
+    }  # fmt: skip
+
+
+def _chosen(cells_of_points: Sequence[str]) -> Chart:
+    """A list to choose a cell from."""
+    options = list(dict.fromkeys(cells_of_points))
+    bind = {"input": "select", "options": options, "name": "Show "}
+    return {"params": [{"name": "chosen", "value": options[0], "bind": bind}]}
+
+
+def _colour(names: Iterable[str]) -> Chart:
+    """Colours of methods, the same in all charts of a section; they are seen on white and on black."""
+    domain = list(names)
+    scheme = "tableau10" if len(domain) <= 10 else "tableau20"
+    return {"field": "method", "type": "nominal", "title": None, "scale": {"domain": domain, "scheme": scheme}}
+
+
+def _score(name: str) -> Chart:
+    return {"field": name, "type": "quantitative", "title": "score", "scale": {"zero": False}}
+
+
+def _tooltip(*same: str, **titled: str) -> list[Chart]:
+    """Fields of a point under their own names, and those with other titles."""
+    fields = [{"field": name, "title": name} for name in same]
+    return fields + [{"field": name, "title": title, "format": ".4~g"} for name, title in titled.items()]
+
+
+def _labels(section: Section) -> dict[Ref, str]:
+    """The names of all methods of a section."""
+    found = labels(result.spec.method for result in comparable_results(section.results))
+    return {method: visible(found[method]) for method in sorted(found, key=str)}
+
+
+def _titles(groups: Sequence[Sequence[RunResult]]) -> list[str]:
+    """A name for each group; those that are alike are numbered."""
+    titles = [visible(title) for title in titles_of(groups)]
+    return [
+        f"{title} #{titles[:place].count(title) + 1}" if titles.count(title) > 1 else title
+        for place, title in enumerate(titles)
+    ]
+
+
+def _thinned(seeds: Sequence[LearningCurve], room: int) -> Iterable[dict[str, float | None]]:
+    """The line of a method with no more points than there is room for, its first and last among them."""
+    drawn = line(seeds)
+    if drawn is None:
+        return []
+    last = len(drawn.spent) - 1
+    kept = sorted({round(place * last / (room - 1)) for place in range(room)})
+    columns = {"spent": drawn.spent, "mean": drawn.mean, "low": drawn.low, "high": drawn.high}
+    return [{name: _short(values[place]) for name, values in columns.items()} for place in kept]
+
+
+def _references(group: Sequence[RunResult]) -> Iterable[dict[str, Any]]:
+    """Each reference score, the mean over the runs that know it."""
+    for name in REFERENCES:
+        found = [result.finals[name].value for result in group if name in result.finals]
+        if found:
+            yield {"reference": REFERENCE_NAMES[name], "level": _short(sum(found) / len(found))}
+
+
+def _cost(result: RunResult, accuracy: Accuracy) -> dict[str, Any]:
+    assert result.score is not None
+    spec, score, seconds = result.spec, result.score.value, result.run.seconds
+    error = accuracy(spec.env, spec.task, spec.fidelity)
+    ends = {} if error is None else {"low": score - error * abs(score), "high": score + error * abs(score)}
+    numbers = {"score": score, "seconds": max(seconds, 1e-3), "error": error, **ends}
+    return {"seed": spec.seed, "unit": visible(result.score.unit), **{key: _short(n) for key, n in numbers.items()}}
+
+
+def _short(value: float | None) -> float | None:
+    """With few digits, as a picture needs them; None for what JSON cannot hold."""
+    return None if value is None or not math.isfinite(value) else float(f"{value:.{_DIGITS}g}")

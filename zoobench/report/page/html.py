@@ -1,0 +1,137 @@
+"""A report as one HTML file that needs nothing else: style, script and Vega-Lite are in it."""
+
+from base64 import b64encode
+from collections.abc import Callable, Sequence
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from zoobench.db.rows import RunState
+from zoobench.errors import UsageError
+from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
+from zoobench.report.foreign_text import visible
+from zoobench.report.listing import cell_text
+from zoobench.report.page.charts import Chart, accuracy_chart, cost_chart, curve_chart, profile_chart
+from zoobench.report.page.sections import Accuracy, Level, Section
+from zoobench.report.run_results import RunResult
+from zoobench.report.table_forms import pivot_listing, table_listing
+from zoobench.report.tables import Table
+from zoobench.report.views import duration, reasons_listing
+from zoobench.spec import Ref, RunSpec, repeat_command
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+_MOST_LOST = 500  # runs without a score that are listed one by one
+
+
+def page(sections: Sequence[Section], levels: Sequence[Level], accuracy: Accuracy, command: str, mark: str = "") -> str:
+    """The page.
+
+    Args:
+        sections: what it shows.
+        levels: errors and costs of fidelities.
+        accuracy: the error of a fidelity, for single scores.
+        command: that makes it again.
+        mark: of the exports that it was made from, as `leaderboard_files.read_exports`.
+
+    Raises:
+        UsageError: the extra `report` is not installed.
+    """
+    check_tools()
+    charts: list[Chart] = []
+    shown = [_section(section, levels, accuracy, charts) for section in sections]
+    return _environment().get_template("page.html").render(
+        sections=shown, charts=charts, command=command, mark=mark, how=HOW, vega=_vega()
+    )  # fmt: skip
+
+
+def check_tools() -> None:
+    """Check that a page can be made.
+
+    Raises:
+        UsageError: the extra `report` is not installed.
+    """
+    for module in ("jinja2", "vl_convert"):
+        try:
+            import_module(module)
+        except ImportError:
+            raise UsageError(
+                f"Reports need {module}, which is not installed. Run: pip install 'zoobench[report]'."
+            ) from None
+
+
+def _section(section: Section, levels: Sequence[Level], accuracy: Accuracy, charts: list[Chart]) -> dict[str, Any]:
+    """A section as the template takes it; its charts are added to the list, and known by their places there."""
+
+    def place(chart: Chart | None) -> int | None:
+        if chart is None:
+            return None
+        charts.append(chart)
+        return len(charts) - 1
+
+    return {
+        "name": section.name,
+        "summary": section.summary,
+        "counts": [(f"{count:,}", state) for state, count in section.counts.items()],
+        "time": duration(section.seconds),
+        "tables": [_table(table, section, place) for table in section.tables],
+        "curves": place(curve_chart(section)),
+        "costs": place(cost_chart(section, accuracy)),
+        "accuracy": place(accuracy_chart(section, levels)),
+        "stills": [(still.title, b64encode(still.image).decode()) for still in section.stills],
+        "lost": reasons_listing([result.run for result in section.lost[:_MOST_LOST]]) if section.lost else None,
+        "more_lost": max(len(section.lost) - _MOST_LOST, 0),
+        "origin": [line.partition(": ") for line in section.foot.lines()] if section.tables else [],
+    }
+
+
+def _table(table: Table, section: Section, place: Callable[[Chart | None], int | None]) -> dict[str, Any]:
+    """A table of scores as the template takes it, in both layouts and over its rows."""
+    found = aggregate(table)
+    return {
+        "title": table.title,
+        "leaderboard": table_listing(table),
+        "commands": _commands(table, section.results),
+        "pivot": pivot_listing(table),
+        "over_rows": aggregate_listing(found) if found.improvements else None,
+        "rows": found.rows,
+        "profiles": place(profile_chart(found)),
+    }
+
+
+def _commands(table: Table, results: Sequence[RunResult]) -> list[str]:
+    """The command that repeats each row of a table; empty where it has no run."""
+    specs: dict[tuple[Ref, ...], list[RunSpec]] = {}
+    for result in results:
+        spec = result.spec
+        is_here = (spec.fidelity, spec.frames, spec.budget) == (table.fidelity, table.frames, table.budget)
+        if is_here and spec.method in table.methods and result.run.state is not RunState.SKIPPED:
+            specs.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(spec)
+    found = (specs.get((row.env, row.task, row.design, row.controller), []) for row in table.rows)
+    return [repeat_command(own[0], *own[1:]) if own else "" for own in found]
+
+
+@cache
+def _environment() -> "Environment":
+    """Jinja, which escapes all that it writes; signs that do more than stand there are made visible before."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    found = Environment(
+        loader=PackageLoader("zoobench.report.page", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=lambda value: visible(value) if type(value) is str else value,
+    )
+    found.filters["text"] = cell_text
+    return found
+
+
+@cache
+def _vega() -> str:
+    """Vega, Vega-Lite and Vega-Embed as one script."""
+    import vl_convert
+
+    return vl_convert.javascript_bundle(None)  # type: ignore[arg-type]  # its types lack the default

@@ -1,0 +1,118 @@
+"""What a report shows: a section for a database, or for each leaderboard."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from zoobench.db.rows import RunState
+from zoobench.errors import UsageError
+from zoobench.report.footer import Footer
+from zoobench.report.leaderboard import Leaderboard
+from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empty_rows
+from zoobench.report.learning_curves import LearningCurve
+from zoobench.report.run_results import RunResult
+from zoobench.report.tables import Table
+from zoobench.report.undecided import Decides, mark_undecided
+from zoobench.spec import Ref
+
+MOST_ROWS = 1_000
+_LOST = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.SKIPPED)
+
+Accuracy = Callable[[Ref, Ref, Ref], float | None]
+"""The known error of scores in an environment and task at a fidelity, as a share of them; None if unknown."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A fidelity in an environment and task: the error of its scores as a share, and the CPU time that a simulated
+    second takes [s]."""
+
+    env: str
+    task: str
+    fidelity: str
+    error: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Still:
+    """A picture of a run's best episode; `image` is a JPEG."""
+
+    title: str
+    image: bytes
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page.
+
+    Attributes:
+        name: its heading.
+        summary: a sentence below that.
+        tables: of scores, with at most `MOST_ROWS` rows together.
+        results: the runs.
+        missing: number of runs that are wanted and do not exist.
+        foot: where the numbers of the tables come from.
+        known: learning curves by run id.
+        stills: of the best robots.
+    """
+
+    name: str
+    summary: str
+    tables: Sequence[Table]
+    results: Sequence[RunResult]
+    missing: int
+    foot: Footer
+    known: Mapping[int, LearningCurve] = field(default_factory=dict)
+    stills: Sequence[Still] = ()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of runs by state."""
+        counted = Counter(result.run.state for result in self.results)
+        states = {str(state): counted[state] for state in RunState if counted[state]}
+        return states | ({"missing": self.missing} if self.missing else {})
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of all runs [s]."""
+        return sum(result.run.seconds for result in self.results)
+
+    @property
+    def lost(self) -> list[RunResult]:
+        """The runs that ended, or were skipped, without a score."""
+        return [result for result in self.results if result.run.state in _LOST]
+
+
+def section_of(board: Leaderboard, decides: Decides) -> Section:
+    """A leaderboard as a section; rows without any run are left out."""
+    tables = mark_undecided(without_empty_rows(tables_of(board)), decides)
+    summary = f"{board.summary[:1].upper()}{board.summary[1:]}."
+    return Section(board.name, summary, tables, board.results(), len(board.missing()), footer_of(board, tables))
+
+
+def check_size(tables: Iterable[Table]) -> None:
+    """Refuse what no page can hold.
+
+    Raises:
+        UsageError: there are more than `MOST_ROWS` rows.
+    """
+    rows = sum(len(table.rows) for table in tables)
+    if rows > MOST_ROWS:
+        raise UsageError(
+            f"A report holds {MOST_ROWS:,} rows, and these runs have {rows:,}. Choose with --env, --task, --design, "
+            "--controller, --method or --fidelity."
+        )
+
+
+def best_runs(section: Section) -> list[RunResult]:
+    """The best run of each environment and task in each table, in their order."""
+    by_id = {result.run.id: result for result in section.results}
+    best: dict[tuple[int, Ref, Ref], tuple[float, int]] = {}
+    for number, table in enumerate(section.tables):
+        for row in table.rows:
+            found = [pair for cell in row.cells if cell for pair in zip(cell.scores, cell.runs, strict=True)]
+            place = number, row.env, row.task
+            if pairs := [*found, *([best[place]] if place in best else [])]:
+                best[place] = max(pairs, key=lambda pair: (pair[0], -pair[1]))
+    return [by_id[run] for _, run in best.values()]
