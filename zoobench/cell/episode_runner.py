@@ -15,7 +15,7 @@ from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
 from zoobench.designs.base import Body
-from zoobench.envs.base import Environment
+from zoobench.envs.base import Environment, Stance
 from zoobench.errors import Divergence
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.tasks.base import Motion, Task
@@ -57,6 +57,7 @@ class EpisodeRunner:
         self.body, self.scene, self.density = body, env.scene(body, fidelity), env.robot.density
         self._rest_frames = 0 if is_fixed else env.equilibration_frames
         self.solvers = Solvers(self.scene, fidelity, env.equilibration_frames if is_fixed else 0)
+        self._swims = env.stance is Stance.SWIMMING
         self._task, self._robot, self._meter, self._frames = task, robot, meter, frames
 
     def run(self, built: Sequence[Built], *, gradient: bool = False, watch: Watch | None = None) -> Iterator[Episode]:
@@ -86,7 +87,7 @@ class EpisodeRunner:
         )
         rollout, broken = whole.episode, _failures(whole)
         motions = [
-            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient)
+            motion_of(rollout, self.body, self.density, slice(world, world + 1), gradient=gradient, swims=self._swims)
             for world in range(len(built))
         ]
         gradients = np.full((len(built), self._robot.parameter_count), math.nan)

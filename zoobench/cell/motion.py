@@ -24,7 +24,13 @@ _WEIGHTS = ("occupancy", "density_ratio")  # a particle's mass is their product 
 
 
 def motion_of(
-    rollout: "Rollout", body: Body, density: float, worlds: slice = slice(None), *, gradient: bool = False
+    rollout: "Rollout",
+    body: Body,
+    density: float,
+    worlds: slice = slice(None),
+    *,
+    gradient: bool = False,
+    swims: bool = False,
 ) -> Motion:
     """The robot's motion in some worlds of a rollout, in double precision.
 
@@ -34,6 +40,7 @@ def motion_of(
         density: of muscle [kg/m^3].
         worlds: by default all.
         gradient: whether positions, velocities, occupancy and masses are leaves of an autograd graph.
+        swims: whether the body is in the midst of water.
     """
     import torch
 
@@ -52,6 +59,7 @@ def motion_of(
         tail=tensor(body.tail),
         muscle_work=tensor(rollout.muscle_work[:, worlds]),
         occupancy=tensor(occupancy, gradient),
+        swims=swims,
     )
 
 

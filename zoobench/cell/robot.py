@@ -10,6 +10,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array, Mask
+from zoobench.cell.muscle_places import placed_on
 from zoobench.cell.observation import Layout, layout_of, seen_by
 from zoobench.controllers.base import Controller, OpenLoop
 from zoobench.controllers.stored_gait import Gait
@@ -166,7 +167,7 @@ class Robot:
             SceneError: the fidelity is too coarse for a single particle of the body, or for its head or tail.
         """
         made, body = sampled(design, fidelity)
-        moved_by: Controller = registry.create(Kind.CONTROLLER, controller)
+        moved_by = placed_on(body, registry.create(Kind.CONTROLLER, controller))
         layout: Layout = ()
         if not isinstance(moved_by, OpenLoop):
             layout = layout_of(body.muscle_count, seen_by(moved_by, registry.create(Kind.TASK, task)))

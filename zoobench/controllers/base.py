@@ -5,10 +5,13 @@ every muscle at rest, if there are parameters.
 """
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from zoobench.arrays import Array
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -83,6 +86,29 @@ class ClosedLoop(Protocol):
             observation: at that time `[observation_count]`, see `zoobench.cell.observation.ObservationModel`.
             muscle_count: of the robot.
         """
+        ...
+
+
+@dataclass(frozen=True)
+class MusclePlaces:
+    """Where the muscles of a body are.
+
+    Attributes:
+        back: distance of each muscle's centre behind the foremost point, by the body's length `[muscle_count]` [-].
+        side: to which side it bends the body, in [-1, 1] `[muscle_count]` [-]: 1 for one that lies on the first side
+            with fibres along the body, -1 for its antagonist, 0 for one that does not bend the body.
+    """
+
+    back: Array
+    side: Array
+
+
+@runtime_checkable
+class Placed(Protocol):
+    """A controller whose activity depends on where the muscles are."""
+
+    def placed(self, places: MusclePlaces) -> OpenLoop:
+        """The controller for a body with its muscles there."""
         ...
 
 

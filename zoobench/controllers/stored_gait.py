@@ -1,13 +1,13 @@
 """A stored gait: the controller of a run's solution, which stays as it is while the body changes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench import registry
-from zoobench.controllers.base import ClosedLoop, Controller, OpenLoop, Senses
+from zoobench.controllers.base import ClosedLoop, Controller, MusclePlaces, OpenLoop, Placed, Senses
 from zoobench.inputs import Start, StoredRun, solution_in
 from zoobench.registry import Kind, register
 
@@ -41,6 +41,12 @@ class OpenGait(Gait):
     """A gait by the clock, an `OpenLoop`."""
 
     open_loop: OpenLoop
+
+    def placed(self, places: MusclePlaces) -> "OpenGait":
+        """The gait on a body with its muscles there."""
+        if not isinstance(self.open_loop, Placed):
+            return self
+        return replace(self, open_loop=self.open_loop.placed(places))
 
     def parameter_count(self, muscle_count: int) -> int:
         """None."""

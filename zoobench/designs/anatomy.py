@@ -19,6 +19,12 @@ REFERENCE_LENGTH = 0.10
 THINNEST = 0.017
 """Thickness of fins [m]: two particles across on a grid of 1/64 m, and still one on a grid of 1/32 m."""
 
+SWIMMER_LENGTH = 0.15
+"""Length of a swimmer [m], unless another is asked for: ten cells on a grid of 1/64 m."""
+
+TAIL = 0.0105
+"""Thickness of a swimmer's tail fin as drawn [m]: at `SWIMMER_LENGTH` two particles on a grid of 1/64 m."""
+
 STIFF, SOFT, LIGHT = 2.0, 0.5, 0.92
 """Stiffness of fins and skulls and of fat, and density of fat, relative to muscle [-]. Real bone is a thousand times as
 stiff, which would shorten the time step by the root of that."""
@@ -205,14 +211,20 @@ class Animal:
         return found
 
 
-def swimmer(length: float, *parts: BodyPart) -> Animal:
-    """A swimmer of this length [m], half as high and wide."""
-    return Animal(box=(0.10, 0.05, 0.05), parts=parts, neck=0.022, rump=-0.022, length=length)
+def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Animal:
+    """A swimmer of this length [m], drawn with this height and width [m]."""
+    return Animal(box=(REFERENCE_LENGTH, height, width), parts=parts, neck=0.022, rump=-0.022, length=length)
 
 
 def flanks(trunk: Distance, rear: float, front: float) -> BodyPart:
     """A trunk with three segments of muscle on each side from `rear` to `front` along x [m]."""
     return BodyPart(solid=trunk, muscles=crossed(in_a_row(("flank-1", "flank-2", "flank-3"), rear, front), SIDES))
+
+
+def myomeres(trunk: Distance, rear: float = -0.046, front: float = 0.040, sides: Muscles = SIDES) -> BodyPart:
+    """A trunk with four segments of muscle on each of two sides from `rear` to `front` along x [m]."""
+    rows = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), rear, front)
+    return BodyPart(solid=trunk, muscles=crossed(rows, sides))
 
 
 def paired(name: str, solid: Distance, fibre: Point) -> BodyPart:

@@ -50,4 +50,4 @@ def clownfish(*, length: float = 0.10) -> Animal:
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
     trunk, fins = flanks(_TRUNK, -0.034, 0.026), paired("fin", _SIDE_FINS, (0.25, 0.12, -1.0))
-    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN, _ANAL_FIN))
+    return swimmer(length, 0.05, 0.05, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN, _ANAL_FIN))

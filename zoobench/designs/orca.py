@@ -47,4 +47,5 @@ def orca(*, length: float = 0.10) -> Animal:
     """
     rows = in_a_row(("segment-1", "segment-2", "segment-3"), -0.038, 0.026)
     trunk = BodyPart(solid=_TRUNK, muscles=crossed(rows, opposed(("belly", "back"), 1, 0.009, 0.025)))
-    return swimmer(length, trunk, paired("flipper", _FLIPPERS, (0.35, 0.15, -1.0)), *stiff(_FLUKES, _BACK_FIN))
+    flippers = paired("flipper", _FLIPPERS, (0.35, 0.15, -1.0))
+    return swimmer(length, 0.05, 0.05, trunk, flippers, *stiff(_FLUKES, _BACK_FIN))

@@ -41,4 +41,4 @@ def shark(*, length: float = 0.10) -> Animal:
     * `length`: of the whole body [m]; it is half as high and as wide, fins included.
     """
     trunk, fins = flanks(_TRUNK, -0.036, 0.024), paired("fin", _SIDE_FINS, (0.45, 0.10, -1.0))
-    return swimmer(length, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN))
+    return swimmer(length, 0.05, 0.05, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
-from zoobench.controllers.base import Controller
+from zoobench.cell.muscle_places import placed_on
 from zoobench.designs.base import Body
 from zoobench.designs.feasibility import SOLID
 from zoobench.envs.base import Environment
@@ -114,7 +114,7 @@ def snapshots(
         raise UsageError(f"An episode of {frames} frames cannot be drawn. Give 0 or more.")
     grid = registry.create(Kind.FIDELITY, fidelity)
     body: Body = registry.create(Kind.DESIGN, design).body(grid)
-    driver: Controller = registry.create(Kind.CONTROLLER, controller)
+    driver = placed_on(body, registry.create(Kind.CONTROLLER, controller))
     for name in envs:
         env: Environment = registry.create(Kind.ENV, name)
         scene = env.scene(body, grid)

@@ -37,6 +37,7 @@ class Motion:
         muscle_work: work of every muscle on the body in every frame `[frames, worlds, muscle_count]` [J]; negative if
             the body stretched the muscle. Not differentiable.
         occupancy: `[worlds, particle_count]` in [0, 1]; None if it is 1 for every particle with mass.
+        swims: whether the body is in the midst of water, so that readings of swimming mean something.
         numbers: the control frames at whose ends the states are `[frames + 1]`; by default 0, 1, 2 and so on.
     """
 
@@ -50,6 +51,7 @@ class Motion:
     muscle_work: "Tensor"
     occupancy: "Tensor | None" = None
     numbers: "Tensor | None" = None
+    swims: bool = False
     _known: "dict[str, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, name: str, compute: "Callable[[], Tensor]") -> "Tensor":

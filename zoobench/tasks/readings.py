@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from zoobench.tasks.base import Motion
+from zoobench.tasks.swimming_readings import swimming_readings
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -21,6 +22,7 @@ def common_readings(motion: Motion) -> Readings:
     * `actuation_energy`: see `actuation_energy`.
     * `cost_of_transport`: that energy per weight and distance travelled (Gabrielli and von Karman 1950); 0 if no energy
       is spent.
+    * of a body in water those of `swimming_readings`.
     """
     import torch
 
@@ -35,6 +37,7 @@ def common_readings(motion: Motion) -> Readings:
         "mean_speed": (steps.mean(dim=0) / motion.frame_seconds, "m/s"),
         "actuation_energy": (energy, "J"),
         "cost_of_transport": (torch.where(energy > 0, energy / (weight * travelled), 0.0), "1"),
+        **(swimming_readings(motion) if motion.swims else {}),
     }
 
 

@@ -1,0 +1,49 @@
+"""Where a body's muscles are, for controllers whose activity depends on it."""
+
+import numpy as np
+
+from zoobench.controllers.base import Controller, MusclePlaces, Placed
+from zoobench.designs.base import Body
+from zoobench.errors import UsageError
+
+_UPRIGHT = 1.01
+"""Ratio of moments from which a body is one that bends up and down: one that is square bends sideways."""
+
+_LEAST_SIDE = 1e-3
+
+
+def muscle_places(body: Body) -> MusclePlaces:
+    """The places of a body's muscles at rest.
+
+    The moment of a muscle about the body's centre is that of its active stress, the integral of f_x^2 z over its volume
+    sideways, or of f_x^2 y up and down, with the fibre's direction f; its side is the moment by the integral of |z|.
+    The plane is that with the larger sum of squared moments.
+
+    Raises:
+        UsageError: no muscle bends the body, as where a design space has all muscles everywhere.
+    """
+    matter = body.volumes * body.occupancy
+    offset = body.positions - (matter[:, None] * body.positions).sum(axis=0) / matter.sum()
+    shares = matter[:, None] * body.muscle_membership  # [particles, muscles]
+    volumes = np.maximum(shares.sum(axis=0), 1e-30)
+    along = body.fibres[:, 0] ** 2
+    moments, arms = np.zeros((2, body.muscle_count)), np.zeros((2, body.muscle_count))
+    for row, axis in enumerate((2, 1)):
+        moments[row] = (shares * (along * offset[:, axis])[:, None]).sum(axis=0)
+        arms[row] = (shares * np.abs(offset[:, axis])[:, None]).sum(axis=0)
+    sideways, upright = (moments**2).sum(axis=1)
+    plane = int(upright > _UPRIGHT * sideways)
+    side = moments[plane] / np.maximum(arms[plane], 1e-30)
+    if np.abs(side).max(initial=0.0) < _LEAST_SIDE:
+        raise UsageError(
+            f"None of the {body.muscle_count} muscles bends this body to a side, so no wave of bending can run along "
+            "it. Choose another controller, such as sine-basis, or a body with muscles left and right."
+        )
+    low, high = body.box
+    centres = (shares * body.positions[:, :1]).sum(axis=0) / volumes
+    return MusclePlaces(back=(high[0] - centres) / (high[0] - low[0]), side=side)
+
+
+def placed_on(body: Body, controller: Controller) -> Controller:
+    """The controller for this body; the same one if it does not depend on the muscles' places."""
+    return controller.placed(muscle_places(body)) if isinstance(controller, Placed) else controller
