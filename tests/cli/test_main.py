@@ -29,7 +29,7 @@ COMMANDS = (
     "doctor",
     "bench",
 )
-COMMANDS += ("gradcheck", "effects", "picture", "stability", "validate", "accuracy", "design", "leaderboard")
+COMMANDS += ("gradcheck", "effects", "picture", "stability", "validate", "new", "accuracy", "design", "leaderboard")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "pyvista", "scipy", "sqlalchemy", "taichi", "torch"}
 
 
