@@ -26,8 +26,8 @@ def new(
 ) -> None:
     """Begin a package of your own with a component.
 
-    It holds an environment, a task, a design or a method. It works as it is: with an entry point, by which zoobench finds it once it is installed, and tests from
-    `zoobench.testing`, which check what every component owes.
+    It holds an environment, a task, a design or a method and works as it is: with an entry point, by which zoobench
+    finds it once it is installed, and tests from `zoobench.testing`, which check what every component owes.
     """
     from zoobench.plugins.package import OFFERED, write_package
 
