@@ -48,7 +48,9 @@ ALLOWED = {
         "errors arrays files spec inputs registry sim.model sim.kernels sim designs envs tasks controllers cell db "
         "render"
     ),
-    "cli": "errors files spec inputs registry cell methods db harness report render verify",
+    "testing": "errors arrays spec inputs registry sim.model controllers cell methods",
+    "plugins": "errors files registry",
+    "cli": "errors files spec inputs registry cell methods db harness report render verify plugins",
     "__main__": "cli",
 }
 """What a package, or a module of the top level, may import from, anywhere in its files: not even inside a function."""

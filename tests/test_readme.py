@@ -1,4 +1,4 @@
-"""The README does not promise what is not so."""
+"""The README and the guide do not promise what is not so."""
 
 import re
 import shlex
@@ -11,18 +11,18 @@ import pytest
 from zoobench.cli.main import main
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+GUIDE = ROOT / "docs" / "guide"
 CI = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    """The code blocks of one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+def blocks(page: Path, language: str) -> list[str]:
+    """The code blocks of one language in a page."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
 
 
 def test_two_commands_come_first_and_the_checks_use_the_same() -> None:
     """The first installs and runs, the second installs and tests; `.ci/run` installs and tests in the same words."""
-    run, test = blocks("sh")[:2]
+    run, test = blocks(ROOT / "README.md", "sh")[:2]
     assert run.strip().endswith("zoobench run --env desert --task turning")
     lines = CI.splitlines()
     for command in test.strip().split(" && ")[2:]:
@@ -32,7 +32,9 @@ def test_two_commands_come_first_and_the_checks_use_the_same() -> None:
 def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each `zoobench run` of the examples is a command line that `plan` accepts."""
     monkeypatch.chdir(ROOT)
-    examples = re.findall(r"^zoobench run (.*?)(?:\s+#.*)?$", blocks("sh")[2], flags=re.MULTILINE)
+    examples = re.findall(
+        r"^zoobench run (.*?)(?:\s+#.*)?$", blocks(GUIDE / "commands.md", "sh")[0], flags=re.MULTILINE
+    )
     assert len(examples) >= 5
     for example in examples:
         options = shlex.split(example.replace("--retry failed", ""))
@@ -42,8 +44,8 @@ def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_example_component_works() -> None:
-    """The file that the README shows registers an environment that can be created with its parameter."""
-    (source,) = (block for block in blocks("python") if "@register" in block)
+    """The file that the guide shows registers an environment that can be created with its parameter."""
+    (source,) = blocks(GUIDE / "adding.md", "python")
     script = (
         f"{source}\n"
         "from zoobench import registry\n"
@@ -52,3 +54,12 @@ def test_the_example_component_works() -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.stdout == "0.1\n", done.stderr
+
+
+def test_the_readme_is_short_and_its_links_lead_somewhere() -> None:
+    """Fewer than 150 lines, and every file that it names is there."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 150
+    links = re.findall(r"\]\(([^)#]+)\)", text)
+    assert len(links) > 10
+    assert not [link for link in links if "://" not in link and not (ROOT / link).exists()]

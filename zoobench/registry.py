@@ -180,8 +180,9 @@ def register(
         UsageError: the name is taken or malformed, a parameter has no type or a default that is not a bool, int,
             float, str or group, two have one name, or an added one is none of the parameters with a default.
     """
-    if not _NAME.fullmatch(name) or version < 1:
-        raise UsageError(f"Cannot register {name!r} version {version}. Use kebab-case, and versions from 1.")
+    check_name(name)
+    if version < 1:
+        raise UsageError(f"Cannot register {name!r} version {version}. Versions count from 1.")
 
     def decorate(factory: _F) -> _F:
         known = _components[kind].get(name, {})
@@ -196,6 +197,16 @@ def register(
         return factory
 
     return decorate
+
+
+def check_name(name: str) -> None:
+    """Check that a component may have this name.
+
+    Raises:
+        UsageError: it is not in kebab-case.
+    """
+    if not _NAME.fullmatch(name):
+        raise UsageError(f"A component cannot be named {name!r}. Use kebab-case, as in wet-rock.")
 
 
 def names(kind: Kind) -> list[str]:

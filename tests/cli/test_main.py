@@ -13,7 +13,7 @@ from zoobench import __version__
 from zoobench.cli.main import app
 
 PROCESS = [sys.executable, "-c", "import sys; from zoobench.cli.main import main; sys.exit(main())"]
-README = Path(__file__).parents[2] / "README.md"
+GUIDE = Path(__file__).parents[2] / "docs" / "guide" / "commands.md"
 COMMANDS = (
     "list",
     "show",
@@ -35,7 +35,7 @@ COMMANDS = (
     "doctor",
     "bench",
 )
-COMMANDS += ("gradcheck", "effects", "picture", "stability", "validate", "accuracy", "design", "leaderboard")
+COMMANDS += ("gradcheck", "effects", "picture", "stability", "validate", "new", "accuracy", "design", "leaderboard")
 HEAVY = {"alembic", "matplotlib", "numpy", "pandas", "pyvista", "scipy", "sqlalchemy", "taichi", "torch"}
 
 
@@ -108,19 +108,19 @@ def test_listing_components_does_not_start_the_simulator() -> None:
 
 
 def test_the_commands_are_those_that_are_documented() -> None:
-    """A command that is added must be added here and in the README."""
+    """A command that is added must be added here and in the guide."""
     assert tuple(get_command(app).commands) == COMMANDS  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help_and_is_in_the_readme(zoobench: Command, command: str) -> None:
-    """`-h` works everywhere, says what the command is for, and the README shows the command."""
+def test_every_command_has_help_and_is_in_the_guide(zoobench: Command, command: str) -> None:
+    """`-h` works everywhere, says what the command is for, and the guide shows the command."""
     reply = zoobench(command, "-h")
     assert reply.code == 0
     assert f"Usage: zoobench {command}" in reply.out
     summary = reply.out.split("\n\n")[1].strip()
     assert len(summary) > 20
-    assert f"zoobench {command}" in README.read_text(encoding="utf-8")
+    assert f"zoobench {command}" in GUIDE.read_text(encoding="utf-8")
 
 
 def test_summaries_are_shown_whole_in_the_overview(zoobench: Command) -> None:

@@ -13,7 +13,9 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.errors import BudgetExhaustedError, Divergence
 from zoobench.spec import Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric
+from zoobench.testing import MemoryContext
 
+Context = MemoryContext
 Rule = Callable[[Array], bool]
 
 OPTIMUM = np.array([0.7, -1.2, 0.4, 2.0])
@@ -115,36 +117,3 @@ class Rosenbrock(Quadratic):
         gradient[:-1] += -400.0 * x * (y - x**2) - 2.0 * (1.0 - x)
         gradient[1:] += 200.0 * (y - x**2)
         return replace(evaluation, score=1.0 - cost), gradient
-
-
-class Context:
-    """A run context in memory that asks to stop after `stop_after` iterations."""
-
-    def __init__(self, seed: int = 0, stored: bytes | None = None, stop_after: int | None = None) -> None:
-        self.rng = np.random.default_rng(seed)
-        self.stored, self.stop_after = stored, stop_after
-        self.curve: list[tuple[int, dict[str, float]]] = []
-        self.seconds: list[float] = []  # apart, since they are all of a curve that two runs do not share
-        self.fractions: list[float] = []
-        self.milestones: list[tuple[int, float, Array]] = []
-
-    def report(self, step: int, **metrics: float) -> None:
-        if "seconds" in metrics:
-            self.seconds.append(metrics.pop("seconds"))
-        metrics.pop("cpu_seconds", None)
-        self.curve.append((step, metrics))
-
-    def milestone(self, step: int, score: float, params: Array) -> None:
-        self.milestones.append((step, score, params.copy()))
-
-    def checkpoint(self, data: bytes) -> None:
-        self.stored = data
-
-    def restore(self) -> bytes | None:
-        return self.stored
-
-    def should_stop(self) -> bool:
-        return self.stop_after is not None and len(self.curve) >= self.stop_after
-
-    def progress(self, fraction: float, score: float | None) -> None:
-        self.fractions.append(fraction)

@@ -22,6 +22,7 @@ from zoobench.cli.gradcheck import gradcheck
 from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import doctor
+from zoobench.cli.new import new
 from zoobench.cli.output import say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
@@ -90,6 +91,7 @@ app.command("effects")(effects)
 app.command("picture")(picture)
 app.command("stability")(stability)
 app.command("validate")(validate)
+app.command("new")(new)
 app.add_typer(accuracy, name="accuracy")
 app.add_typer(design, name="design")
 app.add_typer(leaderboard, name="leaderboard")

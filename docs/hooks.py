@@ -1,0 +1,60 @@
+"""Pages of the site that are made from the code: commands, components and leaderboards."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from typer.main import get_command
+
+from zoobench import registry
+from zoobench.cli.main import app
+
+ROOT = Path(__file__).parents[1]
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that are not files of the folder `docs`."""
+    pages = {"reference/commands.md": commands(), "reference/components.md": components()}
+    for board in sorted((ROOT / "leaderboards").glob("*.md")):
+        pages[f"leaderboards/{board.name}"] = board.read_text(encoding="utf-8")
+    for path, text in pages.items():
+        files.append(File.generated(config, path, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Name the folders outside the site that pages link to in the repository."""
+    return markdown.replace("[benchmarks](../benchmarks)", "the folder `benchmarks`")
+
+
+def commands() -> str:
+    """The help of every command, as the command prints it."""
+    sections = (f"## {name}\n\n```text\n{text}\n```\n" for name, text in _helps(get_command(app), "zoobench"))
+    return "\n".join(["# Commands\n", *sections])
+
+
+def _helps(command: Any, name: str, parent: Any = None) -> Iterator[tuple[str, str]]:
+    context = command.context_class(command, info_name=name.split()[-1], parent=parent)
+    yield name, command.get_help(context)
+    for word, child in getattr(command, "commands", {}).items():
+        yield from _helps(child, f"{name} {word}", context)
+
+
+def components() -> str:
+    """Every registered component with its docstring and the defaults of its parameters."""
+    parts = ["# Components\n"]
+    for kind in registry.Kind:
+        parts.append(f"## {kind.value.capitalize()}\n")
+        for name in registry.names(kind):
+            component = registry.get(kind, name)
+            parts += [f"### {name}\n", f"Version {component.version}. {component.description}\n"]
+            if component.parameters:
+                rows = (f"| `{key}` | {_default(component, key)} |" for key in component.parameters)
+                parts.append("\n".join(["| parameter | default |", "| --- | --- |", *rows]) + "\n")
+    return "\n".join(parts)
+
+
+def _default(component: registry.Component, key: str) -> str:
+    return f"`{component.defaults[key]}`" if component.defaults.get(key, "") != "" else "none"

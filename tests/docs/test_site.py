@@ -1,0 +1,53 @@
+"""The documentation site builds without a warning and holds what is made from the code."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from zoobench import registry
+from zoobench.registry import Kind
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the built site."""
+    pytest.importorskip("mkdocs")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", folder]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_link_leads_to_a_file_of_the_site(site: Path) -> None:
+    """Of pages and pictures; those to other places are not tried."""
+    broken = [
+        f"{page.relative_to(site)}: {link}"
+        for page in site.rglob("index.html")
+        for link in re.findall(r'(?:href|src)="([^"#:]+)(?:#[^"]*)?"', page.read_text(encoding="utf-8"))
+        if not (page.parent / link).exists()
+    ]
+    assert not broken
+
+
+def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
+    """Those of today, by their headings."""
+    commands = (site / "reference" / "commands" / "index.html").read_text(encoding="utf-8")
+    assert 'id="zoobench-new"' in commands
+    assert 'id="zoobench-design-export"' in commands
+    components = (site / "reference" / "components" / "index.html").read_text(encoding="utf-8")
+    assert not [name for kind in Kind for name in registry.names(kind) if f'id="{name}' not in components]
+
+
+def test_pages_of_the_guide_are_in_the_navigation(site: Path) -> None:
+    """Every page can be reached from the first."""
+    first = (site / "index.html").read_text(encoding="utf-8")
+    pages = [path for path in (ROOT / "docs").rglob("*.md") if path.name != "index.md"]
+    assert len(pages) > 10
+    places = [path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in pages]
+    assert not [place for place in places if f'href="{place}/' not in first]

@@ -1,0 +1,112 @@
+"""Checks of components in a cell, through the simulator."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from zoobench import registry
+from zoobench.arrays import Array
+from zoobench.cell.problem import Problem
+from zoobench.methods.base import Method
+from zoobench.registry import Kind
+from zoobench.spec import FRAME_SECONDS, Budget, RunSpec
+from zoobench.testing.memory_context import MemoryContext
+from zoobench.testing.small_cells import small_cell
+
+_READINGS = {"score", "distance", "distance_travelled", "mean_speed", "actuation_energy", "cost_of_transport"}
+
+
+def mean_reward(rewards: Array) -> float:
+    """The score of a task that does not grow with the episode."""
+    return float(rewards.mean())
+
+
+def check_cell(spec: RunSpec, score_of: Callable[[Array], float] | None = mean_reward) -> None:
+    """Check that an episode is finite, repeatable to the bit and differentiable.
+
+    Score, rewards, metrics and gradient are finite and metrics have units; a second problem gives the same bits; and
+    the derivative along a random direction is that of central differences to 1e-4, for which the fidelity should be
+    `DOUBLE`.
+
+    Args:
+        spec: the cell, as `small_cell` makes it.
+        score_of: the score that follows from the rewards `[frames]`; None if it does not.
+
+    Raises:
+        AssertionError: one of these does not hold.
+    """
+    problem = Problem(spec)
+    params = problem.initial(np.random.default_rng(1))
+    evaluation, gradient = problem.loss_and_grad(params)
+    assert evaluation.failure is None, f"The episode failed: {evaluation.failure}"
+    assert evaluation.reward.shape == (spec.frames,), f"{evaluation.reward.shape} rewards for {spec.frames} frames."
+    if score_of is not None:
+        wanted = score_of(evaluation.reward)
+        agrees = abs(evaluation.score - wanted) <= 1e-12 * max(abs(wanted), 1.0)
+        assert agrees, f"The score is {evaluation.score:g}, and by its rewards {wanted:g}."
+    missing = _READINGS - set(evaluation.metrics)
+    assert not missing, f"The task does not report {', '.join(sorted(missing))}. Add `common_readings(motion)`."
+    for name, metric in evaluation.metrics.items():
+        assert np.isfinite(metric.value), f"The reading {name} is {metric.value}."
+        assert metric.unit, f"The reading {name} has no unit. Give '1' if it is a number."
+    assert np.isfinite(gradient).all(), "The gradient is not finite."
+    assert gradient.any(), "The gradient is zero: the score does not depend on the parameters."
+    again, same_gradient = Problem(spec).loss_and_grad(params)
+    np.testing.assert_array_equal(gradient, same_gradient)
+    np.testing.assert_array_equal(evaluation.reward, again.reward)
+    assert evaluation.metrics == again.metrics, "A second simulation of the same parameters has other metrics."
+    _check_gradient(problem, params, gradient)
+
+
+def check_rest(spec: RunSpec, fastest: float = 1e-6) -> None:
+    """Check that a body with all muscles at rest stays where it is: else its score is not its own.
+
+    Args:
+        spec: the cell.
+        fastest: mean speed that is allowed [m/s].
+
+    Raises:
+        AssertionError: the episode failed, or the body moved faster.
+    """
+    problem = Problem(spec)
+    params = problem.initial(np.random.default_rng(3))
+    params[: problem.robot.control_count] = 0.0
+    evaluation = problem.evaluate(params)
+    assert evaluation.failure is None, f"The episode failed: {evaluation.failure}"
+    speed = abs(evaluation.metrics["distance"].value) / (spec.frames * FRAME_SECONDS)
+    assert speed < fastest, f"It moves at {speed:g} m/s without muscle activity; {fastest:g} m/s are allowed."
+
+
+def check_method(name: str) -> None:
+    """Check a method on a small cell with a budget of two iterations: its solution gives its score again.
+
+    Raises:
+        AssertionError: it did not count two iterations, its solution does not repeat, or nothing was checkpointed.
+    """
+    component = registry.get(Kind.METHOD, name)
+    tags, text = component.tags, f"{name}[population=4]" if "population" in component.parameters else name
+    controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", text)
+    design = "voxel" if {"space", "sites"} & tags else "caterpillar"
+    spec = small_cell(budget=Budget("iterations", 2), design=design, controller=controller, method=text)
+    problem, context = Problem(spec), MemoryContext()
+    method: Method = registry.create(Kind.METHOD, spec.method)
+    solution = method.run(problem, context)
+    counted = problem.meter.iterations
+    assert counted == 2, f"It counted {counted} iterations of 2. Add one to `problem.meter.iterations` after each."
+    again = Problem(spec).evaluate(solution.params).score
+    assert again == solution.evaluation.score, f"Its solution scores {again}, not {solution.evaluation.score}."
+    assert context.stored, "It kept no checkpoint. Call `keep(problem, context, incumbent)` after each iteration."
+
+
+def _check_gradient(problem: Problem, params: Array, gradient: Array) -> None:
+    """Along a random direction it is the best of the central differences of four widths."""
+    direction = np.random.default_rng(2).normal(size=params.shape)
+    direction /= np.linalg.norm(direction)
+    along = -float(gradient @ direction)
+    errors = []
+    for width in (1e-5, 1e-4, 1e-6, 1e-3):
+        up, down = (problem.relaxed(params + sign * width * direction).evaluation for sign in (1.0, -1.0))
+        errors.append(abs((up.score - down.score) / (2 * width) - along))
+        if errors[-1] <= 1e-4 * abs(along):
+            return
+    raise AssertionError(f"The derivative is {along}; central differences are off by {errors}.")

@@ -1,0 +1,51 @@
+"""Cells of smoke size for any registered component."""
+
+from zoobench import registry
+from zoobench.errors import UnknownNameError
+from zoobench.registry import Kind
+from zoobench.spec import Budget, Ref, RunSpec
+
+DOUBLE = "smoke[precision=64]"
+"""The fidelity of checks with a gradient, in double precision."""
+
+_DEFAULTS = {
+    Kind.ENV: "ground",
+    Kind.TASK: "movement-speed",
+    Kind.DESIGN: "caterpillar",
+    Kind.CONTROLLER: "sine-basis",
+    Kind.METHOD: "random",
+    Kind.FIDELITY: "smoke",
+}
+
+
+def small_cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **names: str) -> RunSpec:
+    """A resolved spec; axes are named by the kind's noun: `small_cell(environment="ice", fidelity=DOUBLE)`.
+
+    Those not named are a caterpillar's that crawls on the ground with a sine basis, by random search.
+
+    Args:
+        budget: without limit by default.
+        frames: control frames of an episode.
+        seed: of the run.
+        names: `environment`, `task`, `design`, `controller`, `method` and `fidelity`, as on the command line.
+
+    Raises:
+        UnknownNameError: no axis or component has this name.
+        UsageError: a parameter is not possible.
+    """
+    if unknown := sorted(names.keys() - {kind.noun for kind in _DEFAULTS}):
+        raise UnknownNameError("axis", unknown[0], [kind.noun for kind in _DEFAULTS])
+    refs = {
+        kind: registry.resolve(kind, Ref.parse(names.get(kind.noun, default))) for kind, default in _DEFAULTS.items()
+    }
+    return RunSpec(
+        env=refs[Kind.ENV],
+        task=refs[Kind.TASK],
+        design=refs[Kind.DESIGN],
+        controller=refs[Kind.CONTROLLER],
+        method=refs[Kind.METHOD],
+        fidelity=refs[Kind.FIDELITY],
+        seed=seed,
+        budget=budget or Budget("substeps", 1e9),
+        frames=frames,
+    )
