@@ -141,10 +141,10 @@ def interface_scene() -> Scene:
 
 
 def wading_scene() -> Scene:
-    """The muscle cube at the surface of water, which it meets in a velocity field of its own."""
+    """The muscle cube in water near the ground, which it meets in a velocity field of its own."""
     scene = medium_scene("water")
     assert scene.medium is not None
-    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 0.4 * SPACING, 0.0]))
+    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 1.9 * SPACING, 0.0]))
     return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.0, transfer="aflip"))
 
 
