@@ -123,7 +123,7 @@ TABLE_6 = {
     "wetland": {Effect.FRICTION, Effect.PLASTICITY, Effect.FLUID},
     "clay": {Effect.FRICTION, Effect.PLASTICITY},
     "snow": {Effect.FRICTION, Effect.PLASTICITY},
-    "shallow-water": {Effect.FRICTION, Effect.FLUID},
+    "shallow-water": {Effect.FRICTION, Effect.FLUID, Effect.CONTACT},
     "ocean": {Effect.FLUID},
 }
 

@@ -140,6 +140,14 @@ def interface_scene() -> Scene:
     return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.3))
 
 
+def wading_scene() -> Scene:
+    """The muscle cube in water near the ground, which it meets in a velocity field of its own."""
+    scene = medium_scene("water")
+    assert scene.medium is not None
+    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 1.9 * SPACING, 0.0]))
+    return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.0, transfer="aflip"))
+
+
 def damped_scene() -> Scene:
     """The muscle cube on the ground, of viscous matter."""
     scene = ground_scene()
@@ -151,6 +159,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "ground": ground_scene,
     "damped": damped_scene,
     "interface": interface_scene,
+    "wading": wading_scene,
 } | {name: partial(medium_scene, name) for name in MEDIA}
 
 

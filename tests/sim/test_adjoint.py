@@ -85,6 +85,7 @@ EPISODES = [
     ("mud", 1e-4, 7, 36),
     ("snow", 1e-4, 3, 36),
     ("water", 1e-4, 4, 36),
+    ("wading", 1e-4, 12, 36),
 ]
 
 DEAR = ("clay", "mud", "snow")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.matter import SMALLEST_RATIO, ClayMaterial, Medium, MudMaterial, WaterMaterial
 from zoobench.sim.model.scene import MediumBed
@@ -23,13 +23,14 @@ class Bed:
 
     Attributes:
         thickness: [m].
-        robot_friction: Coulomb coefficient between it and the robot [-]; None where both share a velocity field, as in
-            water.
+        robot_friction: Coulomb coefficient between it and the robot [-]; None where both share a velocity field.
+        transfer: of its velocity between particles and grid; None for that of the fidelity.
     """
 
     material: Medium
     thickness: float
     robot_friction: float | None = None
+    transfer: Transfer | None = None
 
     def check(self, gravity: float) -> None:
         """Refuse water that downward `gravity` [m/s^2] compresses beyond what its law is made for.
@@ -91,7 +92,8 @@ class Bed:
         strains = rest_strains(self.material, load)
         if isinstance(self.material, WaterMaterial):
             room = room / np.exp(strains.sum(axis=1))
-        return replace(MediumBed.at_rest(self.material, positions, room, strains), friction=self.robot_friction)
+        bed = MediumBed.at_rest(self.material, positions, room, strains)
+        return replace(bed, friction=self.robot_friction, transfer=self.transfer)
 
 
 def rest_strains(material: Medium, load: Array) -> Array:

@@ -19,7 +19,7 @@ from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
-from zoobench.sim.model.scene import Effect, Scene, has_skin
+from zoobench.sim.model.scene import Effect, Scene, has_skin, medium_transfer
 from zoobench.sim.model.state import LARGEST_ARRAY, LaunchPlan, Matter, Parameters, lazy_zeros
 
 LARGEST_GRID = 2**28
@@ -65,7 +65,7 @@ class Launcher:
             width=fidelity.spline.width,
             # what the grid does not resolve would feel no water
             transfer=APIC if scene.water else _TRANSFERS[fidelity.transfer],
-            medium_transfer=_TRANSFERS[fidelity.medium_transfer],
+            medium_transfer=_TRANSFERS[medium_transfer(scene, fidelity)],
             sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER),
             two_fields=Effect.CONTACT in scene.effects,
         )
@@ -270,7 +270,7 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     if scene.water:
         return 0
     water = scene.medium is not None and scene.medium.material.law == Law.WATER
-    before = fidelity.transfer == "aflip" or (scene.medium is not None and fidelity.medium_transfer == "aflip")
+    before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
     layers = 2 if Effect.CONTACT in scene.effects else 1
     return layers * (1 + before + has_skin(scene) + water)
 

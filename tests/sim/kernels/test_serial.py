@@ -85,6 +85,7 @@ def test_an_escaped_particle_writes_nothing_out_of_bounds(name: str, place: floa
     [
         # a bed in one field is compared with mixed transfers, in test_transfer.py
         "interface",
+        "wading",
         *(pytest.param(name, marks=pytest.mark.slow) for name in ("ground", "sand", "clay", "mud", "snow", "water")),
     ],
 )

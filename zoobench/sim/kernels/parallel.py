@@ -27,7 +27,7 @@ from zoobench.sim.kernels.substep_adjoint import (
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, update_both, update_both_adjoint
+from zoobench.sim.kernels.two_fields import layer, layers, medium_layer, update_both, update_both_adjoint
 
 
 @ti.func
@@ -100,7 +100,8 @@ def advance_parallel(
             index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w, variant)
-                press_node(grid, nodes, window, s, w, nodes.origin + node, index, scene, variant.ground)
+                m = nodes.origin + node + medium_layer(nodes, variant)
+                press_node(grid, nodes, window, s, w, m, index, scene, variant.ground)
     # an empty window of the next slot, which the particles extend below
     for w, d in ti.ndrange(state.shape[1], 3):
         if n < plan[w, 1]:
@@ -160,7 +161,8 @@ def reverse_parallel(
             index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w, variant)
-                press_node(grid, nodes, window, s, w, nodes.origin + node, index, scene, variant.ground)
+                m = nodes.origin + node + medium_layer(nodes, variant)
+                press_node(grid, nodes, window, s, w, m, index, scene, variant.ground)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         if n < plan[w, 1]:
             scene, s = scene_constants(constants), plan[w, 0] + n
@@ -172,8 +174,10 @@ def reverse_parallel(
             index = index_of(scene, node)
             if n < plan[w, 1] and in_use(window, s, w, index):
                 nodes = arena(scene, w, variant)
-                m = nodes.origin + node
-                press_node_adjoint(grid, grid_adjoint, nodes, window, s, w, m, m, index, dts[w], scene, variant.ground)
+                m = nodes.origin + node + medium_layer(nodes, variant)
+                press_node_adjoint(
+                    grid, grid_adjoint, nodes, window, s, w, m, m, index, dts[w], scene, terrain, variant
+                )
     for w, node in ti.ndrange(state.shape[1], grid.shape[1] // (layers(variant) * state.shape[1])):
         scene = scene_constants(constants)
         i, j, k = index_of(scene, node)

@@ -40,7 +40,7 @@ from zoobench.sim.kernels.substep_adjoint import (
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
-from zoobench.sim.kernels.two_fields import layer, layers, update_both, update_both_adjoint
+from zoobench.sim.kernels.two_fields import layer, layers, medium_layer, update_both, update_both_adjoint
 
 
 @ti.func
@@ -94,7 +94,7 @@ def update_nodes(
                     update_node(grid, start + node, node, i, j, k, dt, scene, terrain, variant)
                 node += 1
     if ti.static(variant.law == WATER):
-        node = 0
+        node = medium_layer(nodes, variant)
         for i in range(window[s, w, 0], window[s, w, 3]):
             for j in range(window[s, w, 1], window[s, w, 4]):
                 for k in range(window[s, w, 2], window[s, w, 5]):
@@ -195,14 +195,14 @@ def reverse(
             for i in range(count):
                 p = listed(order, w, i, variant)
                 from_grid_adjoint(state, adjoint, grid, grid_adjoint, start, nodes, scene, dt, s, t, w, p, variant)
-            node = 0
+            node = medium_layer(nodes, variant)
             if ti.static(variant.law == WATER):
                 for i in range(window[s, w, 0], window[s, w, 3]):
                     for j in range(window[s, w, 1], window[s, w, 4]):
                         for k in range(window[s, w, 2], window[s, w, 5]):
                             press_node_adjoint(
                                 grid, grid_adjoint, nodes, window, s, w, start + node, node, (i, j, k), dt, scene,
-                                variant.ground,
+                                terrain, variant,
                             )  # fmt: skip
                             node += 1
             node = 0

@@ -55,31 +55,33 @@ from zoobench.sim.kernels.transfer import (
     gather_value,
     scatter_adjoint,
 )
-from zoobench.sim.kernels.two_fields import layer
+from zoobench.sim.kernels.two_fields import free_velocity, layer, meeting
 from zoobench.sim.kernels.water import correction_share, density_factor, room, room_adjoint
 
 
 @ti.func
 def press_node_adjoint(
     grid: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), window: ti.template(), s, w, m, node,
-    index: ti.template(), dt, scene: ti.template(), ground: ti.template(),
+    index: ti.template(), dt, scene: ti.template(), terrain: ti.template(), variant: ti.template(),
 ):  # fmt: skip
     """Adjoint of `press_node`: replaces the velocity's adjoint of both nodes, adds to that of their mass.
 
     The momentum and mass of the node are at m, its velocity after `press_node` and its adjoint at `node`.
     """
-    gravity = (scene.g_x, scene.g_y, scene.g_z)
+    q = grid[MOMENTUM, m]
+    # beside gravity nothing but the contact of two fields acts on a node behind a wall before `press`
+    free = free_velocity(q, dt, scene)
+    if ti.static(variant.two_fields):
+        free = meeting(grid, m - nodes.size, nodes, window, s, w, index, dt, scene, terrain, variant.ground).u
     for d in ti.static(range(3)):
-        normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, ground)
-        q = grid[MOMENTUM, m]
+        normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, variant.ground)
         if normal != 0 and q[3] > 0.0:
             here, stored = grid[VELOCITY, node], grid_adjoint[MOMENTUM, node]
             there, image_stored = 0.0 * here, 0.0 * here
             if image >= 0:
                 there, image_stored = grid[VELOCITY, image], grid_adjoint[MOMENTUM, image]
-            # nothing but gravity acts on the normal velocity of a node behind before `press`
             adjoints = press_adjoint(
-                normal * (q[d] / q[3] + dt * gravity[d]), normal * here[d], normal * there[d], q[3], there[3],
+                normal * free[d], normal * here[d], normal * there[d], q[3], there[3],
                 normal * stored[d], normal * image_stored[d],
             )  # fmt: skip
             stored[d] = normal * adjoints[0]

@@ -15,6 +15,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES, contact, contact_adjoint, coulomb, coulomb_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
+from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
 
 CLOSING, CLOSED = 0.7, 0.8
@@ -46,6 +47,12 @@ def layer(nodes: ti.template(), scene: ti.template(), p, variant: ti.template())
         if p >= scene.robot:
             origin += nodes.size
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
+
+
+@ti.func
+def medium_layer(nodes: ti.template(), variant: ti.template()):
+    """How many nodes further the medium's are."""
+    return nodes.size * (layers(variant) - 1)
 
 
 @ti.func
@@ -230,25 +237,26 @@ def pushed(grid: ti.template(), m, mass, skin: ti.template()):
 
 @ti.func
 def grounded(
-    v, push, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(), variant: ti.template()
-):
+    v, push, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(), tight: ti.template(),
+    variant: ti.template(),
+):  # fmt: skip
     """Velocity of a node after the ground: a wall, or a skin that changes it by `push`, above a wall further down."""
     u = v
     if ti.static(skin):
         u = rub(v + push, push, scene.friction)
-    return contact(u, at, count, scene.friction, terrain, variant.ground, False, STOP_NODES * skin)
+    return contact(u, at, count, scene.friction, terrain, variant.ground, tight, STOP_NODES * skin)
 
 
 @ti.func
 def grounded_adjoint(
     v, push, stored, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(),
-    variant: ti.template(),
+    tight: ti.template(), variant: ti.template(),
 ):  # fmt: skip
     """Adjoints of `grounded` by the velocity and by `push`, from that of its result."""
     u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
     if ti.static(skin):
         u = rub(v + push, push, scene.friction)
-    v_adjoint = contact_adjoint(u, given, at, count, scene.friction, terrain, variant.ground, False, STOP_NODES * skin)
+    v_adjoint = contact_adjoint(u, given, at, count, scene.friction, terrain, variant.ground, tight, STOP_NODES * skin)
     push_adjoint = 0.0 * v_adjoint
     if ti.static(skin):
         v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, scene.friction)
@@ -271,7 +279,8 @@ def update_both(
             if ti.static(k == 1):
                 free = found.u
             push = pushed(grid, m, mass, k == 0 and variant.skin)
-            held = grounded(free, push, at, count, scene, terrain, k == 0 and variant.skin, variant)
+            tight = ti.static(k == 1 and variant.law == WATER)
+            held = grounded(free, push, at, count, scene, terrain, k == 0 and variant.skin, tight, variant)
             after = ti.Vector([held[0], held[1], held[2], mass])
         grid[VELOCITY, node + k * nodes.size] = after
 
@@ -295,12 +304,13 @@ def update_both_adjoint(
     if q[3] > 0.0:
         push = pushed(grid, m, q[3], variant.skin)
         v_adjoint, push_adjoint = grounded_adjoint(
-            found.v, push, stored, at, count, scene, terrain, variant.skin, variant
+            found.v, push, stored, at, count, scene, terrain, variant.skin, False, variant
         )
         push_adjoint /= q[3]  # of the impulse, from that of the change of velocity
         q_mass = 0.0 - push_adjoint.dot(push)
     if o[3] > 0.0:
-        u_adjoint, _none = grounded_adjoint(found.u, found.u, other, at, count, scene, terrain, False, variant)
+        tight = ti.static(variant.law == WATER)
+        u_adjoint, _none = grounded_adjoint(found.u, found.u, other, at, count, scene, terrain, False, tight, variant)
     if ti.static(variant.skin):
         grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
     if found.share > 0.0:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
+from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws_numpy import principal_stress
@@ -132,7 +133,8 @@ class MediumBed:
         hosts: `[particle_count]` index of the robot particle whose place it shares, -1 for none: its volume is the
             share that the robot's occupancy leaves; None if no particle shares one.
         friction: Coulomb coefficient between robot and medium, which then have velocity fields of their own [-]; None
-            for one field of both, in which the medium sticks to the robot. Water has None.
+            for one field of both, in which the medium sticks to the robot.
+        transfer: of its velocity between particles and grid; None for the fidelity's `medium_transfer`.
     """
 
     material: Medium
@@ -144,6 +146,7 @@ class MediumBed:
     velocities: Array | None = None
     hosts: NDArray[np.int64] | None = None
     friction: float | None = None
+    transfer: Transfer | None = None
 
     @property
     def particle_count(self) -> int:
@@ -291,6 +294,12 @@ def has_skin(scene: Scene) -> bool:
     return scene.medium is None or scene.medium.friction is not None
 
 
+def medium_transfer(scene: Scene, fidelity: Fidelity) -> Transfer:
+    """The transfer of the medium's velocity between particles and grid: its own, or that of the fidelity."""
+    own = scene.medium.transfer if scene.medium else None
+    return own or fidelity.medium_transfer
+
+
 def _check_elastic(body: ElasticBody) -> None:
     count = body.particle_count
     shapes = {
@@ -335,8 +344,6 @@ def _check_medium(medium: MediumBed) -> None:
         raise SceneError(
             f"A friction of {medium.friction:g} between robot and medium is negative or not finite. Give 0 or more."
         )
-    if medium.friction is not None and medium.material.law == Law.WATER:
-        raise SceneError("A friction between robot and water was given; water shares the robot's velocity. Give none.")
     check_material("medium", medium.material)
 
 

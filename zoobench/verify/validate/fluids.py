@@ -4,6 +4,7 @@ All are plane: one cell between walls, so that all nodes lie on walls.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -146,68 +147,82 @@ def dam_break(record: CaseRecorder) -> None:
 
 
 _THICK = "water and body share one velocity field, so that water sticks to the body"
+_RAFT = 1.6
+"""Width of a floating block over its height: a square one does not float upright."""
 
 
-def _float(ratio: float, cells: int, raised: float) -> float:
-    """Draft over side of a square block of a density ratio, released `raised` sides above its draft and damped to rest.
+def _float(ratio: float, cells: int, raised: float, slip: bool = True) -> float:
+    """Draft over height of a block of a density ratio, released `raised` heights above it, damped and then free.
 
     Archimedes: the draft is the density ratio. It is measured from the block's lowest layer to the level of the water
     away from the block.
     """
     side = 0.1
-    rig, block, h = _immersed(ratio, cells, depth=1.5, bottom=1.5 - ratio + raised, periods=12)
+    rig, block, h = _immersed(ratio, cells, depth=1.5, bottom=1.5 - ratio + raised, periods=12, wide=_RAFT, slip=slip)
     rig.equilibrate(2 * math.sqrt(GRAVITY / side), rig.steps)
+    rig.advance(2 * rig.steps)
     places = rig.positions
     lowest = places[rig.robot][block[:, 1] < block[:, 1].min() + h / 4, 1].mean() - h / 4
     water = places[rig.medium]
-    away = np.abs(water[:, 0] - 2 * side) > side / 2 + 3 * h
+    away = np.abs(water[:, 0] - 2 * side) > _RAFT * side / 2 + 3 * h
     columns = np.floor(water[away, 0] / h).astype(int)
     tops = [water[away, 1][columns == c].max() for c in np.unique(columns)]
     return float(np.mean(tops) + h / 4 - lowest) / side
 
 
-def _immersed(ratio: float, cells: int, *, depth: float, bottom: float, periods: float) -> tuple[Rig, Array, float]:
-    """A square block 0.1 m wide in a tank four sides wide: the rig, the block's positions, and the spacing [m].
+def _immersed(
+    ratio: float, cells: int, *, depth: float, bottom: float, periods: float, wide: float = 1.0, slip: bool = False
+) -> tuple[Rig, Array, float]:
+    """A block 0.1 m high in a tank four times as wide: the rig, the block's positions, and the spacing [m].
 
     Args:
         ratio: of the densities of block and water.
-        cells: along the block's side.
+        cells: along the block's height, its side.
         depth, bottom: of the water, and the height of the block's lower side, in sides.
         periods: length of the rig's run in units of sqrt(side / g).
+        wide: width of the block, in sides.
+        slip: as in shallow water: both have velocity fields of their own, and the water's transfer is AFLIP.
     """
     side = 0.1
-    h, deep, wide, low = side / cells, depth * side, 4 * side, bottom * side
+    h, deep, tank, low, half = side / cells, depth * side, 4 * side, bottom * side, wide * side / 2
     material = _water(deep, 0.1)
-    points = lattice((0, 0, 0), (wide, deep, h), (h / 2, h / 2, h))
-    across, up = np.abs(points[:, 0] - wide / 2) < side / 2, points[:, 1] - low
+    points = lattice((0, 0, 0), (tank, deep, h), (h / 2, h / 2, h))
+    across, up = np.abs(points[:, 0] - tank / 2) < half, points[:, 1] - low
     points = points[~(across & (up > 0) & (up < side))]
-    block = lattice((wide / 2 - side / 2, low, 0), (wide / 2 + side / 2, low + side, h), (h / 2, h / 2, h))
+    block = lattice((tank / 2 - half, low, 0), (tank / 2 + half, low + side, h), (h / 2, h / 2, h))
     solid = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.3, density=ratio * _DENSITY)
+    water = bed(material, points, h**3 / 4, _hydrostatic_strain(material, deep - points[:, 1]))
+    if slip:
+        water = replace(water, friction=0.0, transfer="aflip")
     scene = Scene(
-        passive_body(solid, block, h**3 / 4), (0, 0, 0), (wide, deep + 1.5 * side, h),
-        medium=bed(material, points, h**3 / 4, _hydrostatic_strain(material, deep - points[:, 1])), ground=Ground(0.0),
-    )  # fmt: skip
+        passive_body(solid, block, h**3 / 4), (0, 0, 0), (tank, deep + 1.5 * side, h), medium=water, ground=Ground(0.0)
+    )
     return Rig(scene, h, periods * math.sqrt(side / GRAVITY)), block, h
 
 
-@case("buoyancy", "Archimedes' principle", "blocks of 5 x 5 cells in a tank of 20 x 7.5, Mach 0.1", is_fast=False)
+_DEEP = "at 0.45 blocks from both sides come to rest 0.35 cells too deep, for a reason that is not known"
+
+
+@case("buoyancy", "Archimedes' principle", "blocks of 8 x 5 cells in a tank of 20 x 7.5, Mach 0.1", is_fast=False)
 def buoyancy(record: CaseRecorder) -> None:
-    """Drafts of blocks released 0.3 sides above and below their floating position."""
-    cells, ratios, raised = 5, np.array([0.3, 0.5, 0.7]), (0.3, -0.3)
+    """Drafts of blocks released two cells above and below their floating position."""
+    cells, ratios, raised = 5, np.array([0.3, 0.45, 0.6]), (0.4, -0.4)
     drafts = np.array([[_float(ratio, cells, start) for ratio in ratios] for start in raised])
     errors = np.abs(drafts - ratios) * cells
     middle = np.abs(drafts.mean(0) - ratios) * cells
     record.at_most(
-        "largest error of the draft, of 1.5 cells at first",
+        "largest error of the draft, of 2 cells at first",
         errors.max(),
         0.25,
         "cells",
-        shortfall=Shortfall(_THICK, 1.25),
+        shortfall=Shortfall(_DEEP, 0.4),
     )
     record.at_most(
         "error of the mean of the drafts reached from both sides", middle.max(), 0.25, "cells",
-        shortfall=Shortfall(_THICK, 0.4),
+        shortfall=Shortfall(_DEEP, 0.4),
     )  # fmt: skip
+    stuck = abs(_float(0.6, cells, -0.4, slip=False) - 0.6) * cells
+    record.at_least("control: error in one velocity field at 0.6, from below", stuck, 0.5, "cells")
     figure = record.plot("Floating blocks", "density of the block over that of water [-]", "draft over side [-]")
     for row, start in zip(drafts, raised, strict=True):
         figure.computed(f"MPM, released {start:+g} sides above", ratios, row, points=True)
