@@ -29,6 +29,7 @@ COMMANDS = (
     "results",
     "table",
     "curves",
+    "report",
     "evaluate",
     "logs",
     "render",

@@ -110,7 +110,7 @@ def test_tissues_are_whole_and_mirrored(names: str) -> None:
 
 def test_muscles_are_matched_by_number() -> None:
     """Equal names are kept, others numbered; a primitive with fewer muscles does not use the last ones."""
-    agreed = primitives("shark+tuna+fish")
+    agreed = primitives("shark+tuna+clownfish")
     assert agreed.muscles == agreed.animals[0].muscles
     assert primitives().muscles == tuple(f"muscle-{n + 1}" for n in range(8))
     mixed = primitives("orca+panda")

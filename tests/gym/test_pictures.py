@@ -9,7 +9,7 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 
-from tests.test_readme import blocks
+from tests.test_readme import GUIDE, blocks
 from zoobench.gym.vector import ZooVectorEnv
 
 NAME = "zoobench/Ground-Caterpillar-WaypointFollowing-v0"
@@ -50,7 +50,7 @@ def test_gymnasium_shows_it_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.slow
 def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
     """The guide's example, with less of everything: it trains, and films an episode that it scores."""
-    (source,) = (block for block in blocks("python") if "stable_baselines3" in block)
+    (source,) = blocks(GUIDE / "reinforcement-learning.md", "python")
     less = {"20_000": "80", "n_steps=250, batch_size=100": "n_steps=20, batch_size=20", '"draft"': '"smoke", frames=20'}
     for usual, small in less.items():
         assert usual in source

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from tests.methods.toy import Context, Quadratic
+from tests.methods.toy import OWN, Context, Quadratic
 from tests.methods.toy_session import Obey
 from zoobench import registry
 from zoobench.cell.meter import BudgetMeter
@@ -29,7 +29,7 @@ def _run(name: str, context: Context) -> BudgetMeter:
     return problem.meter
 
 
-@pytest.mark.parametrize("name", registry.names(Kind.METHOD))
+@pytest.mark.parametrize("name", OWN)
 def test_every_iteration_has_the_best_score_and_all_that_it_took(name: str) -> None:
     """Steps count iterations, the best score never falls, and the last point agrees with the meter."""
     context = Context(1)
@@ -47,7 +47,7 @@ def test_every_iteration_has_the_best_score_and_all_that_it_took(name: str) -> N
     assert context.seconds == sorted(context.seconds)
 
 
-@pytest.mark.parametrize("name", registry.names(Kind.METHOD))
+@pytest.mark.parametrize("name", OWN)
 def test_an_iteration_is_reported_before_its_checkpoint(name: str) -> None:
     """A run killed between the two loses no point of its curve."""
 

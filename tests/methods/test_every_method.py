@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.methods.toy import Context, Quadratic
+from tests.methods.toy import OWN, Context, Quadratic
 from tests.methods.toy_session import Obey
 from zoobench import registry
 from zoobench.cell.meter import BudgetMeter
@@ -16,10 +16,8 @@ from zoobench.methods.base import Solution
 from zoobench.registry import Kind
 from zoobench.spec import Budget, BudgetKind, Ref
 
-# one that needs a user's file is tested with files, in test_external.py
-ALL = [name for name in registry.names(Kind.METHOD) if not registry.get(Kind.METHOD, name).required]
 # one that trains a policy decides on frames: what a parabola can tell of others is in test_ppo.py
-METHODS = [name for name in ALL if "policy" not in registry.get(Kind.METHOD, name).tags]
+METHODS = [name for name in OWN if "policy" not in registry.get(Kind.METHOD, name).tags]
 SMALL = {"evolution": "evolution[generations=0]", "ppo": "ppo[buffer=32,batch=16,epochs=2,worlds=4]"}
 
 # what the error says of settings that mean nothing
@@ -64,7 +62,7 @@ def _run(name: str, problem: Quadratic | Obey, context: Context) -> Solution:
     return solution
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 @pytest.mark.parametrize("kind", list(AMOUNTS))
 def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it is: never more than allowed, and less than one more iteration is left over.
@@ -86,7 +84,7 @@ def test_the_budget_is_honoured_exactly(name: str, kind: BudgetKind, monkeypatch
         assert context.fractions == sorted(context.fractions)
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 def test_wall_time_ends_a_run(name: str) -> None:
     """By the real clock, on a busy machine as well."""
     problem = _toy(name, Budget("seconds", 0.5))
@@ -94,7 +92,7 @@ def test_wall_time_ends_a_run(name: str) -> None:
     assert 0.5 <= problem.meter.seconds < 5.0
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 def test_two_runs_agree_bit_for_bit(name: str) -> None:
     """The same seed gives the same curve and solution, whatever was drawn before; another seed does not."""
     runs = []
@@ -131,7 +129,7 @@ def test_an_interrupted_run_goes_on_bit_for_bit(name: str, stop: int) -> None:
     assert problem.meter.substeps == whole_problem.meter.substeps
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 def test_a_run_restored_at_its_end_evaluates_nothing_more(name: str) -> None:
     """A run killed after its last checkpoint gives the same result at once."""
     context = Context()
@@ -143,7 +141,7 @@ def test_a_run_restored_at_its_end_evaluates_nothing_more(name: str) -> None:
     assert result.facts == expected.facts
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 def test_a_run_in_which_everything_diverged_says_so(name: str) -> None:
     """It is DIVERGED and has no score; all iterations are in its curve."""
     context, budget = Context(), Budget("iterations", 3)
@@ -166,7 +164,7 @@ def test_a_diverged_episode_cannot_win(name: str) -> None:
     assert solution.facts["diverged_evaluations"] == sum(params[1] > 0.0 for params in problem.seen) > 0
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", OWN)
 def test_a_budget_too_small_for_anything_is_an_error(name: str) -> None:
     """Nothing is simulated, and the message names the budget."""
     problem = _toy(name, Budget("substeps", 5))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2
 
-from tests.methods.toy import OPTIMUM, Context, Quadratic, Rosenbrock
+from tests.methods.toy import OPTIMUM, OWN, Context, Quadratic, Rosenbrock
 from tests.methods.toy_bodies import Sculpture
 from tests.methods.toy_session import PLENTY, Obey
 from zoobench import registry
@@ -12,7 +12,7 @@ from zoobench.methods.base import Solution
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref
 
-TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}
+TAGS = {name: registry.get(Kind.METHOD, name).tags for name in OWN}
 DRAWING = [name for name, tags in TAGS.items() if tags & {"baseline", "study"}]
 SEEKING = [name for name in TAGS if name not in DRAWING]
 CONVERGING = [name for name, tags in TAGS.items() if "gradient" in tags or name == "cmaes"]

@@ -7,10 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.meter import BudgetMeter
 from zoobench.errors import BudgetExhaustedError, Divergence
+from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 from zoobench.tasks.base import Metric
 from zoobench.testing import MemoryContext
@@ -20,6 +22,9 @@ Rule = Callable[[Array], bool]
 
 OPTIMUM = np.array([0.7, -1.2, 0.4, 2.0])
 EPISODE = 10
+
+OWN = [name for name in registry.names(Kind.METHOD) if not registry.get(Kind.METHOD, name).required]
+"""Methods that need no file of a user; one that does is tested with files, in test_external.py."""
 
 
 def _never(params: Array) -> bool:

@@ -11,6 +11,7 @@ _ELEVATION, _AZIMUTH = 30.0, 72.0  # of the camera [degrees]
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
 _MARGIN = 0.03  # [m] of ground around what moves
 _HEADROOM = 0.01  # [m]
+_HIDDEN = 0.75  # share of the robot below the top of a medium that hides it
 _APRON = 0.02  # [m] of ground that is drawn around a bed
 _ROOM = (0.86, 0.84)  # share of the picture's width and height for the world; the rest is for text
 _SHIFT = (0.7, 0.15)  # how far the world is moved to the left and down, by half of the rest
@@ -57,7 +58,7 @@ def region_of(recording: Recording) -> Region:
             heights = heights - scene.ground.terrain.heights_below(medium)
         apron = _APRON
         level = float(np.quantile(heights, 0.99)) + recording.particle_edge / 2  # splashes do not count
-        immersed = bool(medium[:, 1].max() > robot[0, :, 1].max())
+        immersed = bool(medium[:, 1].max() > np.quantile(robot[0, :, 1], _HIDDEN))
         tallest = max(tallest, float(medium[:, 1].max()))
     else:
         seen = robot.reshape(-1, 3)

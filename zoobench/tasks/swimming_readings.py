@@ -40,7 +40,7 @@ def swimming_readings(motion: Motion) -> "dict[str, tuple[Tensor, str]]":
     half = len(motion.positions) // 2
     seconds = (len(motion.positions) - 1 - half) * motion.frame_seconds
     swings, speed = _swings(motion, half)
-    if 2.0 / seconds >= _FASTEST:
+    if _FASTEST * seconds <= 2.0:
         zero = swings.new_zeros(swings.shape[1])
         return _named(zero, zero, zero, zero, zero)
     frequencies = torch.arange(2.0 / seconds, _FASTEST, 0.125 / seconds, dtype=swings.dtype)

@@ -61,9 +61,7 @@ def test_without_friction_the_impulse_is_along_the_normal() -> None:
     assert -rough[0] >= 0.2 * rough[1]
 
 
-def test_water_shares_the_robots_field() -> None:
-    """A friction between robot and water is refused, as is a negative one."""
-    with pytest.raises(SceneError, match="water"):
-        _thrown(0.0, 0.4, "water")
+def test_a_negative_friction_is_refused() -> None:
+    """It would push a sliding robot on."""
     with pytest.raises(SceneError, match="negative"):
         _thrown(0.0, -0.1)
