@@ -95,6 +95,7 @@ class Shape:
 
     Attributes:
         inside: maps points `[n, 3]` [m] to a mask `[n]`, or to the share of space that is solid there.
+            It is asked for points beyond the box, too, where nothing is solid.
         points: about, in the box, by which it is sampled: 300 000 give muscles of a tenth of it to 1 %.
     """
 

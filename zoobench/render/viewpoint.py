@@ -6,12 +6,12 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.render.recording import Recording
+from zoobench.sim.model.scene import Scene
 
 _ELEVATION, _AZIMUTH = 30.0, 72.0  # of the camera [degrees]
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
 _MARGIN = 0.03  # [m] of ground around what moves
 _HEADROOM = 0.01  # [m]
-_HIDDEN = 0.75  # share of the robot below the top of a medium that hides it
 _APRON = 0.02  # [m] of ground that is drawn around a bed
 _ROOM = (0.86, 0.84)  # share of the picture's width and height for the world; the rest is for text
 _SHIFT = (0.7, 0.15)  # how far the world is moved to the left and down, by half of the rest
@@ -24,7 +24,7 @@ class Region:
     Attributes:
         recording: the world.
         low, high: corners of the part `[3]` [m].
-        immersed: whether the medium hides the robot, so that the half in front of the robot is not drawn.
+        immersed: whether the medium hides most of the robot, so that the half in front of the robot is not drawn.
         level: height of the medium's surface at the start [m]; 0 on bare ground.
         apron: how much further the ground is drawn on every side [m].
     """
@@ -44,6 +44,14 @@ class Region:
         return ground.terrain.heights_below(np.stack([x, np.zeros_like(x), z], axis=1))
 
 
+def _above_ground(scene: Scene, places: Array) -> Array:
+    """Heights above the rigid ground `[n]` [m] of places `[n, 3]` [m]."""
+    if scene.ground is None or scene.ground.terrain is None:
+        return places[:, 1]
+    found: Array = places[:, 1] - scene.ground.terrain.heights_below(places)
+    return found
+
+
 def region_of(recording: Recording) -> Region:
     """The whole bed of a medium, or as much of the bare ground as robot and target come near to."""
     scene = recording.scene
@@ -53,12 +61,10 @@ def region_of(recording: Recording) -> Region:
     level, immersed, apron = 0.0, False, 0.0
     if recording.medium.shape[1]:
         medium = recording.medium[0].astype(float)
-        heights = medium[:, 1]
-        if scene.ground is not None and scene.ground.terrain is not None:
-            heights = heights - scene.ground.terrain.heights_below(medium)
+        heights = _above_ground(scene, medium)
         apron = _APRON
         level = float(np.quantile(heights, 0.99)) + recording.particle_edge / 2  # splashes do not count
-        immersed = bool(medium[:, 1].max() > np.quantile(robot[0, :, 1], _HIDDEN))
+        immersed = level > float(np.median(_above_ground(scene, robot[0])))
         tallest = max(tallest, float(medium[:, 1].max()))
     else:
         seen = robot.reshape(-1, 3)
