@@ -58,7 +58,7 @@ class Mirror:
             return meter.episodes + int(begun.sum()) + evaluations <= budget.amount
         return meter.is_left(budget)
 
-    def begin(self, worlds: Iterable[int] | None = None) -> Array:
+    def begin(self, worlds: Iterable[int] | None = None, **drawn: object) -> Array:
         for world in range(self.worlds) if worlds is None else worlds:
             self._episodes[world] += self.worlds if self._episodes[world] >= 0 else world + 1
             self._frames[world] = 0

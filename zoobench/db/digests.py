@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from zoobench.db.engine import among
+from zoobench.db.engine import among, batched
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
@@ -70,8 +70,8 @@ def damage(session: Session, ids: Collection[int] | None = None) -> Iterator[str
     """
     chosen = () if ids is None else (among(RunRecord.id, ids),)
     runs = session.execute(select(RunRecord.id, RunRecord.digest).where(*chosen).order_by(RunRecord.id)).all()
-    for begin in range(0, len(runs), _RUNS_AT_ONCE):
-        yield from _damaged_runs(session, runs[begin : begin + _RUNS_AT_ONCE])
+    for some in batched(runs, _RUNS_AT_ONCE):
+        yield from _damaged_runs(session, some)
     if ids is None:
         yield from _damaged_documents(session)
 

@@ -13,7 +13,7 @@ import re
 import shutil
 import sqlite3
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -202,10 +202,10 @@ def among(column: InstrumentedAttribute[int], ids: Collection[int]) -> ColumnEle
     return column.in_(bindparam("ids", values, unique=True, expanding=True, literal_execute=True))
 
 
-def batched(values: Collection[T]) -> Iterator[tuple[T, ...]]:
-    """The values in groups that a statement can name."""
+def batched(values: Iterable[T], size: int = AT_ONCE) -> Iterator[tuple[T, ...]]:
+    """The values in groups, by default of as many as a statement can name."""
     rest = iter(values)
-    while some := tuple(islice(rest, AT_ONCE)):
+    while some := tuple(islice(rest, size)):
         yield some
 
 

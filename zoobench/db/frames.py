@@ -1,10 +1,10 @@
 """Results as data frames: `zoobench.load("zoobench.db").results()`."""
 
 from collections.abc import Collection, Iterator
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from zoobench.db.engine import batched
 from zoobench.db.query import Reader
 from zoobench.db.rows import FinalRow, RunRow
 from zoobench.errors import UsageError
@@ -32,7 +32,9 @@ class Frames:
 
         The unit of a final is part of its column's name, `score [m/s]`; a run without it, or not done, has NaN there.
         """
-        return _joined(self.result_parts(_selection(axes)), self.result_types(_selection(axes)))
+        selection = _selection(axes)
+        types = self.result_types(selection)
+        return _joined(self.result_parts(selection, types), types)
 
     def metrics(self, *names: str, **axes: str) -> "pd.DataFrame":
         """The learning curves with these names, all if none is given: run, name, step and value, one row per point."""
@@ -52,22 +54,21 @@ class Frames:
         finals = {_column(name, unit): "float64" for name, unit in self._reader.final_names(selection)}
         return {"run": "int64", **texts, **numbers, **state, **finals}
 
-    def result_parts(self, selection: RunSelection) -> "Iterator[pd.DataFrame]":
-        """`results`, some rows at a time."""
+    def result_parts(self, selection: RunSelection, types: dict[str, str]) -> "Iterator[pd.DataFrame]":
+        """`results` with columns of these types, some rows at a time."""
         import pandas as pd
 
-        types = self.result_types(selection)
-        rows = iter(self._reader.selected(selection))
-        while some := [_result_row(run, finals) for run, finals in islice(rows, _RUNS_AT_ONCE)]:
-            yield pd.DataFrame(some, columns=list(types)).astype(types)
+        for some in batched(self._reader.selected(selection), _RUNS_AT_ONCE):
+            rows = [_result_row(run, finals) for run, finals in some]
+            yield pd.DataFrame(rows, columns=list(types)).astype(types)
 
     def metric_parts(self, selection: RunSelection, names: Collection[str] = ()) -> "Iterator[pd.DataFrame]":
         """`metrics`, those of some runs at a time."""
         import pandas as pd
 
         ids = [run.id for run, _ in self._reader.selected(selection)]
-        for begin in range(0, len(ids), _RUNS_AT_ONCE):
-            found = self._reader.all_metrics(ids[begin : begin + _RUNS_AT_ONCE], names or None)
+        for some in batched(ids, _RUNS_AT_ONCE):
+            found = self._reader.all_metrics(some, names or None)
             rows = [(run, row.name, row.step, row.value) for run, points in found.items() for row in points]
             yield pd.DataFrame(rows, columns=list(_METRIC_COLUMNS)).astype(_METRIC_COLUMNS)
 

@@ -5,14 +5,13 @@ A run that both have done must have the same results, bit for bit: all but wall 
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice
 from typing import Any, NamedTuple
 
 from sqlalchemy import insert, select, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.digests import digests
-from zoobench.db.engine import Database, among
+from zoobench.db.engine import Database, among, batched
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
@@ -188,11 +187,10 @@ class _Merger:
         self.groups.setdefault(group, []).append(found)
 
 
-def _groups(source: Database) -> Iterator[list[int]]:
+def _groups(source: Database) -> Iterator[tuple[int, ...]]:
     with source.read() as session:
-        ids = iter(list(session.scalars(select(RunRecord.id).order_by(RunRecord.id))))
-    while some := list(islice(ids, _AT_ONCE)):
-        yield some
+        ids = session.scalars(select(RunRecord.id).order_by(RunRecord.id)).all()
+    return batched(ids, _AT_ONCE)
 
 
 def _rows(session: Session, table: Any, *conditions: Any) -> list[Row]:

@@ -20,7 +20,7 @@ def export_results(location: str | Path, path: Path, selection: RunSelection) ->
         StorageError: the database cannot be read.
     """
     with Frames(location) as frames:
-        return _write(path, frames.result_parts(selection))
+        return _write(path, frames.result_parts(selection, frames.result_types(selection)))
 
 
 def export_metrics(location: str | Path, path: Path, selection: RunSelection) -> int:

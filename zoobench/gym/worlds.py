@@ -90,9 +90,7 @@ class Worlds:
         begun = {world: self._begun[world] for world in chosen}
         lead_ins = {world: each.lead_in for world, each in begun.items() if each.lead_in is not None}
         tasks = {world: each.task for world, each in begun.items() if each.task is not None}
-        if lead_ins or tasks:
-            return self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
-        return self._inputs(self.session.begin(chosen))
+        return self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
 
     def step(self, actions: Floats) -> tuple[Floats, Step]:
         """Simulate a control frame in every world; inputs of the policy `[worlds, count]` and what followed.

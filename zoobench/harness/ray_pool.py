@@ -190,14 +190,12 @@ class RayPool:
         address: of a cluster; empty for that of this machine or a new one for the occasion.
 
     Raises:
-        UsageError: the extra is not installed, or there is no such cluster.
+        UsageError: there is no such cluster.
     """
 
     def __init__(self, orders: WorkerOrders, address: str = "") -> None:
-        try:
-            import ray
-        except ModuleNotFoundError:
-            raise UsageError("--on ray needs Ray, which is not installed. Run: pip install 'zoobench[ray]'.") from None
+        import ray
+
         self._ray, self._orders = ray, orders
         self._stop = threading.Event()
         self._slots: list[_Slot] = []

@@ -42,7 +42,7 @@ class SlurmPool:
     """The jobs of one `run_all`, as its worker pool; leaving the context cancels those that are left.
 
     Raises:
-        UsageError: the extra is not installed, there is no Slurm here, or an option is none.
+        UsageError: there is no Slurm here, or an option is none.
     """
 
     def __init__(self, orders: WorkerOrders, settings: SlurmSettings) -> None:
@@ -97,12 +97,8 @@ def work_in_job(orders: WorkerOrders, seconds: float) -> None:
 
 
 def _executor(settings: SlurmSettings) -> Any:
-    try:
-        import submitit
-    except ModuleNotFoundError:
-        raise UsageError(
-            "--on slurm needs submitit, which is not installed. Run: pip install 'zoobench[slurm]'."
-        ) from None
+    import submitit
+
     try:
         executor = submitit.AutoExecutor(folder=settings.folder.absolute(), cluster=settings.cluster)
     except RuntimeError as error:

@@ -43,6 +43,16 @@ def parse_size(text: str) -> int:
     return size
 
 
+def allowed() -> int | None:
+    """What each process of a run may take, as the environment says [bytes]; None for no limit.
+
+    Raises:
+        UsageError: the environment variable cannot be read.
+    """
+    given = os.environ.get(MEMORY_VARIABLE)
+    return parse_size(given) if given else None
+
+
 @cache
 def memory_share() -> int:
     """Memory for the stored states of this process [bytes].
@@ -55,9 +65,8 @@ def memory_share() -> int:
     Raises:
         UsageError: the variable cannot be read.
     """
-    if given := os.environ.get(MEMORY_VARIABLE):
-        allowed = parse_size(given)
-        return max(allowed - psutil.Process().memory_info().rss - _COMPILER_MEMORY, allowed // 2)
+    if (whole := allowed()) is not None:
+        return max(whole - psutil.Process().memory_info().rss - _COMPILER_MEMORY, whole // 2)
     return int(_SHARE * free_memory() / max(1, int(os.environ.get(WORKERS_VARIABLE, "1"))))
 
 
