@@ -11,14 +11,9 @@ def upgrade() -> None:
     """Make the table of milestones."""
     op.create_table(
         "milestones",
-        sa.Column("run_id", sa.Integer(), nullable=False),
-        sa.Column("step", sa.Integer(), nullable=False),
+        sa.Column("run_id", sa.Integer(), sa.ForeignKey("runs.id"), primary_key=True),
+        sa.Column("step", sa.Integer(), primary_key=True),
         sa.Column("attempt", sa.Integer(), nullable=False),
         sa.Column("score", sa.Double(), nullable=False),
         sa.Column("params", sa.LargeBinary(), nullable=False),
-        sa.ForeignKeyConstraint(
-            ["run_id"],
-            ["runs.id"],
-        ),
-        sa.PrimaryKeyConstraint("run_id", "step"),
     )

@@ -11,15 +11,10 @@ def upgrade() -> None:
     """Make the table of reference scores."""
     op.create_table(
         "reference_scores",
-        sa.Column("key", sa.String(length=64), nullable=False),
-        sa.Column("run_id", sa.Integer(), nullable=False),
+        sa.Column("key", sa.String(length=64), primary_key=True),
+        sa.Column("run_id", sa.Integer(), sa.ForeignKey("runs.id"), nullable=False),
         sa.Column("attempt", sa.Integer(), nullable=False),
         sa.Column("value", sa.Double(), nullable=True),
         sa.Column("kind", sa.String(length=8), nullable=True),
         sa.Column("unit", sa.String(length=30), nullable=True),
-        sa.ForeignKeyConstraint(
-            ["run_id"],
-            ["runs.id"],
-        ),
-        sa.PrimaryKeyConstraint("key"),
     )

@@ -11,23 +11,13 @@ def upgrade() -> None:
     """Make the tables of sweeps and the indexes."""
     op.create_table(
         "sweeps",
-        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("id", sa.Integer(), primary_key=True),
         sa.Column("created_at", sa.Double(), nullable=False),
-        sa.PrimaryKeyConstraint("id"),
     )
     op.create_table(
         "sweep_runs",
-        sa.Column("sweep_id", sa.Integer(), nullable=False),
-        sa.Column("run_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(
-            ["sweep_id"],
-            ["sweeps.id"],
-        ),
-        sa.ForeignKeyConstraint(
-            ["run_id"],
-            ["runs.id"],
-        ),
-        sa.PrimaryKeyConstraint("sweep_id", "run_id"),
+        sa.Column("sweep_id", sa.Integer(), sa.ForeignKey("sweeps.id"), primary_key=True),
+        sa.Column("run_id", sa.Integer(), sa.ForeignKey("runs.id"), primary_key=True),
     )
     op.create_index(op.f("ix_specs_controller"), "specs", ["controller"], unique=False)
     op.create_index(op.f("ix_specs_fidelity"), "specs", ["fidelity"], unique=False)
