@@ -3,7 +3,8 @@
 A message names what was given, what was expected, and what to do. `exit_code` is that of the command line.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -27,7 +28,6 @@ class UnknownNameError(UsageError):
         hint = f"Did you mean {' or '.join(repr(match) for match in near)}?" if near else ""
         choices = f"Known: {', '.join(names) or 'none'}."
         super().__init__(f"Unknown {kind} {name!r}. {hint} {choices}".replace("  ", " "))
-        self.suggestions = near
 
 
 class SceneError(UsageError):
@@ -52,6 +52,20 @@ class BudgetExhaustedError(ZoobenchError):
     """The budget does not suffice for a simulation; methods call `Problem.affords` first."""
 
     exit_code = 1
+
+
+@contextmanager
+def extra(name: str, user: str) -> Iterator[None]:
+    """A context for importing libraries of an extra, which `user`, as "Figures need", cannot do without.
+
+    Raises:
+        UsageError: one of them is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        library = (error.name or name).partition(".")[0]
+        raise UsageError(f"{user} {library}, which is not installed. Try: pip install 'zoobench[{name}]'.") from None
 
 
 @dataclass(frozen=True)

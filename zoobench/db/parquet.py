@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zoobench.db.frames import Frames
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
@@ -30,12 +30,9 @@ def export_metrics(location: str | Path, path: Path, selection: RunSelection) ->
 
 
 def _write(path: Path, parts: "Iterator[pd.DataFrame]") -> int:
-    try:
+    with extra("parquet", "Parquet files need"):
         import pyarrow
         import pyarrow.parquet
-    except ModuleNotFoundError:
-        advice = "Run: pip install 'zoobench[parquet]'."
-        raise UsageError(f"Parquet files need pyarrow, which is not installed. {advice}") from None
     unfinished = path.with_name(f"{path.name}.part")
     count, writer = 0, None
     try:

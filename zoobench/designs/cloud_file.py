@@ -12,7 +12,7 @@ from zoobench.designs.claimed_size import check_npz, check_pcd
 from zoobench.designs.grouping import main_axis
 from zoobench.designs.mesh_repair import trimesh_or_advice
 from zoobench.designs.thin_parts import NEAR, clumps
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 from zoobench.inputs import path_of, read
 
 _MOST_COLOURS = 64
@@ -176,12 +176,8 @@ def _ply(content: bytes) -> dict[str, Any]:
 
 
 def _pcd(content: bytes) -> dict[str, Any]:
-    try:
+    with extra("meshes", "PCD files need"):
         from pypcd4 import PointCloud
-    except ImportError:
-        raise UsageError(
-            "PCD files need pypcd4, which is not installed. Try: pip install 'zoobench[meshes]'."
-        ) from None
     check_pcd(content)
     cloud: Any = PointCloud.from_fileobj(BytesIO(content))
     rows, promised = cloud.pc_data, cloud.metadata.points

@@ -8,7 +8,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.solid_mesh import Mesh
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 
 FORMATS = ("npz", "pcd", "ply", "stl")
 
@@ -111,12 +111,8 @@ def surface(body: Body) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np
     Raises:
         UsageError: scikit-image is not installed.
     """
-    try:
+    with extra("meshes", "Surfaces need"):
         from skimage import measure
-    except ImportError:
-        raise UsageError(
-            "Surfaces need scikit-image, which is not installed. Try: pip install 'zoobench[meshes]'."
-        ) from None
     from scipy.ndimage import gaussian_filter
 
     marching_cubes: Any = measure.marching_cubes  # has no types

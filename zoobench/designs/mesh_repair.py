@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from zoobench.designs.triangles import points_on
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 
 _VOXELS = 100  # along the longest edge of a body that is filled
 _LEAST_INSIDE = 0.05  # of the filled voxels that are not its surface
@@ -89,12 +89,8 @@ def _filled(mesh: Any, name: str) -> tuple[Any, str]:
             break
     else:
         raise UsageError(_nothing_inside(name))
-    try:
+    with extra("meshes", "Open meshes need"):
         filled = trimesh.voxel.ops.matrix_to_marching_cubes(solid, pitch=pitch)
-    except ImportError:
-        raise UsageError(
-            "Open meshes need scikit-image, which is not installed. Try: pip install 'zoobench[meshes]'."
-        ) from None
     filled.apply_translation(corner + pitch / 2)  # the middle of the first voxel
     return filled, (
         f"The mesh could not be closed, so it was filled with voxels of 1/{_VOXELS} of its length: details finer than "
@@ -115,8 +111,6 @@ def trimesh_or_advice() -> Any:
     Raises:
         UsageError: it is not installed.
     """
-    try:
+    with extra("meshes", "Meshes need"):
         import trimesh
-    except ImportError:
-        raise UsageError("Meshes need trimesh, which is not installed. Try: pip install 'zoobench[meshes]'.") from None
     return trimesh

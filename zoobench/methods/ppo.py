@@ -12,7 +12,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, new_session
-from zoobench.errors import BudgetExhaustedError, UsageError
+from zoobench.errors import BudgetExhaustedError, UsageError, extra
 from zoobench.methods.base import Incumbent, RunContext, Solution, Work, keep, report, resume, unpack
 from zoobench.registry import Kind, register
 
@@ -102,13 +102,9 @@ class Ppo:
         return training.solution()
 
     def _learner(self, session: Session, start: Array, hidden: int) -> "Learner":
-        try:
+        with extra("ppo", "ppo needs"):
             from zoobench.gym.learner import Learner
             from zoobench.gym.vector import ZooVectorEnv
-        except ModuleNotFoundError as error:
-            raise UsageError(
-                f"ppo needs {error.name}, which is not installed. Try: pip install 'zoobench[ppo]'."
-            ) from None
         settings = {
             "n_steps": self.buffer // self.worlds,
             "batch_size": self.batch,

@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.cell.problem import Problem
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 from zoobench.methods.archive import Archive
 from zoobench.methods.base import RunContext, Solution, Work
 from zoobench.methods.cmaes import check_strategy
@@ -92,7 +91,9 @@ class _Illumination(AskAndTell):
         self._method, self._problem, self._rng = method, problem, rng
         self._volume = float(problem.body.volumes.sum())
         self._asked = 0
-        ribs = _ribs()
+        with extra("qd", "quality-diversity needs"):
+            import ribs.archives
+            import ribs.emitters
         self._archive = ribs.archives.GridArchive(
             solution_dim=problem.parameter_count, dims=[method.cells] * 2, ranges=[(0.0, 1.0)] * 2, seed=self._seed()
         )
@@ -154,17 +155,3 @@ class _Illumination(AskAndTell):
 
     def _seed(self) -> int:
         return int(self._rng.integers(2**63))
-
-
-def _ribs() -> Any:
-    """The module of pyribs.
-
-    Raises:
-        UsageError: it is not installed.
-    """
-    try:
-        import ribs.archives
-        import ribs.emitters
-    except ImportError:
-        raise UsageError("quality-diversity needs pyribs. Install it with: pip install 'zoobench[qd]'.") from None
-    return ribs

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 from zoobench.render.colours import Colour
 from zoobench.render.viewpoint import Camera
 
@@ -143,27 +143,13 @@ def check_drawing() -> None:
     Raises:
         UsageError: the extra `render` is not installed, or the system has no OpenGL.
     """
-    for module in _DRAWING:
-        check_module(module)
+    with extra("render", "Pictures need"):
+        for module in _DRAWING:
+            import_module(module)
     from vtkmodules.vtkCommonCore import vtkLogger
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # it complains of a missing screen, which is not needed
     _check_opengl()
-
-
-def check_module(module: str) -> None:
-    """Check that a module of the extra `render` can be imported.
-
-    Raises:
-        UsageError: it cannot.
-    """
-    try:
-        import_module(module)
-    except ImportError:
-        raise UsageError(
-            f"Pictures and films need {module.partition('.')[0]}, which is not installed. "
-            "Run: pip install 'zoobench[render]'."
-        ) from None
 
 
 def _check_opengl() -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,13 +15,9 @@ def blank(size: tuple[float, float], *, dpi: int = 110) -> "Figure":
     Raises:
         UsageError: matplotlib is not installed.
     """
-    try:
+    with extra("plots", "Figures need"):
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    except ImportError:
-        raise UsageError(
-            "Figures need matplotlib, which is not installed. Run: pip install 'zoobench[plots]'"
-        ) from None
     figure = Figure(figsize=size, dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

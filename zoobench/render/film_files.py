@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, extra
 from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_paths, put_robot
-from zoobench.render.canvas import INK, Canvas, Image, check_drawing, check_module, side_by_side
+from zoobench.render.canvas import INK, Canvas, Image, check_drawing, side_by_side
 from zoobench.render.film import Film, evenly
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.render.viewpoint import Region, camera_for, region_of
@@ -44,7 +44,8 @@ def check_tools(form: FilmFormat) -> None:
     if form.is_picture:
         check_drawing()
     elif form is FilmFormat.VTK:
-        check_module("pyvista")
+        with extra("render", "Files of VTK need"):
+            import_module("pyvista")
 
 
 def write(

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import RunState
-from zoobench.errors import UsageError
+from zoobench.errors import extra
 from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
 from zoobench.report.foreign_text import visible
 from zoobench.report.listing import cell_text
@@ -52,13 +52,9 @@ def check_tools() -> None:
     Raises:
         UsageError: the extra `report` is not installed.
     """
-    for module in ("jinja2", "vl_convert"):
-        try:
+    with extra("report", "Reports need"):
+        for module in ("jinja2", "vl_convert"):
             import_module(module)
-        except ImportError:
-            raise UsageError(
-                f"Reports need {module}, which is not installed. Run: pip install 'zoobench[report]'."
-            ) from None
 
 
 def _section(section: Section, levels: Sequence[Level], accuracy: Accuracy, charts: list[Chart]) -> dict[str, Any]:
