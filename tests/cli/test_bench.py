@@ -125,7 +125,7 @@ def test_another_file_is_refused_before_anything_is_measured(
     Path("other.json").write_text('{"machine": {}, "rates": [{"scene": "ice"}]}')
     reply = zoobench("bench", "--scenes", "ice", option, "other.json")
     assert reply.code == 2
-    assert "a row of RateRow has no asked" in reply.err
+    assert "rates.0.asked: Field required" in reply.err
     assert measured == []
 
 

@@ -1,11 +1,11 @@
 """The results of `bench` as rows, and the JSON document that holds them with the machine they were measured on."""
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import NoneType
-from typing import Any, TypeVar, get_args
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from zoobench.errors import UsageError
 
@@ -113,9 +113,6 @@ class RunShare:
     kernel_share: float
 
 
-Row = TypeVar("Row")
-
-
 @dataclass(frozen=True)
 class BenchResults:
     """Everything that one `zoobench bench` has measured.
@@ -124,79 +121,35 @@ class BenchResults:
         machine: where and with what, as plain JSON data.
     """
 
-    machine: Mapping[str, Any] = field(default_factory=dict)
-    rates: Sequence[RateRow] = ()
-    costs: Sequence[CostRow] = ()
-    runs: Sequence[RunShare] = ()
+    machine: Mapping[str, Any]
+    rates: tuple[RateRow, ...] = ()
+    costs: tuple[CostRow, ...] = ()
+    runs: tuple[RunShare, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data."""
-        rows = {name: [asdict(row) for row in getattr(self, name)] for name in _KINDS}
-        return {"machine": dict(self.machine), **rows}
-
-    @classmethod
-    def from_dict(cls, data: Any) -> "BenchResults":
-        """The inverse of `to_dict`; what else the data holds is left out.
-
-        Raises:
-            ValueError: they are something else.
-        """
-        if not isinstance(data, dict) or not isinstance(data.get("machine"), dict):
-            raise ValueError("no object with a `machine`")
-        return cls(data["machine"], **{name: _rows(kind, data.get(name, [])) for name, kind in _KINDS.items()})
-
-
-_KINDS: dict[str, type[Any]] = {"rates": RateRow, "costs": CostRow, "runs": RunShare}
+        return asdict(self)
 
 
 def read(path: Path) -> BenchResults:
-    """The results in a file that `zoobench bench` has written, with --output or as JSON.
+    """The results in a file that `zoobench bench` has written, with --output or as JSON; what else it holds is ignored.
 
     Raises:
         UsageError: the file cannot be read, or is something else.
     """
     try:
-        return BenchResults.from_dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, RecursionError) as error:
-        raise UsageError(
-            f"{str(path)!r} holds no results of bench: {error}. Write them with `zoobench bench --output FILE`."
-        ) from error
+        return TypeAdapter(BenchResults).validate_json(path.read_bytes(), strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        fault = f"{'.'.join(map(str, first['loc'])) or 'content'}: {first['msg']}"
+    except OSError as error:
+        fault = str(error)
+    raise UsageError(
+        f"{str(path)!r} holds no results of bench: {fault}. Write them with `zoobench bench --output FILE`."
+    )
 
 
 def joined(parts: Sequence[BenchResults]) -> BenchResults:
     """The rows of all parts, which were measured on one machine: that of the first."""
-    return BenchResults(
-        parts[0].machine, **{name: [row for part in parts for row in getattr(part, name)] for name in _KINDS}
-    )
-
-
-def _rows(kind: type[Row], records: Any) -> tuple[Row, ...]:
-    if not isinstance(records, list):
-        raise ValueError(f"{records!r} is no list of {kind.__name__}")
-    return tuple(_row(kind, record) for record in records)
-
-
-def _row(kind: type[Row], record: Any) -> Row:
-    """One row from its JSON object.
-
-    Raises:
-        ValueError: a field is missing or of another type.
-    """
-    if not isinstance(record, dict):
-        raise ValueError(f"{record!r} is no row of {kind.__name__}")
-    values = {}
-    for item in fields(kind):  # type: ignore[arg-type]  # Row is bound to no protocol: every row is a dataclass
-        if item.name not in record:
-            raise ValueError(f"a row of {kind.__name__} has no {item.name}")
-        value = record[item.name]
-        allowed = get_args(item.type) or (item.type,)
-        is_whole = isinstance(value, int) and float in allowed
-        if isinstance(value, bool) or not (is_whole or isinstance(value, allowed)):
-            raise ValueError(f"{item.name} is {value!r}, where {_named(allowed)} belongs")
-        values[item.name] = value
-    return kind(**values)
-
-
-def _named(kinds: Sequence[type]) -> str:
-    names = {str: "text", int: "a whole number", float: "a number", NoneType: "null"}
-    return " or ".join(names[kind] for kind in kinds)
+    rows = {name: tuple(row for part in parts for row in getattr(part, name)) for name in ("rates", "costs", "runs")}
+    return BenchResults(parts[0].machine, **rows)
