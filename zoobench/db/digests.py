@@ -26,7 +26,7 @@ from zoobench.db.models import (
 )
 
 _RUNS_AT_ONCE = 200
-_CONTENTS: dict[str, tuple[InstrumentedAttribute[Any], ...]] = {
+DIGESTED: dict[str, tuple[InstrumentedAttribute[Any], ...]] = {
     "run": (RunRecord.id, RunRecord.spec_key, RunRecord.state, RunRecord.score, RunRecord.reason),
     "attempts": (
         AttemptRecord.run_id,
@@ -54,7 +54,7 @@ def seal(session: Session, run_id: int) -> None:
 def digests(session: Session, ids: Collection[int]) -> dict[int, str]:
     """The digests of runs, by id, of what is stored of them now."""
     found: dict[int, dict[str, list[Any]]] = {run_id: defaultdict(list) for run_id in ids}
-    for name, (run_id, *columns) in _CONTENTS.items():
+    for name, (run_id, *columns) in DIGESTED.items():
         for number, *row in session.execute(select(run_id, *columns).where(among(run_id, ids))):
             found[number][name].append([_plain(value) for value in row])
     for contents in found.values():

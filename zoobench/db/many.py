@@ -12,15 +12,9 @@ from sqlalchemy.orm import Session
 from zoobench.db.choice import choose, refuse_nothing
 from zoobench.db.engine import AT_ONCE, Database, among, batched
 from zoobench.db.many_rows import CellRun, OriginRow, PastRun, PastTotal
-from zoobench.db.models import AttemptRecord, Base, FinalRecord, MetricRecord, ProvenanceRecord, RunRecord, SpecRecord
+from zoobench.db.models import AttemptRecord, FinalRecord, MetricRecord, ProvenanceRecord, RunRecord, SpecRecord
 from zoobench.db.rows import AttemptRow, FinalRow, MetricRow, RunRow, RunState, decode_value
-from zoobench.db.runs import (
-    fetch_cells,
-    fetch_past,
-    fetch_runs,
-    fetch_totals,
-    last_former_attempt,
-)
+from zoobench.db.runs import fetch_cells, fetch_past, fetch_runs, fetch_totals, last_former_attempt
 from zoobench.db.specs import column_text
 from zoobench.db.sweeps import in_sweep
 from zoobench.spec import RunSelection, RunSpec
@@ -119,14 +113,12 @@ class ManyReader:
         with self._database.read() as session:
             return fetch_totals(session)
 
-    def all_finals(self, ids: Collection[int] | None = None) -> dict[int, list[FinalRow]]:
-        """The final results of many runs at once, by run id; of all runs for None. Only those that are DONE have any.
+    def all_finals(self, ids: Collection[int]) -> dict[int, list[FinalRow]]:
+        """The final results of many runs at once, by run id. Only those that are DONE have any.
 
         A run that is being done again keeps its former ones in the database, but they are no result of any run.
         """
         with self._database.read() as session:
-            if ids is None:
-                return _finals_of(self._database, session, None)
             return {
                 run_id: rows
                 for some in batched(ids)
@@ -199,17 +191,15 @@ class ManyReader:
         return [OriginRow(*times[key], json.loads(document)) for key, document in documents.items()]
 
 
-def _finals_of(database: Database, session: Session, ids: Collection[int] | None) -> dict[int, list[FinalRow]]:
-    """The final results of these runs by run id and name; of all for None."""
+def _finals_of(database: Database, session: Session, ids: Collection[int]) -> dict[int, list[FinalRow]]:
+    """The final results of these runs by run id and name."""
     table = FinalRecord
     statement = (
         select(table.run_id, table.name, table.value, table.kind, table.unit)
         .join(RunRecord, RunRecord.id == table.run_id)
-        .where(RunRecord.state == RunState.DONE)
+        .where(RunRecord.state == RunState.DONE, among(table.run_id, ids))
         .order_by(table.run_id, database.alphabetical(table.name))
     )
-    if ids is not None:
-        statement = statement.where(among(table.run_id, ids))
     finals: dict[int, list[FinalRow]] = {}
     for run_id, name, value, kind, unit in session.execute(statement):
         finals.setdefault(run_id, []).append(FinalRow(name, decode_value(value, kind), unit))
@@ -218,9 +208,5 @@ def _finals_of(database: Database, session: Session, ids: Collection[int] | None
 
 def _attempt_row(record: AttemptRecord, provenance: Mapping[str, Any]) -> AttemptRow:
     computed: dict[str, Any] = {"outcome": RunState(record.outcome), "provenance": provenance}
-    return AttemptRow(**_columns(record, AttemptRow, computed), **computed)
-
-
-def _columns(record: Base, row: type[Any], others: Collection[str]) -> dict[str, Any]:
-    """The columns of a record that a row has under the same names, but for others."""
-    return {field.name: getattr(record, field.name) for field in fields(row) if field.name not in others}
+    same = {each.name: getattr(record, each.name) for each in fields(AttemptRow) if each.name not in computed}
+    return AttemptRow(**same, **computed)

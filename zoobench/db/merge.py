@@ -3,39 +3,23 @@
 A run that both have done must have the same results, bit for bit: all but wall times follow from its settings.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from sqlalchemy import insert, select, update
 from sqlalchemy.orm import Session
 
-from zoobench.db.digests import digests
+from zoobench.db.digests import DIGESTED, digests
 from zoobench.db.engine import Database, among, batched
-from zoobench.db.models import (
-    ArchiveRecord,
-    AttemptRecord,
-    FinalRecord,
-    MetricRecord,
-    MilestoneRecord,
-    ProvenanceRecord,
-    ReferenceRecord,
-    RunRecord,
-    SolutionRecord,
-    SpecRecord,
-)
+from zoobench.db.models import AttemptRecord, MetricRecord, ProvenanceRecord, ReferenceRecord, RunRecord, SpecRecord
 from zoobench.db.removal import CONTENTS, remove_contents
 from zoobench.db.rows import RunState
 
 _AT_ONCE = 50  # runs that are read, and then written, at a time
 
-_RESULTS: Mapping[str, tuple[Any, ...]] = {
-    "finals": (FinalRecord.run_id, FinalRecord.name, FinalRecord.value, FinalRecord.kind, FinalRecord.unit),
-    "solution": (SolutionRecord.run_id, SolutionRecord.params),
-    "archive": (ArchiveRecord.run_id, ArchiveRecord.data),
-    "milestones": (MilestoneRecord.run_id, MilestoneRecord.step, MilestoneRecord.score, MilestoneRecord.params),
-    "curves": (MetricRecord.run_id, MetricRecord.name, MetricRecord.step, MetricRecord.value, MetricRecord.kind),
-}
+_RESULTS = {name: DIGESTED[name] for name in ("finals", "solution", "archive", "milestones")}
+_RESULTS["curves"] = DIGESTED["metrics"]
 """What two runs of one spec must agree in; the columns after the id of the run."""
 _TIME = "seconds"  # ends the names of the curves that tell of wall time
 

@@ -6,15 +6,14 @@ from pathlib import Path
 from typing import Any, Self
 
 from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from zoobench.db.digests import damage, unsealed
-from zoobench.db.engine import Database, among
+from zoobench.db.engine import Database
 from zoobench.db.many import ManyReader
 from zoobench.db.models import (
     ArchiveRecord,
     LogRecord,
-    MetricRecord,
     MilestoneRecord,
     ProvenanceRecord,
     RunRecord,
@@ -31,7 +30,6 @@ from zoobench.db.rows import (
     RunState,
     StudyRun,
     decode_params,
-    decode_value,
 )
 from zoobench.db.runs import fetch_runs, last_former_attempt
 from zoobench.db.schema import prepare
@@ -84,11 +82,9 @@ class Reader(ManyReader):
             raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
         return found[0]
 
-    def counts(self, *, ids: Collection[int] | None = None) -> dict[RunState, int]:
+    def counts(self) -> dict[RunState, int]:
         """Number of runs in each state; states without a run are absent."""
         statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)
-        if ids is not None:
-            statement = statement.where(among(RunRecord.id, ids))
         with self._database.read() as session:
             return {RunState(state): count for state, count in session.execute(statement)}
 
@@ -98,14 +94,8 @@ class Reader(ManyReader):
 
     def solution(self, run_id: int) -> tuple[float, ...] | None:
         """The best parameters that a run has found; None unless it is DONE, or if an earlier zoobench kept none."""
-        statement = (
-            select(SolutionRecord.params)
-            .join(RunRecord, RunRecord.id == SolutionRecord.run_id)
-            .where(SolutionRecord.run_id == run_id, RunRecord.state == RunState.DONE)
-        )
-        with self._database.read() as session:
-            stored = session.scalar(statement)
-            return None if stored is None else decode_params(stored)
+        stored = self._of_done(run_id, SolutionRecord.params)
+        return None if stored is None else decode_params(stored)
 
     def stored(self, key: str) -> Start | None:
         """Settings and solution of the run whose key begins so; None unless it is here and done."""
@@ -114,13 +104,13 @@ class Reader(ManyReader):
 
     def archive(self, run_id: int) -> bytes | None:
         """The archive of a run; None unless it is DONE and its method kept one."""
-        statement = (
-            select(ArchiveRecord.data)
-            .join(RunRecord, RunRecord.id == ArchiveRecord.run_id)
-            .where(ArchiveRecord.run_id == run_id, RunRecord.state == RunState.DONE)
-        )
+        return self._of_done(run_id, ArchiveRecord.data)
+
+    def _of_done(self, run_id: int, column: InstrumentedAttribute[bytes]) -> bytes | None:
+        """A column of the one row of its table that belongs to a run; None unless the run is DONE."""
+        statement = select(column).join(RunRecord, RunRecord.id == column.class_.run_id)
         with self._database.read() as session:
-            return session.scalar(statement)
+            return session.scalar(statement.where(RunRecord.id == run_id, RunRecord.state == RunState.DONE))
 
     def metrics(self, run_id: int, name: str | None = None) -> list[MetricRow]:
         """The learning curves of a run, or the one of that name, by name and step.
@@ -128,19 +118,7 @@ class Reader(ManyReader):
         A run that is being done again keeps the points of its former curves until new ones replace them, but they are
         no part of the new curves.
         """
-        statement = (
-            select(MetricRecord)
-            .join(RunRecord, RunRecord.id == MetricRecord.run_id)
-            .where(MetricRecord.run_id == run_id, MetricRecord.attempt > last_former_attempt())
-        )
-        if name is not None:
-            statement = statement.where(MetricRecord.name == name)
-        by_name = self._database.alphabetical(MetricRecord.name)
-        with self._database.read() as session:
-            return [
-                MetricRow(record.name, record.step, decode_value(record.value, record.kind), record.attempt)
-                for record in session.scalars(statement.order_by(by_name, MetricRecord.step))
-            ]
+        return self.all_metrics([run_id], None if name is None else [name]).get(run_id, [])
 
     def milestones(self, run_id: int) -> list[MilestoneRow]:
         """What a run had found after some of its iterations, by iteration; of a run that is done again as `metrics`."""
