@@ -45,11 +45,9 @@ class OpenLoop(Protocol):
 
     def parameter_count(self, muscle_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles."""
-        ...
 
     def initial(self, rng: np.random.Generator, muscle_count: int) -> NDArray[np.float64]:
         """A draw from the prior `[parameter_count]`, from which every method starts."""
-        ...
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity in [-1, 1] of every muscle `[frames, worlds, muscle_count]`, constant over a control frame.
@@ -59,7 +57,6 @@ class OpenLoop(Protocol):
             times: start of every frame `[frames]` [s].
             muscle_count: of the robot.
         """
-        ...
 
 
 @runtime_checkable
@@ -71,11 +68,9 @@ class ClosedLoop(Protocol):
 
     def parameter_count(self, muscle_count: int, observation_count: int) -> int:
         """Length of the parameter vector for a robot with so many muscles, and observations of this length."""
-        ...
 
     def initial(self, rng: np.random.Generator, muscle_count: int, observation_count: int) -> NDArray[np.float64]:
         """A draw from the prior `[parameter_count]`, from which every method starts."""
-        ...
 
     def response(self, parameters: "Tensor", time: float, observation: "Tensor", muscle_count: int) -> "Tensor":
         """Activity in [-1, 1] of every muscle `[muscle_count]`, constant over the control frame.
@@ -86,7 +81,6 @@ class ClosedLoop(Protocol):
             observation: at that time `[observation_count]`, see `zoobench.cell.observation.ObservationModel`.
             muscle_count: of the robot.
         """
-        ...
 
 
 @dataclass(frozen=True)
@@ -109,7 +103,6 @@ class Placed(Protocol):
 
     def placed(self, places: MusclePlaces) -> OpenLoop:
         """The controller for a body with its muscles there."""
-        ...
 
 
 Controller = OpenLoop | ClosedLoop

@@ -88,7 +88,6 @@ class Design(Protocol):
         Raises:
             SceneError: the fidelity is too coarse for a single particle.
         """
-        ...
 
 
 _MOST_KEPT = 100_000

@@ -134,7 +134,7 @@ def _painted(points: Points, colours: NDArray[np.int64], name: str) -> Points:
     for number in range(int(active.sum())):
         part = points.positions[muscle == number]
         labels = clumps(part, near)
-        fibres[muscle == number] = main_axis(part[labels == np.bincount(labels).argmax()])
+        fibres[muscle == number], _ = main_axis(part[labels == np.bincount(labels).argmax()])
     passive = f", {100 * (muscle < 0).mean():.0f} % of the points are black and passive" if (muscle < 0).any() else ""
     note = f"The muscles are the {active.sum()} colours of the points, in the order of red, green, blue{passive}."
     return replace(points, muscle=muscle, fibres=fibres, notes=(note,))

@@ -1,7 +1,7 @@
 """Muscle groups and fibres derived from the shape of a body."""
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -22,23 +22,6 @@ _QUARTERS = ("left-bottom", "left-top", "right-bottom", "right-top")
 _MIDDLE = 0.02  # of the width: a row whose middle is this close to the body's middle plane is divided there
 
 
-class Grouping(Protocol):
-    """Muscle groups and fibres as functions of place."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the muscles."""
-        ...
-
-    def membership(self, points: Array) -> Array:
-        """The share of each muscle `[n, muscle_count]` at points `[n, 3]` [m]."""
-        ...
-
-    def fibres(self, points: Array) -> Array:
-        """Unit directions `[n, 3]` at points `[n, 3]` [m]."""
-        ...
-
-
 def check_count(scheme: Scheme, count: int) -> None:
     """Check the number of muscles of a scheme.
 
@@ -52,13 +35,6 @@ def check_count(scheme: Scheme, count: int) -> None:
             f"{count} muscles cannot be paired: each row has four, left and right, bottom and top. Give a multiple of "
             "4, such as muscles=12, or grouping=k-means."
         )
-
-
-def group(scheme: Scheme, points: Array, count: int) -> Grouping:
-    """The groups of a scheme for a body of these points `[n, 3]` [m]."""
-    if scheme == "paired":
-        return paired(points, count)
-    return (k_means if scheme == "k-means" else slices)(points, count)
 
 
 def check_used(membership: Array, names: tuple[str, ...], fidelity: Fidelity, design: str) -> None:
@@ -190,9 +166,15 @@ def slices(points: Array, count: int) -> CentredGroups:
     return CentredGroups(centres, np.tile(axis, (count, 1)), np.outer(axis, axis))
 
 
-def main_axis(points: Array) -> Array:
-    """The direction of the largest spread of points `[n, 3]`, pointing ahead `[3]`."""
-    return _main_axis(points)[0]
+Grouping = PairedGroups | CentredGroups
+"""Muscle groups and fibres as functions of place."""
+
+
+def group(scheme: Scheme, points: Array, count: int) -> Grouping:
+    """The groups of a scheme for a body of these points `[n, 3]` [m]."""
+    if scheme == "paired":
+        return paired(points, count)
+    return (k_means if scheme == "k-means" else slices)(points, count)
 
 
 def _directions(points: Array, groups: list[Array]) -> Array:
@@ -200,7 +182,7 @@ def _directions(points: Array, groups: list[Array]) -> Array:
     body = _body_axis(points)
     found = []
     for group in groups:
-        axis, elongation = _main_axis(group)
+        axis, elongation = main_axis(group)
         axis = axis if elongation >= _ELONGATED else body
         found.append(axis if axis @ body >= 0.0 else -axis)
     return np.array(found)
@@ -208,12 +190,12 @@ def _directions(points: Array, groups: list[Array]) -> Array:
 
 def _body_axis(points: Array) -> Array:
     """The long axis of a body `[3]`, or ahead if it has none."""
-    axis, elongation = _main_axis(points)
+    axis, elongation = main_axis(points)
     return axis if elongation >= _ELONGATED else np.array([1.0, 0.0, 0.0])
 
 
-def _main_axis(points: Array) -> tuple[Array, float]:
-    """The direction of the largest spread `[3]`, pointing ahead, and its ratio to the second largest."""
+def main_axis(points: Array) -> tuple[Array, float]:
+    """The direction of the largest spread of points `[n, 3]`, pointing ahead `[3]`, and its ratio to the second."""
     spreads, axes = np.linalg.eigh(np.cov(points.T) if len(points) > 1 else np.eye(3))
     axis: Array = axes[:, 2]
     sign = axis[np.abs(axis).argmax()] if abs(axis[0]) < 1e-6 else axis[0]

@@ -80,19 +80,15 @@ class DesignSpace(Protocol):
         Raises:
             SceneError: the fidelity is too coarse for a single particle.
         """
-        ...
 
     def parameter_count(self, body: Body) -> int:
         """Length of the parameter vector for this workspace."""
-        ...
 
     def initial(self, rng: np.random.Generator, body: Body) -> NDArray[np.float64]:
         """A draw from the prior `[parameter_count]`, from which every method starts."""
-        ...
 
     def form(self, parameters: "Tensor", body: Body) -> Form:
         """The forms for `parameters` `[worlds, parameter_count]`, in double precision."""
-        ...
 
 
 @runtime_checkable
@@ -102,12 +98,10 @@ class SiteSpace(DesignSpace, Protocol):
 
     def sites(self, body: Body) -> NDArray[np.float64]:
         """Inputs of a pattern at the sites `[site_count, 7]`, see `zoobench.designs.workspace.features_at`."""
-        ...
 
     def painted(self, patterns: NDArray[np.float64]) -> NDArray[np.float64]:
         """The parameters `[parameter_count]` for patterns of order one at the sites `[site_count, 2 + muscle_count]`,
         in the order occupancy, stiffness, muscles."""
-        ...
 
 
 def stiffness_multiplier(raw: "Tensor") -> "Tensor":

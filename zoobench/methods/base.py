@@ -22,27 +22,21 @@ class RunContext(Protocol):
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve."""
-        ...
 
     def milestone(self, step: int, score: float, params: Array) -> None:
         """Keep the best parameters `[parameter_count]` after so many iterations, and their score."""
-        ...
 
     def checkpoint(self, data: bytes) -> None:
         """Replace the stored state; all earlier reports are stored with it."""
-        ...
 
     def restore(self) -> bytes | None:
         """The stored state; None in a new run."""
-        ...
 
     def should_stop(self) -> bool:
         """Whether the method is to return after this iteration."""
-        ...
 
     def progress(self, fraction: float, score: float | None) -> None:
         """Report the completed fraction of the run, in [0, 1], and the best score so far."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -91,7 +85,6 @@ class Method(Protocol):
             DivergenceError: every evaluation failed.
             BudgetExhaustedError: the budget does not suffice for the first iteration.
         """
-        ...
 
 
 _FAILURES: dict[str, type[Failure]] = {kind.__name__: kind for kind in (Divergence, Unbuildable)}

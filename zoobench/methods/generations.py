@@ -23,19 +23,15 @@ class AskAndTell(Protocol):
 
     def ask(self) -> list[Array]:
         """The next generation, `[parameter_count]` each."""
-        ...
 
     def digest(self, evaluations: Sequence[Evaluation]) -> Told:
         """What to tell of the episodes of the last generation asked for; some or all may have failed."""
-        ...
 
     def tell(self, told: Told) -> None:
         """Update by the digest of the last generation asked for."""
-        ...
 
     def readings(self) -> dict[str, float]:
         """Values for the learning curve."""
-        ...
 
     def facts(self) -> dict[str, float]:
         """Values for the solution; by default the readings at the end."""

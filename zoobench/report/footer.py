@@ -7,10 +7,12 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Protocol
+from typing import Any
 
 from zoobench import registry
+from zoobench.db.many_rows import OriginRow
 from zoobench.registry import Kind
+from zoobench.report.leaderboard import Attempt
 from zoobench.report.provisional import footnotes
 from zoobench.report.tables import Table
 from zoobench.spec import Ref
@@ -22,22 +24,6 @@ _LEGEND = (
     "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
     "what was spent less than 5 % apart"
 )
-
-
-class Origin(Protocol):
-    """The provenance of an attempt; times in seconds since the epoch."""
-
-    @property
-    def started_at(self) -> float:
-        """When it began."""
-
-    @property
-    def ended_at(self) -> float | None:
-        """When it ended; None if that is unknown."""
-
-    @property
-    def provenance(self) -> Mapping[str, Any]:
-        """As `zoobench.harness.provenance.gather` gives it."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +72,7 @@ class Footer:
         return [f"{name}: {'; '.join(values) or 'unknown'}" for name, values in facts.items()]
 
 
-def footer(tables: Sequence[Table], attempts: Iterable[Origin], command: Sequence[str]) -> Footer:
+def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], command: Sequence[str]) -> Footer:
     """Gather the provenance of these tables from the attempts that made their numbers."""
     made = list(attempts)
     documents = [attempt.provenance for attempt in made]

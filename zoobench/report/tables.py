@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.cells import Cell, Outcome, cells_of, comparable
@@ -209,15 +209,7 @@ def methods_of(specs: Iterable[RunSpec]) -> tuple[Ref, ...]:
     return tuple(sorted({spec.method for spec in specs}, key=str))
 
 
-class HasSpec(Protocol):
-    """What has the settings of a run, or those that runs share."""
-
-    @property
-    def spec(self) -> RunSpec:
-        """The settings."""
-
-
-S = TypeVar("S", bound=HasSpec)
+S = TypeVar("S", Cell, RunResult)
 
 
 def in_rows(members: Iterable[S]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[S]]]:

@@ -3,10 +3,11 @@
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
+from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
@@ -115,23 +116,7 @@ def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Seq
     return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
 
 
-class Lost(Protocol):
-    """A run without a score."""
-
-    @property
-    def spec(self) -> RunSpec:
-        """Its settings."""
-
-    @property
-    def state(self) -> RunState | None:
-        """How it ended."""
-
-    @property
-    def reason(self) -> str | None:
-        """Why."""
-
-
-def reasons_listing(runs: Sequence[Lost]) -> Listing:
+def reasons_listing(runs: Sequence[RunRow | BoardRow]) -> Listing:
     """Runs without a score, one row each, with the reasons."""
     axes = ("env", "task", "design", "controller", "method")
     names = {axis: labels(getattr(run.spec, axis) for run in runs) for axis in axes}

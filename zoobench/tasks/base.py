@@ -113,11 +113,9 @@ class Route(Protocol):
 
     def positions(self, times: Array) -> Array:
         """Positions `[times, 3]` [m] at times from 0 [s]."""
-        ...
 
     def velocities(self, times: Array) -> Array:
         """Their first derivative `[times, 3]` [m/s]."""
-        ...
 
 
 @lru_cache(maxsize=1024)  # closed loops ask for the same times in every episode
@@ -149,7 +147,6 @@ class Task(Protocol):
         It depends on the state at the end of the frame and on the first state of the episode only, so that it is known
         at once.
         """
-        ...
 
     def score(self, motion: Motion) -> "Tensor":
         """The episode's score `[worlds]`, as shown in tables; higher is better."""
@@ -161,7 +158,6 @@ class Task(Protocol):
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """Readings of the episode by name, each `[worlds]` with its unit."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -199,4 +195,3 @@ class Observed(Protocol):
 
         Names and counts must be the same in every situation.
         """
-        ...
