@@ -3,31 +3,16 @@
 They differ in the grid spacing; the time step is proportional to it. For their errors and costs see docs/accuracy.md.
 """
 
-from typing import Literal
-
 from zoobench.registry import Kind, register
-from zoobench.sim.model.fidelity import Fidelity, Kernel, Transfer
+from zoobench.sim.model.fidelity import Fidelity
 
 
 def _name(name: str, spacing: float, summary: str) -> None:
-    """Register a fidelity of this grid spacing [m]."""
+    """Register a fidelity of this grid spacing [m], whose settings are the parameters."""
+    default = Fidelity(spacing)
 
-    def fidelity(
-        *,
-        grid_spacing: float = spacing,
-        courant: float = Fidelity.courant,
-        particles_per_cell: int = Fidelity.particles_per_cell,
-        precision: Literal[32, 64] = Fidelity.precision,
-        step: float = Fidelity.step,
-        transfer: Transfer = Fidelity.transfer,
-        medium_transfer: Transfer = Fidelity.medium_transfer,
-        kernel: Kernel = Fidelity.kernel,
-        shift: float = Fidelity.shift,
-        sleep: float = Fidelity.sleep,
-    ) -> Fidelity:
-        return Fidelity(
-            grid_spacing, courant, particles_per_cell, precision, step, transfer, medium_transfer, kernel, shift, sleep
-        )
+    def fidelity(*, settings: Fidelity = default) -> Fidelity:
+        return settings
 
     fidelity.__doc__ = summary
     register(Kind.FIDELITY, name, version=2, added=("sleep",))(fidelity)
