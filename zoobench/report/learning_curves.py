@@ -25,9 +25,6 @@ from zoobench.spec import AXES, BudgetKind, Ref
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
-CURRENCIES: tuple[BudgetKind, ...] = ("substeps", "episodes", "seconds")
-"""The amounts against which curves can be drawn."""
-
 COLUMNS = ("substeps", "forward_substeps", "episodes", "seconds", SCORE)
 """The columns that every method reports at every iteration; the score from the first one on."""
 

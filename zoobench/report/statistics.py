@@ -35,19 +35,16 @@ class Interval:
         return None if self.half_width is None else self.mean + self.half_width
 
 
-def t_interval(samples: Sequence[float], confidence: float = CONFIDENCE) -> Interval | None:
-    """Mean and two-sided Student-t interval: mean +- t(confidence, n - 1) s / sqrt(n); None without samples.
+def t_interval(samples: Sequence[float]) -> Interval | None:
+    """Mean and two-sided Student-t interval: mean +- t(`CONFIDENCE`, n - 1) s / sqrt(n); None without samples.
 
     Equal samples have no interval: one of no width would claim that the mean is known exactly.
 
     A percentile bootstrap of three seeds covers about 75 %, so it is not used for so few samples.
 
     Raises:
-        ValueError: a sample is not finite, or the confidence is not between 0 and 1. A failed or diverged run has
-            no score, so it must not reach this function.
+        ValueError: a sample is not finite. A failed or diverged run has no score, so it must not reach this function.
     """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"A confidence of {confidence:g} is not between 0 and 1.")
     if not all(math.isfinite(sample) for sample in samples):
         raise ValueError("A sample is not finite. Leave failed and diverged runs out before averaging.")
     count = len(samples)
@@ -56,17 +53,17 @@ def t_interval(samples: Sequence[float], confidence: float = CONFIDENCE) -> Inte
     mean = fmean(samples)
     if min(samples) == max(samples):
         return Interval(samples[0], None, count)
-    quantile = _quantile(count - 1, confidence)
+    quantile = _quantile(count - 1)
     deviation = math.sqrt(math.fsum((sample - mean) ** 2 for sample in samples) / (count - 1))
     return Interval(mean, quantile * deviation / math.sqrt(count), count)
 
 
 @cache
-def _quantile(freedom: int, confidence: float) -> float:
+def _quantile(freedom: int) -> float:
     """The two-sided quantile of Student's t distribution; loads scipy once, for whole tables."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, 0.5 + confidence / 2))
+    return float(stdtrit(freedom, 0.5 + CONFIDENCE / 2))
 
 
 def clear_winner(intervals: Sequence[Interval | None]) -> int | None:

@@ -95,18 +95,6 @@ class Motion:
 
         return self.once("centre_of_mass", compute)
 
-    def second_moments(self) -> "Tensor":
-        """The gyration tensor: second moments of the mass about its centre, divided by the mass.
-
-        `[frames + 1, worlds, 6]` [m^2], in the order xx, yy, zz, yz, xz, xy.
-        """
-        import torch
-
-        weights = (self.masses / self.masses.sum(dim=1, keepdim=True))[None]
-        offset = self.positions - self.centre_of_mass()[:, :, None]
-        pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-        return torch.stack([(weights * offset[..., i] * offset[..., j]).sum(dim=2) for i, j in pairs], dim=-1)
-
 
 class Route(Protocol):
     """The path of a target, which begins at the robot's centre of mass; x is ahead at rest, z to the right."""

@@ -43,11 +43,6 @@ class TransferRow:
     unit: str
     reason: str
 
-    @property
-    def is_home(self) -> bool:
-        """Whether the episode is in the environment, task and fidelity of the run."""
-        return self.home == (self.env, self.task, self.fidelity)
-
 
 @dataclass(frozen=True)
 class TransferTargets:
