@@ -24,7 +24,7 @@ from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args, get_origin
 
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.inputs import InputFile, StoredRun, checked_run_name, pin
-from zoobench.spec import Ref, Scalar
+from zoobench.spec import AXES, Ref, Scalar
 
 COMPOSED = "composed"
 """Tag of a component that is made of others and is nothing without settings."""
@@ -47,6 +47,9 @@ class Kind(StrEnum):
         """The word for a component of this kind in messages."""
         return _NOUNS[self]
 
+
+KINDS = dict(zip(AXES, Kind, strict=True))
+"""The kind of component on each axis of a spec."""
 
 _NOUNS = {
     Kind.ENV: "environment",

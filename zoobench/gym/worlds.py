@@ -14,7 +14,7 @@ from zoobench.cell.session import Session, Step, new_session, observation_model
 from zoobench.errors import UsageError
 from zoobench.gym.beginnings import Beginning, Beginnings
 from zoobench.gym.channels import Action, Channels, Floats
-from zoobench.registry import Kind
+from zoobench.registry import KINDS
 from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
 
 if TYPE_CHECKING:
@@ -140,20 +140,9 @@ def problem_of(env: str, design: str, task: str, fidelity: str, frames: int, wor
     """
     if frames < 1 or worlds < 1:
         raise UsageError(f"Episodes of {frames} frames in {worlds} worlds are nothing. Give at least 1 of each.")
-    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
-    texts = (env, task, design, "policy-network", fidelity)
-    refs = {kind: registry.resolve(kind, Ref.parse(text)) for kind, text in zip(kinds, texts, strict=True)}
-    spec = RunSpec(
-        env=refs[Kind.ENV],
-        task=refs[Kind.TASK],
-        design=refs[Kind.DESIGN],
-        controller=refs[Kind.CONTROLLER],
-        method=Ref("gymnasium"),
-        seed=0,
-        budget=_UNLIMITED,
-        fidelity=refs[Kind.FIDELITY],
-        frames=frames,
-    )
+    texts = {"env": env, "task": task, "design": design, "controller": "policy-network", "fidelity": fidelity}
+    refs: dict[str, Any] = {axis: registry.resolve(KINDS[axis], Ref.parse(text)) for axis, text in texts.items()}
+    spec = RunSpec(**refs, method=Ref("gymnasium"), seed=0, budget=_UNLIMITED, frames=frames)
     return Problem(spec, worlds=worlds)
 
 

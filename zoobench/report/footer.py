@@ -11,7 +11,7 @@ from typing import Any
 
 from zoobench import registry
 from zoobench.db.many_rows import OriginRow
-from zoobench.registry import Kind
+from zoobench.registry import KINDS, Kind
 from zoobench.report.leaderboard import Attempt
 from zoobench.report.provisional import footnotes
 from zoobench.report.tables import Table
@@ -92,13 +92,8 @@ def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], com
 
 def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:
     """Every reference in the tables."""
-    kinds = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER)
     rows = [row for table in tables for row in table.rows]
-    found = {
-        (kind, ref)
-        for row in rows
-        for kind, ref in zip(kinds, (row.env, row.task, row.design, row.controller), strict=True)
-    }
+    found = {(KINDS[axis], getattr(row, axis)) for row in rows for axis in ("env", "task", "design", "controller")}
     found |= {(Kind.FIDELITY, table.fidelity) for table in tables}
     return found | {(Kind.METHOD, method) for table in tables for method in table.methods}
 

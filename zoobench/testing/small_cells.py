@@ -1,8 +1,10 @@
 """Cells of smoke size for any registered component."""
 
+from typing import Any
+
 from zoobench import registry
 from zoobench.errors import UnknownNameError
-from zoobench.registry import Kind
+from zoobench.registry import KINDS, Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
 DOUBLE = "smoke[precision=64]"
@@ -35,17 +37,7 @@ def small_cell(budget: Budget | None = None, frames: int = 6, seed: int = 0, **n
     """
     if unknown := sorted(names.keys() - {kind.noun for kind in _DEFAULTS}):
         raise UnknownNameError("axis", unknown[0], [kind.noun for kind in _DEFAULTS])
-    refs = {
-        kind: registry.resolve(kind, Ref.parse(names.get(kind.noun, default))) for kind, default in _DEFAULTS.items()
+    refs: dict[str, Any] = {
+        axis: registry.resolve(kind, Ref.parse(names.get(kind.noun, _DEFAULTS[kind]))) for axis, kind in KINDS.items()
     }
-    return RunSpec(
-        env=refs[Kind.ENV],
-        task=refs[Kind.TASK],
-        design=refs[Kind.DESIGN],
-        controller=refs[Kind.CONTROLLER],
-        method=refs[Kind.METHOD],
-        fidelity=refs[Kind.FIDELITY],
-        seed=seed,
-        budget=budget or Budget("substeps", 1e9),
-        frames=frames,
-    )
+    return RunSpec(**refs, seed=seed, budget=budget or Budget("substeps", 1e9), frames=frames)

@@ -7,12 +7,13 @@ and evaluations by the method `probe`.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.inputs import run_name
-from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.registry import KINDS, Kind
+from zoobench.spec import AXES, Budget, Ref, RunSpec
 
 LADDER = ("draft", "standard", "paper", "fine", "reference")
 """The levels, from coarse to fine; a finer grid has proportionally shorter steps."""
@@ -138,17 +139,9 @@ def _cells(
         raise UsageError("The study needs an environment and a task. Name at least one of each.")
     for env, task in product(envs, tasks):
         for design in designs or map(Ref, DESIGNS.get(env.name, LAND_DESIGNS)):
-            yield RunSpec(
-                env=registry.resolve(Kind.ENV, env),
-                task=registry.resolve(Kind.TASK, task),
-                design=registry.resolve(Kind.DESIGN, design),
-                controller=registry.resolve(Kind.CONTROLLER, controller),
-                method=registry.resolve(Kind.METHOD, Ref("probe")),
-                seed=0,
-                budget=Budget("iterations", 1),
-                fidelity=registry.resolve(Kind.FIDELITY, fidelity),
-                frames=plan.frames,
-            )
+            parts = zip(AXES, (env, task, design, controller, Ref("probe"), fidelity), strict=True)
+            refs: dict[str, Any] = {axis: registry.resolve(KINDS[axis], ref) for axis, ref in parts}
+            yield RunSpec(**refs, seed=0, budget=Budget("iterations", 1), frames=plan.frames)
 
 
 def _probe(cell: RunSpec, fidelity: Ref, count: int, **settings: str | int) -> RunSpec:

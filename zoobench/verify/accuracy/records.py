@@ -12,7 +12,7 @@ from zoobench.db.query import Reader
 from zoobench.db.rows import MetricRow, RunRow, RunState, StudyRow
 from zoobench.errors import UsageError
 from zoobench.inputs import named_runs
-from zoobench.registry import Kind
+from zoobench.registry import KINDS, Kind
 from zoobench.spec import FRAME_SECONDS, Ref
 
 ENERGY_STUDY = "accuracy-energy"
@@ -100,8 +100,7 @@ def label(kind: Kind, ref: Ref) -> str:
 
 def is_present(item: Sample | Balance) -> bool:
     """Whether everything was measured in the version that is registered now."""
-    kinds = {"env": Kind.ENV, "task": Kind.TASK, "design": Kind.DESIGN, "fidelity": Kind.FIDELITY}
-    refs = {kind: getattr(item, name) for name, kind in kinds.items() if hasattr(item, name)}
+    refs = {kind: getattr(item, axis) for axis, kind in KINDS.items() if hasattr(item, axis)}
     return all(
         ref.name in registry.names(kind) and registry.get(kind, ref.name).version == ref.version
         for kind, ref in refs.items()
