@@ -6,7 +6,6 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.render.recording import Recording
-from zoobench.sim.model.scene import Scene
 
 _ELEVATION, _AZIMUTH = 30.0, 72.0  # of the camera [degrees]
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
@@ -44,14 +43,6 @@ class Region:
         return ground.terrain.heights_below(np.stack([x, np.zeros_like(x), z], axis=1))
 
 
-def _above_ground(scene: Scene, places: Array) -> Array:
-    """Heights above the rigid ground `[n]` [m] of places `[n, 3]` [m]."""
-    if scene.ground is None or scene.ground.terrain is None:
-        return places[:, 1]
-    found: Array = places[:, 1] - scene.ground.terrain.heights_below(places)
-    return found
-
-
 def region_of(recording: Recording) -> Region:
     """The whole bed of a medium, or as much of the bare ground as robot and target come near to."""
     scene = recording.scene
@@ -61,10 +52,10 @@ def region_of(recording: Recording) -> Region:
     level, immersed, apron = 0.0, False, 0.0
     if recording.medium.shape[1]:
         medium = recording.medium[0].astype(float)
-        heights = _above_ground(scene, medium)
+        heights = scene.heights_above_ground(medium)
         apron = _APRON
         level = float(np.quantile(heights, 0.99)) + recording.particle_edge / 2  # splashes do not count
-        immersed = level > float(np.median(_above_ground(scene, robot[0])))
+        immersed = level > float(np.median(scene.heights_above_ground(robot[0])))
         tallest = max(tallest, float(medium[:, 1].max()))
     else:
         seen = robot.reshape(-1, 3)

@@ -277,6 +277,13 @@ class Scene:
         x, y, z = (math.ceil((b - a) / grid_spacing - 1e-6) for a, b in zip(self.lower, self.upper, strict=True))
         return x, y, z
 
+    def heights_above_ground(self, positions: Array) -> Array:
+        """Heights of positions `[n, 3]` [m] above the rigid ground `[n]` [m]."""
+        above: Array = positions[:, 1]
+        if self.ground is not None and self.ground.terrain is not None:
+            above = above - self.ground.terrain.heights_below(positions)
+        return above
+
     def water_cells(self, grid_spacing: float) -> int:
         """Cells of water on a grid; 0 without."""
         return math.prod(self.cells(grid_spacing)) if self.water else 0

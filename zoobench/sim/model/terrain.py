@@ -61,11 +61,7 @@ class Terrain:
 
     def normals_at(self, x: Array, z: Array) -> Array:
         """Upward unit normal on the lattice of the coordinates `[nx]`, `[nz]` [m]: `[nx, nz, 3]`."""
-        spline, (x, z) = self._spline(), self._inside(x, z)
-        slope_x, slope_z = spline(x, z, dx=1), spline(x, z, dy=1)
-        normal = np.stack([-slope_x, np.ones_like(slope_x), -slope_z], axis=-1)
-        unit: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        return unit
+        return self._normals(x, z, on_lattice=True)
 
     def heights_below(self, positions: Array) -> Array:
         """Height [m] of the ground under points `[n, 3]` [m]: `[n]`."""
@@ -74,8 +70,11 @@ class Terrain:
 
     def normals_below(self, positions: Array) -> Array:
         """Upward unit normal of the ground under points `[n, 3]` [m]: `[n, 3]`."""
-        spline, (x, z) = self._spline(), self._inside(positions[:, 0], positions[:, 2])
-        slope_x, slope_z = spline(x, z, dx=1, grid=False), spline(x, z, dy=1, grid=False)
+        return self._normals(positions[:, 0], positions[:, 2], on_lattice=False)
+
+    def _normals(self, x: Array, z: Array, *, on_lattice: bool) -> Array:
+        spline, (x, z) = self._spline(), self._inside(x, z)
+        slope_x, slope_z = spline(x, z, dx=1, grid=on_lattice), spline(x, z, dy=1, grid=on_lattice)
         normal = np.stack([-slope_x, np.ones_like(slope_x), -slope_z], axis=-1)
         unit: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
         return unit

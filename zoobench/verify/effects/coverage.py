@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from zoobench import registry
-from zoobench.arrays import Array
 from zoobench.envs.base import Environment
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
@@ -52,7 +51,7 @@ def coverage(name: str, scene: Scene) -> Coverage:
     coefficient = scene.ground.friction if scene.ground and Effect.FRICTION in effects else 0.0
     fluid = ""
     if Effect.FLUID in effects and medium is not None:
-        immersed = heights(scene, scene.robot.positions).max() < thickness(scene, medium)
+        immersed = scene.heights_above_ground(scene.robot.positions).max() < thickness(scene, medium)
         fluid = "mixed" if Effect.PLASTICITY in effects else "deep" if immersed else "shallow"
     return Coverage(
         env=name,
@@ -68,16 +67,8 @@ def coverage(name: str, scene: Scene) -> Coverage:
 
 def thickness(scene: Scene, bed: MediumBed) -> float:
     """Height of a level bed [m]; its highest particles are as far below the surface as its lowest above ground."""
-    above = heights(scene, bed.positions)
+    above = scene.heights_above_ground(bed.positions)
     return float(above.max() + above.min())
-
-
-def heights(scene: Scene, positions: Array) -> Array:
-    """Heights of particles `[n, 3]` above the ground `[n]` [m]."""
-    above: Array = positions[:, 1]
-    if scene.ground is not None and scene.ground.terrain is not None:
-        above = above - scene.ground.terrain.heights_below(positions)
-    return above
 
 
 @dataclass(frozen=True)
