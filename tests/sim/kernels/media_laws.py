@@ -7,6 +7,7 @@ import numpy as np
 from tests.sim import scenes
 from tests.sim.kernels.lanes import compiled, symmetric, tensors
 from tests.sim.kernels.law_kernels import medium_all, medium_back_all, medium_native, packed, unpacked
+from zoobench.sim.model import laws_numpy as laws
 from zoobench.sim.model.matter import ClayMaterial, MudMaterial, SandMaterial, SnowMaterial
 
 Solid = SandMaterial | ClayMaterial | MudMaterial | SnowMaterial
@@ -26,6 +27,22 @@ def update(material: Solid, b: np.ndarray, history: np.ndarray, precision: int =
     medium_all(*given, *material.constants, int(material.law))
     elastic, after, stress = (t.double().numpy() for t in given[2:])
     return elastic, after, stress
+
+
+def twin_update(material: Solid, b: np.ndarray, history: np.ndarray) -> Triple:
+    """The NumPy laws' elastic b, new history and stress, from trial b `[..., 3, 3]` and history `[...]`."""
+    squares, frame = np.linalg.eigh(b)
+    strain = 0.5 * np.log(squares)
+    if isinstance(material, SnowMaterial):
+        elastic, after = laws.snow_return(material, strain, history)
+    else:
+        elastic, after, _ = laws.radial_return(material, strain, history)
+
+    def assemble(values: np.ndarray) -> np.ndarray:
+        assembled: np.ndarray = np.einsum("...ij,...j,...kj->...ik", frame, values, frame)
+        return assembled
+
+    return assemble(np.exp(2.0 * elastic)), after, assemble(laws.principal_stress(material, elastic, after))
 
 
 def update_adjoint(

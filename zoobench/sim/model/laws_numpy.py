@@ -45,12 +45,6 @@ def fibre_stress(F: Array, tension: float, fibre: Array) -> Array:
     return result
 
 
-def fibre_energy(F: Array, tension: float, fibre: Array) -> Array:
-    """Energy density [J/m^3] tension/2 |F d|^2 whose derivative gives `fibre_stress`."""
-    result: Array = 0.5 * tension * np.square(np.einsum("...ij,...j->...i", F, fibre)).sum(-1)
-    return result
-
-
 def hencky_energy(strain: Array, mu: float, lam: float) -> Array:
     """Energy density [J/m^3] mu eps:eps + lambda/2 tr(eps)^2 of principal Hencky strains `[..., 3]`."""
     result: Array = mu * np.square(strain).sum(-1) + 0.5 * lam * strain.sum(-1) ** 2
@@ -84,22 +78,6 @@ def snow_return(material: SnowMaterial, strain: Array, plastic: Array) -> tuple[
     elastic = np.clip(strain, np.log(low), np.log(high))
     grown = plastic * np.exp((strain - elastic).sum(-1))
     return elastic, np.clip(grown, SMALLEST_PLASTIC, LARGEST_PLASTIC)
-
-
-def medium_update(material: Yielding | SnowMaterial, b: Array, history: Array) -> tuple[Array, Array, Array]:
-    """Elastic b, history and Kirchhoff stress [Pa] of a solid medium with trial b `[..., 3, 3]`, history `[...]`."""
-    squares, frame = np.linalg.eigh(b)
-    strain = 0.5 * np.log(squares)
-    if isinstance(material, SnowMaterial):
-        elastic, after = snow_return(material, strain, history)
-    else:
-        elastic, after, _ = radial_return(material, strain, history)
-
-    def assemble(values: Array) -> Array:
-        assembled: Array = np.einsum("...ij,...j,...kj->...ik", frame, values, frame)
-        return assembled
-
-    return assemble(np.exp(2.0 * elastic)), after, assemble(principal_stress(material, elastic, after))
 
 
 def water_pressure(material: WaterMaterial, J: Array) -> Array:
