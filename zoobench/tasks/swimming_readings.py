@@ -21,6 +21,10 @@ _LEAST_SPEED = 1e-6
 _STILL = 1e-9
 """[m] below which a tail does not swing."""
 
+_UNITS = {
+    "beat_frequency": "Hz", "tail_amplitude": "m", "head_amplitude": "m", "wave_phase": "rad", "strouhal_number": "1"
+}  # fmt: skip
+
 
 def swimming_readings(motion: Motion) -> "dict[str, tuple[Tensor, str]]":
     """Readings over the second half of an episode, `[worlds]` each with its unit.
@@ -42,7 +46,7 @@ def swimming_readings(motion: Motion) -> "dict[str, tuple[Tensor, str]]":
     swings, speed = _swings(motion, half)
     if _FASTEST * seconds <= 2.0:
         zero = swings.new_zeros(swings.shape[1])
-        return _named(zero, zero, zero, zero, zero)
+        return {name: (zero, unit) for name, unit in _UNITS.items()}
     frequencies = torch.arange(2.0 / seconds, _FASTEST, 0.125 / seconds, dtype=swings.dtype)
     spectrum = _spectrum(swings, frequencies, motion.frame_seconds)  # [frequencies, worlds, slices, planes]
     power = (spectrum.abs() ** 2).sum(dim=2).permute(1, 0, 2).flatten(1)
@@ -54,18 +58,9 @@ def swimming_readings(motion: Motion) -> "dict[str, tuple[Tensor, str]]":
     tail, head = wave[:, -1].abs(), wave[:, 0].abs()
     moves = tail > _STILL
     strouhal = 2.0 * tail * frequency / speed.clamp(min=_LEAST_SPEED)
-    return _named(*(torch.where(moves, value, 0.0) for value in (frequency, tail, head, lags, strouhal)))
-
-
-def _named(
-    frequency: "Tensor", tail: "Tensor", head: "Tensor", phase: "Tensor", strouhal: "Tensor"
-) -> "dict[str, tuple[Tensor, str]]":
+    values = (frequency, tail, head, lags, strouhal)
     return {
-        "beat_frequency": (frequency, "Hz"),
-        "tail_amplitude": (tail, "m"),
-        "head_amplitude": (head, "m"),
-        "wave_phase": (phase, "rad"),
-        "strouhal_number": (strouhal, "1"),
+        name: (torch.where(moves, value, 0.0), unit) for (name, unit), value in zip(_UNITS.items(), values, strict=True)
     }
 
 
