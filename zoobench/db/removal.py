@@ -1,8 +1,7 @@
 """Removing runs: all rows that belong to them, and what would be left without a meaning."""
 
 import json
-from collections.abc import Collection, Iterable, Iterator
-from typing import Any
+from collections.abc import Collection
 
 from sqlalchemy import delete, exists, select
 from sqlalchemy.orm import Session
@@ -84,9 +83,6 @@ def _remove_study_rows(session: Session, ids: set[int]) -> None:
     """Remove the rows of studies that tell of these runs, whose numbers may be given to others."""
     table = StudyRowRecord
     statement = select(table.study_id, table.number, table.document).where(table.document.contains('"run"'))
-    for study, number in list(_of_runs(session.execute(statement).all(), ids)):
-        session.execute(delete(table).where(table.study_id == study, table.number == number))
-
-
-def _of_runs(rows: Iterable[Any], ids: set[int]) -> Iterator[tuple[int, int]]:
-    return ((study, number) for study, number, document in rows if json.loads(document).get("run") in ids)
+    for study, number, document in session.execute(statement).all():
+        if json.loads(document).get("run") in ids:
+            session.execute(delete(table).where(table.study_id == study, table.number == number))

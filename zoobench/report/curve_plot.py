@@ -171,13 +171,15 @@ def _panel(
     axes.grid(alpha=0.3)
 
 
+def reference_means(group: Sequence[RunResult]) -> list[tuple[float, str]]:
+    """Each reference score, the mean over the runs that know it, and its name."""
+    known = {name: [run.finals[name].value for run in group if name in run.finals] for name in REFERENCES}
+    return [(sum(found) / len(found), REFERENCE_NAMES[name]) for name, found in known.items() if found]
+
+
 def _mark_references(axes: "Axes", group: Sequence[RunResult]) -> None:
-    """A thin line for each reference score, the mean over the runs that know it."""
-    levels = []
-    for name in REFERENCES:
-        found = [result.finals[name].value for result in group if name in result.finals]
-        if found:
-            levels.append((sum(found) / len(found), REFERENCE_NAMES[name]))
+    """A thin line for each reference score."""
+    levels = reference_means(group)
     for place, (level, word) in enumerate(sorted(levels)):
         axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
         below = place == 0 and len(levels) > 1  # the words of two that are close stay apart

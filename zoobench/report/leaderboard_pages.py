@@ -12,7 +12,7 @@ from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.provisional import footnotes
 from zoobench.report.table_forms import long_listing, table_listing
-from zoobench.report.tables import Table, score_tables
+from zoobench.report.tables import Table, repeat_commands, score_tables
 from zoobench.report.views import duration, reasons_listing
 from zoobench.spec import AXES, Budget, repeat_command
 
@@ -49,7 +49,8 @@ def csv_page(board: Leaderboard) -> str:
     for record in (dict(zip(listing.columns, row, strict=True)) for row in listing.rows):
         runs = cells[_cell_of(record)]
         reasons = "; ".join(f"seed {run.spec.seed} {run.state}: {run.reason}" for run in _without_score(runs))
-        rows.append((*map(_shortened, listing.columns, record.values()), reasons, _repeat(runs)))
+        repeat = repeat_command(*(run.spec for run in runs))
+        rows.append((*map(_shortened, listing.columns, record.values()), reasons, repeat))
     return to_csv(Listing((*listing.columns, "reasons", "repeat"), tuple(rows))) + "\n"
 
 
@@ -120,29 +121,13 @@ def _without_score(runs: Iterable[BoardRow]) -> list[BoardRow]:
 
 def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:
     """A command for each row; without a database in the way it makes the same numbers."""
-    exists = [run for run in board.rows if run.state not in (None, RunState.SKIPPED)]
+    exists = [run.spec for run in board.rows if run.state not in (None, RunState.SKIPPED)]
     lines = ["With `--db` and the name of a new file; one method or seed of it alone is repeated as well.", "", "```sh"]
     for table in tables:
-        setting = (table.fidelity, table.frames, table.budget)
-        for row in table.rows:
-            place = (row.env, row.task, row.design, row.controller)
-            runs = [run for run in exists if _setting(run) == setting and _place(run) == place]
+        for row, command in zip(table.rows, repeat_commands(table, exists), strict=True):
             names = (row.env.name, row.task.name, row.design.name, row.controller.name)
-            lines += [f"# {' x '.join(names)}", visible(_repeat(runs))]
+            lines += [f"# {' x '.join(names)}", visible(command)]
     return [*lines, "```"]
-
-
-def _setting(run: BoardRow) -> tuple[Any, ...]:
-    return run.spec.fidelity, run.spec.frames, run.spec.budget
-
-
-def _place(run: BoardRow) -> tuple[Any, ...]:
-    return run.spec.env, run.spec.task, run.spec.design, run.spec.controller
-
-
-def _repeat(runs: Sequence[BoardRow]) -> str:
-    first, *others = (run.spec for run in runs)
-    return repeat_command(first, *others)
 
 
 def _cell_of(record: Mapping[str, Any]) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from zoobench.report.cells import Cell, Outcome, cells_of, comparable
 from zoobench.report.normalise import floor_of, run_shares, shares
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
-from zoobench.spec import Budget, BudgetKind, Ref, RunSpec
+from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, repeat_command
 
 _ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
@@ -207,6 +207,17 @@ def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Tab
 def methods_of(specs: Iterable[RunSpec]) -> tuple[Ref, ...]:
     """The columns of a table."""
     return tuple(sorted({spec.method for spec in specs}, key=str))
+
+
+def repeat_commands(table: Table, specs: Iterable[RunSpec]) -> list[str]:
+    """The command that repeats each row of a table; empty where none of the specs belongs to it."""
+    own: dict[tuple[Ref, ...], list[RunSpec]] = {}
+    for spec in specs:
+        is_here = (spec.fidelity, spec.frames, spec.budget) == (table.fidelity, table.frames, table.budget)
+        if is_here and spec.method in table.methods:
+            own.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(spec)
+    found = (own.get((row.env, row.task, row.design, row.controller), []) for row in table.rows)
+    return [repeat_command(*members) if members else "" for members in found]
 
 
 S = TypeVar("S", Cell, RunResult)

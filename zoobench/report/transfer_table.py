@@ -21,7 +21,7 @@ _REFS = tuple(place for place, name in enumerate(_ALL) if name not in ("frames",
 
 def newest(documents: Iterable[Document]) -> list[Document]:
     """The last row of every run, place and episode length."""
-    last = {(*_place(row), row["frames"], row["run"]): row for row in documents}
+    last = {tuple(row[name] for name in ("env", "task", "fidelity", "frames", "run")): row for row in documents}
     return [last[key] for key in sorted(last, key=str)]
 
 
@@ -66,10 +66,6 @@ def _is_home(key: tuple[str, ...], env: str) -> bool:
 
 def _name(text: str) -> str:
     return Ref.parse(text).name
-
-
-def _place(row: Document) -> tuple[str, str, str]:
-    return row["env"], row["task"], row["fidelity"]
 
 
 def _cell(rows: list[Document]) -> str | None:

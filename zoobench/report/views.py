@@ -74,7 +74,14 @@ def results_columns(finals: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]) -> Iterator[tuple[Any, ...]]:
     """The rows of `results_listing` one by one."""
-    return (_full_row(result, finals) for result in results)
+    for result in results:
+        run, spec = result.run, result.run.spec
+        values = {(final.name, final.unit): final.value for final in result.finals.values()}
+        yield (
+            run.id, run.key, *(str(getattr(spec, axis)) for axis in AXES), spec.seed, spec.frames, spec.budget.kind,
+            spec.budget.amount, str(run.state), run.reason, run.attempt, round(run.seconds, 3),
+            bool(footnotes([spec.env])), *(values.get(final) for final in finals),
+        )  # fmt: skip
 
 
 def results_records(results: Sequence[RunResult]) -> list[dict[str, Any]]:
@@ -144,16 +151,6 @@ def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
     axes: dict[str, Mapping[Ref, str]] = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
     axes["env"] = marked(axes["env"])
     return [tuple(axes[axis][getattr(spec, axis)] for axis in _SHORT_AXES) for spec in specs]
-
-
-def _full_row(result: RunResult, finals: Sequence[tuple[str, str]]) -> tuple[Any, ...]:
-    run, spec = result.run, result.run.spec
-    values = {(final.name, final.unit): final.value for final in result.finals.values()}
-    return (
-        run.id, run.key, *(str(getattr(spec, axis)) for axis in AXES), spec.seed, spec.frames, spec.budget.kind,
-        spec.budget.amount, str(run.state), run.reason, run.attempt, round(run.seconds, 3),
-        bool(footnotes([spec.env])), *(values.get(final) for final in finals),
-    )  # fmt: skip
 
 
 def _run_record(result: RunResult) -> dict[str, Any]:

@@ -9,11 +9,10 @@ from typing import Any
 
 from zoobench.db.rows import RunState
 from zoobench.report.aggregate import Aggregates
-from zoobench.report.curve_plot import AMOUNTS, REFERENCE_NAMES, line, titles_of
+from zoobench.report.curve_plot import AMOUNTS, line, reference_means, titles_of
 from zoobench.report.foreign_text import visible
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_settings
-from zoobench.report.normalise import REFERENCES
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import in_rows, methods_of
@@ -54,7 +53,8 @@ def curve_chart(section: Section) -> Chart | None:
         for method in methods_of(result.spec for result in group):
             seeds = [section.known[result.run.id] for result in group if result.run.spec.method == method]
             found += [{"cell": title, "method": names[method], **point} for point in _thinned(seeds, room)]
-        rules += [{"cell": title, **rule} for rule in _references(group)]
+        means = reference_means(group)
+        rules += [{"cell": title, "reference": word, "level": _short(level)} for level, word in means]
     if not found:
         return None
     kind = next(iter(section.known.values())).kind
@@ -228,14 +228,6 @@ def _thinned(seeds: Sequence[LearningCurve], room: int) -> Iterable[dict[str, fl
     kept = sorted({round(place * last / (room - 1)) for place in range(room)})
     columns = {"spent": drawn.spent, "mean": drawn.mean, "low": drawn.low, "high": drawn.high}
     return [{name: _short(values[place]) for name, values in columns.items()} for place in kept]
-
-
-def _references(group: Sequence[RunResult]) -> Iterable[dict[str, Any]]:
-    """Each reference score, the mean over the runs that know it."""
-    for name in REFERENCES:
-        found = [result.finals[name].value for result in group if name in result.finals]
-        if found:
-            yield {"reference": REFERENCE_NAMES[name], "level": _short(sum(found) / len(found))}
 
 
 def _cost(result: RunResult, accuracy: Accuracy) -> dict[str, Any]:

@@ -13,11 +13,9 @@ from zoobench.report.foreign_text import visible
 from zoobench.report.listing import cell_text
 from zoobench.report.page.charts import Chart, accuracy_chart, cost_chart, curve_chart, profile_chart
 from zoobench.report.page.sections import Accuracy, Level, Section
-from zoobench.report.run_results import RunResult
 from zoobench.report.table_forms import pivot_listing, table_listing
-from zoobench.report.tables import Table
+from zoobench.report.tables import Table, repeat_commands
 from zoobench.report.views import duration, reasons_listing
-from zoobench.spec import Ref, RunSpec, repeat_command
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -88,24 +86,14 @@ def _table(table: Table, section: Section, place: Callable[[Chart | None], int |
     return {
         "title": table.title,
         "leaderboard": table_listing(table),
-        "commands": _commands(table, section.results),
+        "commands": repeat_commands(
+            table, (run.spec for run in section.results if run.run.state is not RunState.SKIPPED)
+        ),
         "pivot": pivot_listing(table),
         "over_rows": aggregate_listing(found) if found.improvements else None,
         "rows": found.rows,
         "profiles": place(profile_chart(found)),
     }
-
-
-def _commands(table: Table, results: Sequence[RunResult]) -> list[str]:
-    """The command that repeats each row of a table; empty where it has no run."""
-    specs: dict[tuple[Ref, ...], list[RunSpec]] = {}
-    for result in results:
-        spec = result.spec
-        is_here = (spec.fidelity, spec.frames, spec.budget) == (table.fidelity, table.frames, table.budget)
-        if is_here and spec.method in table.methods and result.run.state is not RunState.SKIPPED:
-            specs.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(spec)
-    found = (specs.get((row.env, row.task, row.design, row.controller), []) for row in table.rows)
-    return [repeat_command(own[0], *own[1:]) if own else "" for own in found]
 
 
 @cache
