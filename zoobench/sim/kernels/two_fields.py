@@ -26,11 +26,12 @@ ones, feet of half a cell sink by a third of a cell into a rigid bed; with lower
 what one of three should. The step is steep because a contact by halves is no softer, but creeps.
 """
 
-CARRIED = 9.0
-"""Pressure over density that a complete contact with a solid bed carries without any approach [m^2/s^2]: 2 kPa.
+CARRIED = 2.0
+"""What a contact with a solid bed carries without any approach, when complete: pressure over density [m^2/s^2].
 
 The impulse takes a share of the approach, which gravity renews in every substep: alone it would let a robot sink by
-ever less for ever. What this pressure stops within a substep is stopped whole, so that a state of rest exists.
+ever less for ever. What this pressure, half a kPa between robot and bed, stops within a substep is stopped whole, so
+that a state of rest exists. With more, a narrow footing carries more than it should.
 """
 
 FLAT = 0.01
