@@ -30,6 +30,10 @@ OPEN_ARENA = (2.0, 0.4, 2.0)
 BED_START = 0.35
 """Start of a land robot on a bed, relative to the bed's length."""
 
+BED_THICKNESS = 3 / 64
+"""[m] Of a solid bed: three cells at `draft`, a whole number of half cells at every fidelity. A thinner one carries a
+robot on the hard ground below, and by how much depends on the grid."""
+
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
 second after it, the kinetic energy is below 1.2e-7 of the potential energy, in the ocean below 1e-9."""

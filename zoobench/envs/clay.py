@@ -1,6 +1,6 @@
 """Clay: a soft plastic solid."""
 
-from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
@@ -12,13 +12,13 @@ from zoobench.sim.model.matter import ClayMaterial
 CLAY = Elasticity(medium_density=1800.0)
 
 
-@register(Kind.ENV, "clay", version=4, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "clay", version=5, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
 def clay(
     *,
     friction: float = 0.5,
-    slip: bool = False,
+    slip: bool = True,
     robot_friction: float = 0.5,
-    thickness: float = 0.02,
+    thickness: float = BED_THICKNESS,
     length: float = 0.3125,
     width: float = 0.1875,
     yield_stress: float = 200.0,

@@ -1,6 +1,6 @@
 """Desert: a bed of dry sand."""
 
-from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
@@ -12,13 +12,13 @@ from zoobench.sim.model.matter import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", version=3, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "desert", version=4, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,
-    slip: bool = False,
+    slip: bool = True,
     robot_friction: float = 0.5,
-    thickness: float = 0.02,
+    thickness: float = BED_THICKNESS,
     length: float = 0.3125,
     width: float = 0.1875,
     friction_angle: float = 45.0,

@@ -1,6 +1,6 @@
 """Snow: a light bed that hardens under compression."""
 
-from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
@@ -15,16 +15,16 @@ SNOW = Elasticity(medium_density=400.0)
 @register(
     Kind.ENV,
     "snow",
-    version=4,
+    version=5,
     tags=("land", "plastic"),
     added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )
 def snow(
     *,
     friction: float = 0.5,
-    slip: bool = False,
+    slip: bool = True,
     robot_friction: float = 0.5,
-    thickness: float = 0.02,
+    thickness: float = BED_THICKNESS,
     length: float = 0.3125,
     width: float = 0.1875,
     hardening: float = 10.0,

@@ -1,6 +1,6 @@
 """Wetland: mud with a small yield stress."""
 
-from zoobench.envs.base import Environment, bed_environment
+from zoobench.envs.base import BED_THICKNESS, Environment, bed_environment
 from zoobench.envs.bed import Bed
 from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Elasticity, Physics
@@ -12,13 +12,13 @@ from zoobench.sim.model.matter import MudMaterial
 MUD = Elasticity(medium_density=1400.0)
 
 
-@register(Kind.ENV, "wetland", version=4, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "wetland", version=5, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
 def wetland(
     *,
     friction: float = 0.5,
-    slip: bool = False,
+    slip: bool = True,
     robot_friction: float = 0.5,
-    thickness: float = 0.02,
+    thickness: float = BED_THICKNESS,
     length: float = 0.3125,
     width: float = 0.1875,
     yield_stress: float = 50.0,

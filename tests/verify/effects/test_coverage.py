@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from zoobench.envs.base import BED_THICKNESS
 from zoobench.errors import UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
@@ -16,14 +17,14 @@ from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
 
-# Table 6 of SoftZoo's appendix: friction, elasticity, plasticity and fluid; medium and thickness as the text has them.
+# Table 6 of SoftZoo's appendix: friction, elasticity, plasticity and fluid; medium as the text has it, thickness ours.
 TABLE_6 = {
     "ground": ("none", None, "high", "robot", False, ""),
     "ice": ("none", None, "low", "robot", False, ""),
-    "desert": ("sand", 0.02, "high", "robot, medium", True, ""),
-    "wetland": ("mud", 0.02, "high", "robot, medium", True, "mixed"),
-    "clay": ("clay", 0.02, "high", "robot, medium", True, ""),
-    "snow": ("snow", 0.02, "high", "robot, medium", True, ""),
+    "desert": ("sand", BED_THICKNESS, "high", "robot, medium", True, ""),
+    "wetland": ("mud", BED_THICKNESS, "high", "robot, medium", True, "mixed"),
+    "clay": ("clay", BED_THICKNESS, "high", "robot, medium", True, ""),
+    "snow": ("snow", BED_THICKNESS, "high", "robot, medium", True, ""),
     "shallow-water": ("water", 0.042, "high", "robot", False, "shallow"),
     "ocean": ("water", 0.15625, "", "robot", False, "deep"),
 }
@@ -63,7 +64,7 @@ def test_a_bed_on_hills_is_as_thick_as_on_the_level() -> None:
     hilly = Ref.parse("desert[relief=0.02]")
     (studied,) = studied_scenes([hilly], SMOKE)
     row = coverage(studied.env, studied.scene)
-    assert (row.env, row.thickness) == (str(hilly), pytest.approx(0.02, rel=1e-6))
+    assert (row.env, row.thickness) == (str(hilly), pytest.approx(BED_THICKNESS, rel=1e-6))
     with pytest.raises(UsageError, match="Leave the parameters out"):
         next(studied_scenes([hilly], SMOKE, particles=2000))
 
@@ -102,7 +103,15 @@ def sand_costs() -> dict[str, EffectCost]:
 
 def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, EffectCost]) -> None:
     """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
-    assert set(sand_costs) == {"muscle", "damping", "friction", "plasticity", "checkpoints", "gradient"}
+    assert set(sand_costs) == {
+        "muscle",
+        "damping",
+        "friction",
+        "contact",
+        "plasticity",
+        "checkpoints",
+        "gradient",
+    }
     for cost in sand_costs.values():
         assert cost.ratio == pytest.approx(cost.ns / cost.ns_without)
         assert cost.launches > 0

@@ -72,7 +72,7 @@ def press_node_adjoint(
     # beside gravity nothing but the contact of two fields acts on a node behind a wall before `press`
     free = free_velocity(q, dt, scene)
     if ti.static(variant.two_fields):
-        free = meeting(grid, m - nodes.size, nodes, window, s, w, index, dt, scene, terrain, variant.ground).u
+        free = meeting(grid, m - nodes.size, nodes, window, s, w, index, dt, scene, terrain, variant).u
     for d in ti.static(range(3)):
         normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, variant.ground)
         if normal != 0 and q[3] > 0.0:

@@ -4,7 +4,7 @@ Every node is there twice, the medium's nodes behind the robot's (`layer`): part
 alone. At a node where the volume shares of both add up to nearly one, an inelastic impulse keeps the robot from moving
 into the medium, with Coulomb friction (Bardenhagen, Brackbill and Sulsky 2000). Where they add up to less, there is a
 gap, which a node by itself does not show: the splines of both reach over it by up to a cell. The impulse is equal and
-opposite, and never adds energy.
+opposite, and never adds energy. A solid bed carries a slow robot whole, see `CARRIED`.
 
 The normal is the gradient of the medium's mass, by differences between neighbours: a bed is smooth on the scale of the
 grid, while the gradient of a robot of a few cells is tilted along all its edges, on which it would stick. Medium
@@ -13,7 +13,7 @@ without a gradient, deep in the robot or in the midst of splashes, moves with it
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES, contact, contact_adjoint, coulomb, coulomb_adjoint
+from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES, contact, contact_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
 from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
@@ -24,6 +24,14 @@ CLOSING, CLOSED = 0.7, 0.8
 Two planes that touch have a sum of 1 and with half a cell between them 0.6; a corner on a plane has 0.75. With higher
 ones, feet of half a cell sink by a third of a cell into a rigid bed; with lower ones, a footing of two cells carries
 what one of three should. The step is steep because a contact by halves is no softer, but creeps.
+"""
+
+CARRIED = 2.0
+"""What a contact with a solid bed carries without any approach, when complete: pressure over density [m^2/s^2].
+
+The impulse takes a share of the approach, which gravity renews in every substep: alone it would let a robot sink by
+ever less for ever. What this pressure, half a kPa between robot and bed, stops within a substep is stopped whole, so
+that a state of rest exists. With more, a narrow footing carries more than it should.
 """
 
 FLAT = 0.01
@@ -144,50 +152,69 @@ def closure(total):
 
 
 @ti.func
-def halted(relative, slope, friction):
-    """What a full contact takes from the robot's velocity `relative` to the medium, whose share has a `slope`."""
+def touched(relative, slope, share, carried, friction):
+    """Change of the robot's velocity `relative` to the medium by their contact, for a reduced mass of one.
+
+    Of the approach, what is `carried` [m/s] is stopped whole, and of the rest a share. The tangential velocity is
+    stopped as far as friction times that can: it balances the forces of this very substep, so that what sticks does not
+    creep. Where the medium has no slope, a share of all is stopped.
+    """
+    change = (0.0 - share) * relative
     square = slope.dot(slope)
-    taken = relative
     if square > 0.0:
         inside = FLAT * FLAT / (FLAT * FLAT + square)
-        # out of the medium, as the normal of a ground
-        taken = relative - (1.0 - inside) * coulomb(relative, (-1.0 / ti.sqrt(square)) * slope, friction)
-    return taken
+        normal = (-1.0 / ti.sqrt(square)) * slope  # out of the medium, as that of a ground
+        away = relative.dot(normal)
+        approach = ti.max(0.0 - away, 0.0)
+        stopped = share * approach + (1.0 - share) * ti.min(approach, carried)
+        along = relative - away * normal
+        speed, lost = along.norm(), 1.0 + 0.0 * share
+        if speed > friction * stopped:
+            lost = friction * stopped / speed
+        change = (1.0 - inside) * (stopped * normal - lost * along) + inside * change
+    return change
 
 
 @ti.func
-def coulomb_turn(v, u_adjoint, normal, friction):
-    """Adjoint of `coulomb` by the normal."""
-    adjoint = 0.0 * u_adjoint
-    approach = v.dot(normal)
-    if approach < 0.0:
-        along = v - approach * normal
-        speed = along.norm()
-        if speed > -friction * approach:
-            keep = 1.0 + friction * approach / speed
-            work = along.dot(u_adjoint) / speed
-            turn = friction * approach * work / (speed * speed)
-            slide = keep * u_adjoint - turn * along
-            adjoint = (friction * work - slide.dot(normal)) * v - approach * slide
-    return adjoint
-
-
-@ti.func
-def halted_adjoint(relative, slope, friction, adjoint):
-    """Adjoint of `halted` by the relative velocity and by the gradient of the share."""
+def touched_adjoint(relative, slope, share, carried, friction, adjoint):
+    """Adjoint of `touched` by the relative velocity, the slope, the share and what is carried."""
+    by_relative, by_slope = (0.0 - share) * adjoint, 0.0 * adjoint
+    by_share, by_carried = 0.0 - relative.dot(adjoint), 0.0 * share
     square = slope.dot(slope)
-    by_velocity, by_slope = adjoint, 0.0 * adjoint
     if square > 0.0:
-        whole = FLAT * FLAT + square
-        outside = square / whole
+        inside = FLAT * FLAT / (FLAT * FLAT + square)
+        outside = 1.0 - inside
         normal = (-1.0 / ti.sqrt(square)) * slope
-        free = coulomb(relative, normal, friction)
-        free_adjoint = (0.0 - outside) * adjoint
-        by_velocity = adjoint + coulomb_adjoint(relative, free_adjoint, normal, friction)
-        turn = coulomb_turn(relative, free_adjoint, normal, friction)
-        by_slope = (-1.0 / ti.sqrt(square)) * (turn - turn.dot(normal) * normal)
-        by_slope += (-2.0 * FLAT * FLAT / (whole * whole) * free.dot(adjoint)) * slope
-    return by_velocity, by_slope
+        away = relative.dot(normal)
+        approach = ti.max(0.0 - away, 0.0)
+        whole = ti.min(approach, carried)
+        stopped = share * approach + (1.0 - share) * whole
+        along = relative - away * normal
+        speed, lost = along.norm(), 1.0 + 0.0 * share
+        along_adjoint, stopped_adjoint = (0.0 - outside) * adjoint, outside * normal.dot(adjoint)
+        if speed > friction * stopped:
+            # the velocity lost is friction stopped along / |along|
+            lost = friction * stopped / speed
+            work = along.dot(along_adjoint) / speed
+            stopped_adjoint += friction * work
+            along_adjoint = lost * along_adjoint - (lost * work / speed) * along
+        by_inside = (0.0 - share * relative - stopped * normal + lost * along).dot(adjoint)
+        # along = v - (v . n) n
+        into = along_adjoint.dot(normal)
+        by_relative = along_adjoint - into * normal + inside * by_relative
+        by_normal = (outside * stopped) * adjoint - away * along_adjoint - into * relative
+        by_share = inside * by_share + stopped_adjoint * (approach - whole)
+        by_approach = share * stopped_adjoint
+        if approach > carried:
+            by_carried = (1.0 - share) * stopped_adjoint
+        else:
+            by_approach = stopped_adjoint
+        if away < 0.0:
+            by_relative += (0.0 - by_approach) * normal
+            by_normal += (0.0 - by_approach) * relative
+        by_slope = (-1.0 / ti.sqrt(square)) * (by_normal - by_normal.dot(normal) * normal)
+        by_slope += (-2.0 * inside * inside / (FLAT * FLAT) * by_inside) * slope
+    return by_relative, by_slope, by_share, by_carried
 
 
 @ti.func
@@ -202,27 +229,32 @@ def free_velocity(q, dt, scene: ti.template()):
 @ti.func
 def meeting(
     grid: ti.template(), m, nodes: ti.template(), window: ti.template(), s, w, index: ti.template(), dt,
-    scene: ti.template(), terrain: ti.template(), ground: ti.template(),
+    scene: ti.template(), terrain: ti.template(), variant: ti.template(),
 ):  # fmt: skip
-    """Velocities of robot and medium at a node after gravity and before the impulse, the impulse from medium to robot,
-    and what the impulse is made of."""
+    """Velocities of robot and medium at a node after gravity and their contact, the impulse from medium to robot, and
+    what the impulse is made of."""
     q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
     v, u = free_velocity(q, dt, scene), free_velocity(o, dt, scene)
-    share, rise, reduced = 0.0 * dt, 0.0 * dt, 0.0 * dt
-    slope, taken, impulse = 0.0 * v, 0.0 * v, 0.0 * v
+    share, rise, reduced, carried, strength = 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt
+    slope, change, impulse = 0.0 * v, 0.0 * v, 0.0 * v
     if q[3] > 0.0 and o[3] > 0.0:
-        room = node_room(scene, index, terrain, ground)
-        share, rise = closure((q[3] / scene.robot_full + o[3] / scene.medium_full) / room)
+        room = node_room(scene, index, terrain, variant.ground)
+        total = (q[3] / scene.robot_full + o[3] / scene.medium_full) / room
+        share, rise = closure(total)
         if share > 0.0:
-            up, down = beside(scene, window, s, w, index, terrain, ground)
+            if ti.static(variant.law != WATER):
+                strength = dt * CARRIED * scene.inverse / (CLOSED - CLOSING)
+                carried = strength * (total - CLOSING)
+            up, down = beside(scene, window, s, w, index, terrain, variant.ground)
             slope = mass_gradient(grid, m + nodes.size, nodes, up, down) / scene.medium_full
-            taken = halted(v - u, slope, scene.interface_friction)
+            change = touched(v - u, slope, share, carried, scene.interface_friction)
             reduced = q[3] * o[3] / (q[3] + o[3])
-            impulse = (0.0 - share * reduced) * taken
+            impulse = reduced * change
             v += impulse / q[3]
             u += (-1.0 / o[3]) * impulse
     return ti.Struct(
-        v=v, u=u, share=share, rise=rise, reduced=reduced, slope=slope, taken=taken, impulse=impulse,
+        v=v, u=u, share=share, rise=rise, carried=carried, strength=strength, reduced=reduced, slope=slope,
+        change=change, impulse=impulse,
     )  # fmt: skip
 
 
@@ -270,7 +302,7 @@ def update_both(
     scene: ti.template(), terrain: ti.template(), variant: ti.template(),
 ):  # fmt: skip
     """Momenta of robot and medium at node m to velocities at `node`, with gravity, their contact, and the ground's."""
-    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant.ground)
+    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant)
     at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
     for k in ti.static(range(2)):
         mass, after = grid[MOMENTUM, m + k * nodes.size][3], ti.Vector([0.0, 0.0, 0.0, 0.0])
@@ -294,7 +326,7 @@ def update_both_adjoint(
 
     Those of the neighbours' mass are added to; so are all, which is atomic where nodes are taken at once.
     """
-    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant.ground)
+    found = meeting(grid, m, nodes, window, s, w, index, dt, scene, terrain, variant)
     at, count = ti.Vector([index[0], index[1], index[2]]), ti.Vector([scene.nodes_x, scene.nodes_y, scene.nodes_z])
     q, o = grid[MOMENTUM, m], grid[MOMENTUM, m + nodes.size]
     stored, other = grid_adjoint[MOMENTUM, node], grid_adjoint[MOMENTUM, node + nodes.size]
@@ -314,21 +346,21 @@ def update_both_adjoint(
     if ti.static(variant.skin):
         grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
     if found.share > 0.0:
-        # v' = v + J / q and u' = u - J / o with J = -share reduced taken
+        # v' = v + J / q and u' = u - J / o with J = reduced change
         impulse_adjoint = v_adjoint / q[3] - u_adjoint / o[3]
-        work = found.taken.dot(impulse_adjoint)
-        q_part, o_part = found.reduced / q[3], found.reduced / o[3]
-        room = node_room(scene, index, terrain, variant.ground)
-        by_total = -found.reduced * work * found.rise
+        by_reduced = found.change.dot(impulse_adjoint)
         relative = free_velocity(q, dt, scene) - free_velocity(o, dt, scene)
-        by_velocity, by_slope = halted_adjoint(
-            relative, found.slope, scene.interface_friction, (0.0 - found.share * found.reduced) * impulse_adjoint
+        by_velocity, by_slope, by_share, by_carried = touched_adjoint(
+            relative, found.slope, found.share, found.carried, scene.interface_friction, found.reduced * impulse_adjoint
         )
+        room = node_room(scene, index, terrain, variant.ground)
+        by_total = (by_share * found.rise + by_carried * found.strength) / room
         # reduced = q o / (q + o)
-        q_mass += by_total / (scene.robot_full * room)
-        o_mass += by_total / (scene.medium_full * room)
-        q_mass += -v_adjoint.dot(found.impulse) / (q[3] * q[3]) - found.share * work * q_part * q_part
-        o_mass += u_adjoint.dot(found.impulse) / (o[3] * o[3]) - found.share * work * o_part * o_part
+        q_part, o_part = found.reduced / q[3], found.reduced / o[3]
+        q_mass += by_total / scene.robot_full
+        o_mass += by_total / scene.medium_full
+        q_mass += by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / (q[3] * q[3])
+        o_mass += by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / (o[3] * o[3])
         v_adjoint += by_velocity
         u_adjoint = u_adjoint - by_velocity
         up, down = beside(scene, window, s, w, index, terrain, variant.ground)
