@@ -1,4 +1,4 @@
-"""Where a robot meets a medium: the bearing capacity of clay, and Coulomb friction on a bed."""
+"""Where a robot meets a medium: bearing capacity of clay, sinkage in mud, and Coulomb friction on a bed."""
 
 import math
 from dataclasses import replace
@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial
+from zoobench.envs.bed import rest_strains
+from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial, MudMaterial
 from zoobench.sim.model.scene import Ground, Scene
-from zoobench.verify.cases import CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, bed, lattice, passive_body
 
 _H = 1 / 64
@@ -77,6 +78,74 @@ def strip_footing(record: CaseRecorder) -> None:
     record.at_least("control: capacity of 2 cells in one velocity field over Prandtl's", pressure[-1] / PRANDTL, 1.6)
     figure.computed("MPM, 2 cells, one velocity field", depth, pressure)
     figure.reference("2 + π", depth, np.full_like(depth, PRANDTL))
+
+
+_BLOCK_WIDTH, _BLOCK_HEIGHT, _MUD_DEPTH = 6 / 64, 3 / 64, 6 / 64
+_MUD = MudMaterial(1e5, 0.3, 1400.0, yield_stress=50.0, viscosity=1.0)
+_BLOCK_DENSITY = 1000.0
+
+
+def sinkage() -> float:
+    """Depth [m] at which a strip of `_BLOCK_HEIGHT` rests in mud: Prandtl's capacity and Archimedes' carry its weight.
+
+    The norm of the deviator is sqrt2 times the shear strength k.
+    """
+    capacity = PRANDTL * _MUD.yield_stress / math.sqrt(2.0)
+    return (_BLOCK_DENSITY * GRAVITY * _BLOCK_HEIGHT - capacity) / (_MUD.density * GRAVITY)
+
+
+def sinking_block(cells: int, friction: float | None) -> tuple[Array, Array]:
+    """Times [s] and depths [m] of a block let go on the level surface of mud, in plane strain.
+
+    Args:
+        cells: width of the block.
+        friction: between block and mud; None for one velocity field.
+    """
+    h = _BLOCK_WIDTH / cells
+    edge, wide, left = h / _PER_CELL, 4 * _BLOCK_WIDTH, 1.5 * _BLOCK_WIDTH
+    places = lattice((0.0, 0.0, 0.0), (wide, _MUD_DEPTH, h), edge)
+    load = _MUD.density * GRAVITY * (_MUD_DEPTH - places[:, 1])
+    block = lattice((left, _MUD_DEPTH, 0.0), (left + _BLOCK_WIDTH, _MUD_DEPTH + _BLOCK_HEIGHT, h), edge)
+    scene = Scene(
+        passive_body(ElasticMaterial(2e5, 0.3, _BLOCK_DENSITY, viscosity=20.0), block, edge**3), (0, 0, 0),
+        (wide, _MUD_DEPTH + _BLOCK_HEIGHT + 4 * h, h),
+        medium=replace(bed(_MUD, places, edge**3, rest_strains(_MUD, load)), friction=friction), ground=Ground(0.5),
+        gravity=(0.0, -GRAVITY, 0.0),
+    )  # fmt: skip
+    pieces = 30
+    rig = Rig(scene, h, 1.5 / pieces)
+    depths = []
+    for _ in range(pieces + 1):
+        depths.append(block[:, 1].mean() - rig.positions[rig.robot, 1].mean())
+        rig.advance(rig.steps)
+    return rig.times(pieces, rig.steps), np.array(depths)
+
+
+_HELD_UP = "it meets the mud four tenths of a cell away, and so is broader and lies deeper by that on every side"
+
+
+
+@case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
+def sinkage_in_mud(record: CaseRecorder) -> None:
+    """A block that is too heavy for the mud sinks until the mud's strength and its buoyancy carry it."""
+    figure = record.plot("Block on mud", "time [s]", "depth [m]")
+    exact = sinkage()
+    coarse = 0.0
+    for cells, worst in ((12, 0.68), (6, 0.45)):
+        times, depths = sinking_block(cells, 0.5)
+        coarse = depths[-1]
+        record.within(
+            f"depth over the exact one, {cells} cells",
+            depths[-1] / exact,
+            0.8,
+            1.1,
+            shortfall=Shortfall(_HELD_UP, worst),
+        )
+        figure.computed(f"MPM, {cells} cells", times, depths)
+    times, depths = sinking_block(6, None)
+    record.at_most("control: depth in one velocity field over that in two, 6 cells", depths[-1] / coarse, 0.9)
+    figure.computed("MPM, 6 cells, one velocity field", times, depths)
+    figure.reference("Prandtl and Archimedes", times, np.full_like(times, exact))
 
 
 def slide(degrees: float, friction: float, seconds: float = 0.4) -> tuple[Array, Array]:
