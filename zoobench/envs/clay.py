@@ -32,7 +32,7 @@ def clay(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the clay [-].
-    * `slip`: whether robot and clay have velocity fields of their own, or the clay sticks to the robot.
+    * `slip`: whether robot and clay have velocity fields of their own; else the clay sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].

@@ -34,7 +34,7 @@ def desert(
     spot. It is a whole number of cells at the fidelities draft and paper.
 
     * `friction`: Coulomb coefficient of the ground under the sand [-].
-    * `slip`: whether robot and sand have velocity fields of their own, or the sand sticks to the robot.
+    * `slip`: whether robot and sand have velocity fields of their own; else the sand sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].

@@ -40,7 +40,7 @@ def snow(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the snow [-].
-    * `slip`: whether robot and snow have velocity fields of their own, or the snow sticks to the robot.
+    * `slip`: whether robot and snow have velocity fields of their own; else the snow sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].

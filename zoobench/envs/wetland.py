@@ -33,7 +33,7 @@ def wetland(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the mud [-].
-    * `slip`: whether robot and mud have velocity fields of their own, or the mud sticks to the robot.
+    * `slip`: whether robot and mud have velocity fields of their own; else the mud sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].

@@ -124,7 +124,6 @@ def sinking_block(cells: int, friction: float | None) -> tuple[Array, Array]:
 _HELD_UP = "it meets the mud four tenths of a cell away, and so is broader and lies deeper by that on every side"
 
 
-
 @case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
 def sinkage_in_mud(record: CaseRecorder) -> None:
     """A block that is too heavy for the mud sinks until the mud's strength and its buoyancy carry it."""
