@@ -49,6 +49,14 @@ def _end_runtime() -> Iterator[None]:
         runtime.stop()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _repeated_migrations() -> Iterator[None]:
+    from tests.new_databases import repeated_migrations  # late: it loads libraries whose threads are chosen above
+
+    with repeated_migrations():
+        yield
+
+
 @pytest.fixture
 def ctrl_c() -> Iterator[None]:
     """SIGINT as Python handles it, though the tests may run in the background, where it is ignored."""

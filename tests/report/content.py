@@ -1,6 +1,8 @@
 """Databases with known content for the tests of reports and commands, made through the store alone."""
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from zoobench.db.owner import Owner
@@ -79,24 +81,41 @@ def fill(path: Path) -> Path:
     (7, 8) and a diverged run (9), random a failed run (10), one in progress (11) and a queued one (12). Run 13 is a
     smoke run with the score 77.
     """
+    contents, claim = _filled()
+    path.write_bytes(contents)
     with Store(path) as store:
-        for seed in range(3):
-            add_done(store, make_spec(seed=seed), 1.0 + 0.001 * seed)
-            add_done(store, make_spec(method="random-v1", seed=seed), 0.1 + 0.001 * seed)
-        for seed in range(2):
-            add_done(store, make_spec(env="ice-v1", seed=seed), 0.5)
-        add_ended(store, make_spec(env="ice-v1", seed=2), Ending(RunState.DIVERGED, "det F is -1."))
-        trace = 'Traceback\n  File "x.py"\nValueError: boom'
-        add_ended(
-            store,
-            make_spec(env="ice-v1", method="random-v1", seed=0),
-            Ending(RunState.FAILED, "ValueError: boom", traceback=trace),
-        )
-        claim = claim_new(store, make_spec(env="ice-v1", method="random-v1", seed=1))
-        store.commit(claim, Batch(fraction=0.25, score=0.05))
-        store.enqueue([make_spec(env="ice-v1", method="random-v1", seed=2)])
-        add_done(store, make_spec(fidelity="smoke-v1"), 77.0)
+        store.commit(claim, Batch(fraction=0.25, score=0.05))  # its lease begins anew
     return path
+
+
+@cache
+def _filled() -> tuple[bytes, Claim]:
+    """The file, made once in a process, and the claim on the run in progress."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "runs.db"
+        with Store(path) as store:
+            claim = _add_everything(store)
+        return path.read_bytes(), claim
+
+
+def _add_everything(store: Store) -> Claim:
+    for seed in range(3):
+        add_done(store, make_spec(seed=seed), 1.0 + 0.001 * seed)
+        add_done(store, make_spec(method="random-v1", seed=seed), 0.1 + 0.001 * seed)
+    for seed in range(2):
+        add_done(store, make_spec(env="ice-v1", seed=seed), 0.5)
+    add_ended(store, make_spec(env="ice-v1", seed=2), Ending(RunState.DIVERGED, "det F is -1."))
+    trace = 'Traceback\n  File "x.py"\nValueError: boom'
+    add_ended(
+        store,
+        make_spec(env="ice-v1", method="random-v1", seed=0),
+        Ending(RunState.FAILED, "ValueError: boom", traceback=trace),
+    )
+    claim = claim_new(store, make_spec(env="ice-v1", method="random-v1", seed=1))
+    store.commit(claim, Batch(fraction=0.25, score=0.05))
+    store.enqueue([make_spec(env="ice-v1", method="random-v1", seed=2)])
+    add_done(store, make_spec(fidelity="smoke-v1"), 77.0)
+    return claim
 
 
 def add_curve(

@@ -143,7 +143,7 @@ class Animal:
 
     def distance(self, points: Array) -> Array:
         """Signed distance `[n]` [m] of points `[n, 3]` [m] to the surface; negative inside."""
-        drawn = points / self.scale
+        drawn: Array = np.divide(points, self.scale, order="F")  # one coordinate after the other is twice as fast
         skin = smooth_union([part.solid(drawn) for part in self.parts], self.blend)
         return self.scale * np.maximum(skin, -drawn[:, 1])
 
@@ -176,6 +176,7 @@ class Animal:
 
     def _tissue(self, drawn: Array) -> Array:
         """Share of each part at each point `[n, part_count]`: 1 in the part with the least distance, blended nearby."""
+        drawn = np.asfortranarray(drawn)
         distances = np.stack([part.solid(drawn) for part in self.parts], axis=1)
         weights = np.maximum(1.0 - (distances - distances.min(axis=1, keepdims=True)) / _MARGIN, 0.0)
         found: Array = weights / weights.sum(axis=1, keepdims=True)
@@ -204,8 +205,8 @@ class Animal:
         """Unit directions `[n, 3]`, from the share of each part `[n, part_count]` [-]."""
         directions = np.array([part.fibre for part in self.parts])
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        mirror = np.stack([np.ones(len(drawn)), np.ones(len(drawn)), np.sign(np.round(drawn[:, 2], 9))], axis=1)
-        mean = (tissue @ directions) * mirror
+        mean = tissue @ directions
+        mean[:, 2] *= np.sign(np.round(drawn[:, 2], 9))
         mean[np.linalg.norm(mean, axis=1) < 1e-6] = (1.0, 0.0, 0.0)
         found: Array = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         return found

@@ -36,9 +36,10 @@ def capsule(start: Point, end: Point, start_radius: float, end_radius: float) ->
     axis = np.array(end) - foot
 
     def distance(points: Array) -> Array:
-        share = np.clip((points - foot) @ axis / (axis @ axis), 0.0, 1.0)
+        offset = points - foot
+        share = np.clip(np.ascontiguousarray(offset) @ axis / (axis @ axis), 0.0, 1.0)
         radius = start_radius + share * (end_radius - start_radius)
-        found: Array = np.linalg.norm(points - foot - share[:, None] * axis, axis=1) - radius
+        found: Array = np.linalg.norm(offset - np.multiply.outer(axis, share).T, axis=1) - radius
         return found
 
     return distance
@@ -80,7 +81,9 @@ class Plane:
         along = np.array(self.along) / np.linalg.norm(self.along)
         across = np.array(self.across) - np.dot(self.across, along) * along
         across /= np.linalg.norm(across)
-        found: Array = (points - self.origin) @ np.stack([along, across, np.cross(along, across)], axis=1)
+        found: Array = np.subtract(points, self.origin, order="C") @ np.stack(
+            [along, across, np.cross(along, across)], axis=1
+        )
         return found
 
 
@@ -117,7 +120,13 @@ def _polygon(corners: Array, points: Array) -> Array:
 
 def mirrored(solid: Distance) -> Distance:
     """A solid of the right side (z > 0) on both sides."""
-    return lambda points: solid(points * (1.0, 1.0, 0.0) + np.abs(points) * (0.0, 0.0, 1.0))
+
+    def distance(points: Array) -> Array:
+        folded = points.copy(order="K")
+        np.abs(points[:, 2], out=folded[:, 2])
+        return solid(folded)
+
+    return distance
 
 
 def smooth_union(distances: Sequence[Array], blend: float) -> Array:
