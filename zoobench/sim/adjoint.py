@@ -72,7 +72,8 @@ class Adjoint:
         while (frame, piece) < end:
             counts = share(self._counts[frame], piece, pieces)
             stops = self._stops[frame] * (piece == pieces - 1)
-            parts.append(Part(frame, counts, stops, is_first=piece == 0))
+            begins = self._counts[frame] * piece // pieces == 0
+            parts.append(Part(frame, counts, stops, piece == 0, begins))
             frame, piece = (frame, piece + 1) if piece + 1 < pieces else (frame + 1, 0)
         return parts
 
@@ -125,7 +126,7 @@ class Adjoint:
         for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         sim.put_to_sleep(self._rollout.asleep[part.frame])
-        plan = sim.plan(first, part.counts, self._counts[part.frame])
+        plan = sim.plan(first, part.counts, self._counts[part.frame], begins=part.begins)
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
         sim.meter.count("backward", plan.world_substeps, at_rest=part.frame < self._rollout.equilibration)
 

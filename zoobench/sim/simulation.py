@@ -126,9 +126,19 @@ class Simulation:
         self.matter.copy_world(world, self.start)
         self.alive[world] = 1
 
-    def plan(self, first: IntArray, counts: IntArray, whole: IntArray | None = None) -> LaunchPlan:
-        """The launch of `counts` substeps from the slots `first` on, of `whole` in the frame (all if None)."""
-        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1))
+    def plan(
+        self,
+        first: IntArray,
+        counts: IntArray,
+        whole: IntArray | None = None,
+        *,
+        begins: bool | NDArray[np.bool_] = True,
+    ) -> LaunchPlan:
+        """The launch of `counts` substeps from the slots `first` on, of `whole` in the frame (all if None).
+
+        `begins` says where it is the first of the frame.
+        """
+        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1), begins)
         return self._plan
 
     @property

@@ -288,8 +288,8 @@ class LaunchPlan:
     """The substeps of a launch in each world.
 
     Attributes:
-        slots: `[worlds, 3]` first slot read, number of substeps, and of particles awake; a world without substeps is
-            unchanged.
+        slots: `[worlds, 4]` first slot read, number of substeps, and of particles awake, and 1 where the launch is the
+            first of its frame; a world without substeps is unchanged.
         dt: `[worlds]` step [s].
         order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
         world_substeps: of all worlds together.
@@ -306,17 +306,18 @@ class LaunchPlan:
     @classmethod
     def none(cls, worlds: int, real: torch.dtype, device: str, particles: int = 0) -> Self:
         """Nothing to do in any world, of `particles` that may sleep and are awake."""
-        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (3, particles))
+        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (4, particles))
         plan = cls(slots, torch.ones(worlds, dtype=real, device=device), order)
         plan.put_to_sleep(np.zeros((worlds, particles), np.bool_))
         return plan
 
-    def set(self, first: IntArray, counts: IntArray, dt: Array) -> None:
-        """Give every world its first slot, number of substeps and step [s], `[worlds]` each."""
+    def set(self, first: IntArray, counts: IntArray, dt: Array, begins: bool | NDArray[np.bool_] = True) -> None:
+        """Give every world its first slot, number of substeps and step [s], and whether a frame begins, `[worlds]`."""
         slots, steps = self._on_host
-        slots[:, 0], slots[:, 1], steps[:] = first, counts, dt
+        slots[:, 0], slots[:, 1], slots[:, 3], steps[:] = first, counts, begins, dt
         if not self.slots.is_cpu:
             put(self.slots[:, :2], slots[:, :2])
+            put(self.slots[:, 3], slots[:, 3])
             put(self.dt, steps)
         self.world_substeps = int(counts.sum())
 
