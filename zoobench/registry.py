@@ -375,6 +375,16 @@ def load_own() -> None:
         _load_own(kind)
 
 
+def has_plugins() -> bool:
+    """Whether any installed package offers components."""
+    return not importlib.metadata.entry_points().groups.isdisjoint(f"zoobench.{kind}" for kind in Kind)
+
+
+def look_again() -> None:
+    """Look for plug-ins anew where a component is asked for next, as they may have been installed meanwhile."""
+    _discovered.clear()
+
+
 def _load_own(kind: Kind) -> None:
     package = importlib.import_module(f"zoobench.{kind}")
     for module in pkgutil.iter_modules(getattr(package, "__path__", [])):

@@ -5,6 +5,7 @@ import signal
 import socket
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,15 @@ import psutil
 import pytest
 
 from tests.harness.helpers import enqueue, fake, numbers
+from zoobench import registry
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import forked, worker_pool
 from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.forked import ForkedProcess, fork
 from zoobench.harness.provenance import THREAD_VARIABLES
+from zoobench.registry import Kind
+from zoobench.spec import Budget, Ref, RunSpec
 
 pytestmark = pytest.mark.skipif(not can_fork(), reason="this system has no fork servers")
 
@@ -152,6 +156,105 @@ def test_a_forked_child_that_dies_is_known_by_its_signal(tmp_path: Path, monkeyp
     assert "killed by signal 11 (SIGSEGV)" in (row.reason or "")
     with Store(path) as store:
         assert store.attempts(1)[0].signal == signal.SIGSEGV
+
+
+_CHILD = (sys.executable, "-m", "zoobench.harness.child")
+
+
+def _spec(method: str, env: str = "ground") -> RunSpec:
+    """A short run, of few particles."""
+    names = {Kind.ENV: env, Kind.TASK: "turning", Kind.DESIGN: "caterpillar", Kind.CONTROLLER: "sine-basis"}
+    refs = (registry.resolve(kind, Ref(name)) for kind, name in (names | {Kind.METHOD: method}).items())
+    fidelity = registry.resolve(Kind.FIDELITY, Ref("smoke"))
+    return RunSpec(*refs, seed=0, budget=Budget("episodes", 16), fidelity=fidelity, frames=4)
+
+
+def _done(process: ForkedProcess, spec: RunSpec) -> dict[str, Any]:
+    """Finals and parameters of a run, in a process of a child's that it ends with."""
+    job = {"spec": spec.to_dict(), "checkpoint": None, "stored": [], "parent": process.parent}
+    process.stdin.write(json.dumps(job).encode() + b"\n" + 2 * b'{"reference": [0.5, "m/s"]}\n')
+    process.stdin.flush()
+    *_, last = map(json.loads, process.stdout.readlines())
+    assert process.wait() == 0, process.stderr.read()
+    assert last["type"] == "done", last
+    return {name: last[name] for name in ("finals", "params")}
+
+
+@pytest.fixture(scope="module")
+def kernels(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """An empty folder for kernels."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ZOOBENCH_CACHE", str(folder))
+        yield folder / "kernels"
+
+
+def _child(server: ForkServer, spec: RunSpec | None, *, wanted: bool = True) -> ForkedProcess | None:
+    """A child process, in an environment that is the same in every test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("PYTEST_CURRENT_TEST")
+        return fork(server.requests, _CHILD, spec, lambda: wanted)
+
+
+def _parent(server: ForkServer, spec: RunSpec | None) -> int:
+    """Process id of what forks the child of a run; the child is ended."""
+    process = _child(server, spec)
+    assert process is not None
+    process.kill()
+    process.wait()
+    return process.parent
+
+
+@pytest.fixture
+def branch(server: ForkServer, kernels: Path, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Process id of a branch that has the kernels of a run and its gradient."""
+    monkeypatch.setattr(forked, "_KERNEL_SECONDS", 300.0)
+    return _parent(server, _spec("diffphysics"))
+
+
+def test_runs_of_one_environment_are_forked_where_their_kernels_are(
+    server: ForkServer, branch: int, kernels: Path
+) -> None:
+    """Of both methods by one branch, which has kept its kernels, and with the numbers of a process that has none."""
+    assert list(kernels.glob("*.tic"))
+    for method in ("diffphysics", "random"):
+        spec = _spec(method)
+        rich, poor = _child(server, spec), _child(server, None)
+        assert rich is not None
+        assert poor is not None
+        assert rich.parent == branch != poor.parent
+        assert _done(rich, spec) == _done(poor, spec)
+
+
+def test_what_a_forked_run_compiles_is_kept(server: ForkServer, branch: int, kernels: Path) -> None:
+    """Kernels that its branch does not have: here those of another environment."""
+    before = set(kernels.glob("*.tic"))
+    process = _child(server, _spec("random"))
+    assert process is not None
+    assert process.parent == branch
+    _done(process, _spec("random", "desert"))
+    assert set(kernels.glob("*.tic")) > before
+
+
+def test_who_waits_for_kernels_in_vain_is_served_without(
+    server: ForkServer, branch: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Too long, not wanting it any more, of a run that cannot be simulated, and once the branch was killed."""
+    spec, plain = _spec("random"), _parent(server, None)
+    psutil.Process(branch).suspend()
+    assert _child(server, spec, wanted=False) is None
+    with monkeypatch.context() as hurried:
+        hurried.setattr(forked, "_KERNEL_SECONDS", 0.1)
+        assert _parent(server, spec) == plain
+    psutil.Process(branch).resume()
+    held = _child(server, spec)
+    assert held is not None
+    assert held.parent == branch
+    assert [each.pid for each in psutil.Process(branch).children()] == [held.pid]
+    psutil.Process(branch).kill()
+    assert held.wait() == -signal.SIGKILL
+    assert _parent(server, spec) == plain
+    assert _parent(server, replace(spec, env=Ref("nowhere", 1))) == plain
 
 
 def _is_server_at_work(process: psutil.Process) -> bool:

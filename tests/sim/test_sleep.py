@@ -26,12 +26,19 @@ SLOW = 0.01
 SIZE = (16 * scenes.SPACING, 0.5, 14 * scenes.SPACING)
 
 
-def _scene(name: str = "sand") -> Scene:
-    """The muscle cube landing on one end of a bed from wall to wall, which carries its weight and creeps by nothing."""
-    lattice = scenes.fidelity()
-    medium = Bed(scenes.MEDIA[name], scenes.SPACING).fill(np.array(SIZE), 9.81, lattice)
+FIELDS = pytest.mark.parametrize("slip", [False, True], ids=["one-field", "two-fields"])
+
+
+def _scene(slip: bool = False) -> Scene:
+    """The muscle cube landing on one end of a bed from wall to wall, which carries its weight and creeps by nothing.
+
+    With slip it is pressed into the bed a little, which it meets in a velocity field of its own.
+    """
+    bed = Bed(scenes.MEDIA["sand"], scenes.SPACING, robot_friction=0.3 if slip else None)
+    medium = bed.fill(np.array(SIZE), 9.81, scenes.fidelity())
     creeping = replace(medium, velocities=np.full_like(medium.positions, 1e-12))
-    body = scenes.muscle_body((3 * scenes.SPACING, scenes.SPACING, 5 * scenes.SPACING), moving=True)
+    height = (0.9 if slip else 1.0) * scenes.SPACING
+    body = scenes.muscle_body((3 * scenes.SPACING, height, 5 * scenes.SPACING), moving=True)
     return Scene(body, (0.0, 0.0, 0.0), SIZE, ground=Ground(0.5), medium=creeping)
 
 
@@ -62,13 +69,14 @@ def test_matter_is_awake_near_what_moves() -> None:
     assert rollout.asleep[0, 0, -1]
 
 
+@FIELDS
 @pytest.mark.parametrize("transfer", ["apic", "aflip"])
-def test_awake_matter_feels_all_of_the_matter_asleep(transfer: Transfer) -> None:
+def test_awake_matter_feels_all_of_the_matter_asleep(transfer: Transfer, slip: bool) -> None:
     """In one substep it moves as if nothing slept; what sleeps keeps its state, and lets go of the rest's impulse.
 
     The total momentum differs by what the matter asleep would have taken: the reaction of what holds it.
     """
-    scene = _scene()
+    scene = _scene(slip)
     states = []
     for sleep in (0.0, SLOW):
         solver = Solver(scene, _fidelity(sleep, transfer))
@@ -94,9 +102,10 @@ def test_awake_matter_feels_all_of_the_matter_asleep(transfer: Transfer) -> None
     np.testing.assert_allclose(mass @ held[:, 1, :3] + reaction, mass @ free[:, 1, :3], rtol=1e-12)
 
 
-def test_motion_converges_with_threshold_and_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+@FIELDS
+def test_motion_converges_with_threshold_and_reach(monkeypatch: pytest.MonkeyPatch, slip: bool) -> None:
     """To that of a bed of which nothing sleeps; with the threshold alone, up to the waves that outrun the reach."""
-    scene = _scene()
+    scene = _scene(slip)
     _, free = _run(scene, 0.0, 12)
     moved = np.abs(free.positions - free.positions[0]).max()
 
@@ -109,7 +118,7 @@ def test_motion_converges_with_threshold_and_reach(monkeypatch: pytest.MonkeyPat
     loose, strict, *far = (error(*each) for each in ((0.03, REACH), (1e-6, REACH), (1e-6, 4), (1e-6, 6), (1e-6, 8)))
     assert 1e-2 > loose > strict
     for nearer, farther in pairwise((strict, *far)):
-        assert nearer > 4 * farther
+        assert nearer > (3 if slip else 4) * farther
     assert far[-1] < 1e-5
 
 
@@ -127,10 +136,10 @@ def test_a_wave_wakes_the_bed() -> None:
     assert [sum(frame) for frame in awake] == [min(1 + REACH * frame, 8) for frame in range(1, 7)]
 
 
-@pytest.fixture(scope="module")
-def probed() -> tuple[Probe, Gradient, NDArray[np.bool_]]:
+@pytest.fixture(scope="module", params=[False, True], ids=["one-field", "two-fields"])
+def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, NDArray[np.bool_]]:
     """The cube landing beside matter asleep, with the sleepers of the base point."""
-    probe = Probe(_scene(), 6, fidelity=_fidelity(SLOW))
+    probe = Probe(_scene(request.param), 6, fidelity=_fidelity(SLOW))
     return probe, probe.gradient(), probe.rollout.asleep
 
 
@@ -144,21 +153,20 @@ def test_gradient_beside_matter_asleep_is_that_of_differences(
     assert (np.diff(asleep.astype(int), axis=0) > 0).any()
     assert (np.diff(asleep.astype(int), axis=0) < 0).any()
     direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[name].shape)
-    exact = float((getattr(gradient, name) * direction).sum())
-    difference = probe.difference(name, direction, 1e-5)
-    np.testing.assert_array_equal(probe.rollout.asleep, asleep)
     # without the adjoint of what sleeps the error is 1e-6 to 1e-5: the robot feels little of it
-    assert difference == pytest.approx(exact, rel=1e-7)
+    assert probe.error(gradient, name, direction, enough=1e-7) <= 1e-7
+    np.testing.assert_array_equal(probe.rollout.asleep, asleep)
 
 
-def _worlds(transfer: Transfer, **stored: int) -> tuple[Rollout, Gradient]:
+def _worlds(transfer: Transfer, slip: bool, **stored: int) -> tuple[Rollout, Gradient]:
     """Two worlds that come to rest first, in which other particles sleep, and their gradient; memory in states."""
     fidelity = _fidelity(SLOW, transfer, precision=32)
     options: dict[str, Any] = {"worlds": 2, "gradients": True}
+    scene = _scene(slip)
     if "memory" in stored:
-        state = Solver(_scene(), fidelity, worlds=2).matter.bytes_per_slot()
+        state = Solver(scene, fidelity, worlds=2).matter.bytes_per_slot()
         stored = {"memory": stored["memory"] * state}
-    solver = Solver(_scene(), fidelity, **options, **stored)
+    solver = Solver(scene, fidelity, **options, **stored)
     rest, frames = 2, 4
     actuation = scenes.actuation(solver, frames)
     rollout = solver.run(actuation, equilibration=rest)
@@ -168,13 +176,16 @@ def _worlds(transfer: Transfer, **stored: int) -> tuple[Rollout, Gradient]:
     return rollout, solver.backward(rollout, *scenes.path_weights(solver, frames))
 
 
+@FIELDS
 @pytest.mark.parametrize("transfer", ["apic", pytest.param("aflip", marks=pytest.mark.slow)])
-def test_gradient_is_the_same_however_little_is_stored(transfer: Transfer) -> None:
+def test_gradient_is_the_same_however_little_is_stored(transfer: Transfer, slip: bool) -> None:
     """Bit for bit: what sleeps in a frame sleeps again where the frame is simulated again, or a piece of it."""
-    _, expected = _worlds(transfer)
-    for name, stored in STORED.items():
-        _, found = _worlds(transfer, **stored)
+    _, expected = _worlds(transfer, slip)
+    for name, stored in {**STORED, "less than a frame": {"memory": 24}}.items():
+        rollout, found = _worlds(transfer, slip, **stored)
         assert scenes.same(found, expected), name
+    assert rollout.segmentation is not None
+    assert rollout.segmentation.slots < rollout.counts.max()
 
 
 def test_a_world_moves_alike_alone_and_beside_others() -> None:

@@ -1,6 +1,11 @@
-"""The libraries of a process that simulates, loaded at once."""
+"""The libraries of a process that simulates, loaded at once, and its kernels."""
 
 import gc
+from dataclasses import replace
+
+from zoobench import registry
+from zoobench.cell.seeding import generator
+from zoobench.spec import Budget, RunSpec
 
 
 def load_simulator() -> None:
@@ -10,9 +15,37 @@ def load_simulator() -> None:
     kernels are made: a fifth of that time. To be called once, by a process that does nothing else.
     """
     gc.disable()
+    import scipy.spatial  # noqa: F401  # with which bodies are sampled
+
     import zoobench.cell.problem
     import zoobench.sim.equilibrium
     import zoobench.sim.solver  # noqa: F401
 
     gc.freeze()
     gc.enable()
+
+
+def load_kernels(spec: RunSpec, *, gradient: bool) -> None:
+    """Load, or compile, the kernels of a run for the processes that are forked from this one, which lends them.
+
+    A frame of a robot drawn at random is simulated. What else runs share is there after it, too: the sampled body, and
+    on disk the state of rest.
+
+    Args:
+        spec: of the run.
+        gradient: whether those of the reverse, too.
+
+    Raises:
+        ZoobenchError: as of the run itself.
+    """
+    from zoobench.cell.problem import Problem
+    from zoobench.sim import runtime
+
+    runtime.lend()
+    problem = Problem(replace(spec, frames=1, budget=Budget("episodes", 1)))
+    problem.episode(problem.initial(generator(spec, "kernels")), gradient=gradient)
+    runtime.keep_kernels()
+    registry.look_again()
+    del problem
+    gc.collect()
+    gc.freeze()

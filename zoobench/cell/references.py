@@ -82,8 +82,7 @@ def _shared(spec: RunSpec, name: str, compute: Callable[[RunSpec], Metric], shar
 
 
 def _random(spec: RunSpec) -> Metric:
-    # on one thread, one world at a time is as fast as many and takes the least memory
-    problem = Problem(replace(spec, budget=Budget("episodes", DRAWS)), worlds=1)
+    problem = Problem(replace(spec, budget=Budget("episodes", DRAWS)), worlds=DRAWS)
     rng = generator(spec, "reference", _SEED_AXES)
     scores = [item.score for item in problem.evaluate_batch([problem.initial(rng) for _ in range(DRAWS)])]
     finite = [score for score in scores if math.isfinite(score)]

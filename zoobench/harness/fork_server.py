@@ -2,21 +2,26 @@
 
 `python -m zoobench.harness.fork_server DESCRIPTOR`, one for a pool of workers. It has a single thread and does nothing
 but fork, wait and kill. Whoever holds the other end of the socket DESCRIPTOR may ask for processes; it ends when nobody
-does. A request is a JSON object of the `module` and `arguments` of `python -m`, `environment` and `sources`, with four
-descriptors: standard input, output and error, and a socket, the leash. On the leash it tells the pids of itself and of
-the process, and in the end the exit code. `KILL` from the other side kills the process, and so does the end of whoever
-holds that side. The end of the server kills all of them. Each leads a group, and what it has started ends with it.
+does. A request is a JSON object of the `module` and `arguments` of `python -m`, `environment`, `sources` and `spec`,
+with four descriptors: standard input, output and error, and a socket, the leash. On the leash it tells the pids of
+itself and of the process, and in the end the exit code. `KILL` from the other side kills the process, and so does the
+end of whoever holds that side. The end of the server kills all of them. Each leads a group, and what it has started
+ends with it.
 
 It closes the leash of a process that would not be what Python starts: if the sources were changed since it began, or if
 the environment has other settings for libraries that it has loaded.
 
-To fork is safe here as nothing runs that the forked process would lack: no other thread, no runtime, no database. On
-macOS the system's own libraries have threads, and there is no fork server.
+A process that is asked for with the `spec` of its run is forked by a branch: a server like this one, and forked from
+it, that has loaded the kernels of the run's environment, design and fidelity. Where it cannot, it ends, and so the
+leash is closed; who asked then asks without a spec. A branch ends with the server, and with the last of its processes
+once there are newer ones.
+
+To fork is safe here as nothing runs that the forked process would lack: no other thread, no runtime, no database. A
+branch has Taichi's runtime, which lends itself to processes that are forked (`sim.runtime.lend`). On macOS the system's
+own libraries have threads, and there is no fork server.
 """
 
-import json
 import os
-import runpy
 import selectors
 import signal
 import socket
@@ -27,14 +32,22 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from zoobench import registry, rounding
-from zoobench.harness.forked import CODE, KILL, LONGEST_REQUEST, PIDS
+from zoobench.cell.loading import load_kernels, load_simulator
+from zoobench.errors import ZoobenchError
+from zoobench.harness.fork_request import Request, end_without_threads
+from zoobench.harness.forked import CODE, KILL, PIDS, is_held
 from zoobench.harness.lifeline import die_with
 from zoobench.harness.provenance import THREAD_VARIABLES, sources
+from zoobench.registry import Kind
+from zoobench.spec import RunSpec, canonical_json
 
 _LOADED_WITH = (*THREAD_VARIABLES, *rounding.CHOICES)
 """Environment variables that libraries read when they are loaded."""
 
 _END_SECONDS = 5.0
+
+_MOST_BRANCHES = 2
+"""That are asked for processes: at the border of two families workers need both."""
 
 
 class ForkServer:
@@ -75,36 +88,6 @@ def can_fork() -> bool:
     return sys.platform == "linux" and hasattr(os, "pidfd_open")
 
 
-class _Request(NamedTuple):
-    """A process that is asked for: what it is to run, with its streams and its leash."""
-
-    module: str
-    arguments: list[str]
-    environment: dict[str, str]
-    sources: str
-    descriptors: list[int]
-
-    @classmethod
-    def read(cls, requests: socket.socket) -> "Self | None":
-        """The next one; None if there is nobody left to ask."""
-        message, descriptors, _, _ = socket.recv_fds(requests, LONGEST_REQUEST, 4)
-        return cls(**json.loads(message), descriptors=list(descriptors)) if message else None
-
-    def begin(self) -> None:
-        """Become the process, but for its module."""
-        for target, descriptor in enumerate(self.descriptors[:3]):
-            os.dup2(descriptor, target)
-        for descriptor in self.descriptors:
-            os.close(descriptor)
-        os.environ.clear()
-        os.environ.update(self.environment)
-
-    def run(self) -> None:
-        """Run the module as `python -m` does."""
-        sys.argv = ["", *self.arguments]
-        runpy.run_module(self.module, run_name="__main__", alter_sys=True)
-
-
 class _Forked(NamedTuple):
     """A process in the server's care."""
 
@@ -113,33 +96,122 @@ class _Forked(NamedTuple):
     leash: socket.socket
 
 
+class _Branch(NamedTuple):
+    """A server that has the kernels of the runs of one `key`, those of gradients too or not."""
+
+    pid: int
+    end: int
+    requests: socket.socket
+    key: str
+    gradient: bool
+
+    @property
+    def is_dismissed(self) -> bool:
+        """Whether it is asked for no more processes."""
+        return self.requests.fileno() < 0
+
+
 class _Server:
-    def __init__(self, requests: socket.socket, sources: str) -> None:
-        self._requests, self._sources = requests, sources
+    """A server, or with `is_branch` one that has kernels."""
+
+    def __init__(self, requests: socket.socket, sources: str, *, is_branch: bool = False) -> None:
+        self._requests, self._sources, self._is_branch = requests, sources, is_branch
         self._selector = selectors.DefaultSelector()
         self._selector.register(requests, selectors.EVENT_READ)
         self._forked: list[_Forked] = []
+        self._branches: list[_Branch] = []
+        self._barren: set[str] = set()
         self._ends = False
 
-    def serve(self) -> _Request | None:
+    def serve(self) -> Request | None:
         """Serve until nobody can ask any more: None; in a process that was forked, its request."""
-        while self._forked or not self._ends:
+        while self._forked or self._branches or not self._ends:
             for key, _ in self._selector.select():
-                if key.fileobj is not self._requests:
+                if isinstance(key.data, _Branch):
+                    self._bury(key.data)
+                elif key.fileobj is not self._requests:
                     self._look_after(key.data, key.fileobj)
-                elif request := _Request.read(self._requests):
-                    if self._fork(request):
-                        return request
+                elif request := Request.read(self._requests):
+                    if request.spec is None or self._is_branch:
+                        if self._fork(request):
+                            return request
+                    elif (branch := self._hand_on(request)) is not None:
+                        return branch.serve()
                 else:
                     self._selector.unregister(self._requests)
                     self._ends = True
+                    self._dismiss(0)
         return None
 
-    def _fork(self, request: _Request) -> bool:
+    def _hand_on(self, request: Request) -> "_Server | None":
+        """Have a branch answer a request, or close it; in a new branch its server, else None."""
+        branch = self._branch_for(request)
+        if isinstance(branch, _Server):
+            return branch
+        if branch is not None:
+            with suppress(OSError):  # it has ended a moment ago
+                socket.send_fds(branch.requests, [request.message], request.descriptors)
+        request.close()
+        return None
+
+    def _branch_for(self, request: Request) -> "_Branch | _Server | None":
+        """The branch that has the kernels of a request, None if there can be none; in a new branch its server."""
+        assert request.spec is not None
+        try:
+            spec = RunSpec.from_dict(request.spec)
+            method = registry.get(Kind.METHOD, spec.method.name, spec.method.version)
+        except ZoobenchError:  # the run will tell
+            return None
+        finally:
+            registry.look_again()
+        gradient = "gradient" in method.tags
+        key = canonical_json([*map(str, (spec.env, spec.design, spec.fidelity)), request.environment])
+        for branch in self._branches:
+            if branch.key == key and branch.gradient >= gradient and not branch.is_dismissed:
+                return branch
+        if key in self._barren or not self._is_as_started(request):
+            return None
+        self._dismiss(_MOST_BRANCHES - 1)
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        server = os.getpid()
+        pid = os.fork()
+        if pid == 0:
+            ours.close()
+            self._leave()
+            request.close()
+            request.set_environment()
+            die_with(server)
+            load_kernels(spec, gradient=gradient)
+            return _Server(theirs, self._sources, is_branch=True)
+        theirs.close()
+        branch = _Branch(pid, os.pidfd_open(pid), ours, key, gradient)
+        self._branches.append(branch)
+        self._selector.register(branch.end, selectors.EVENT_READ, branch)
+        return branch
+
+    def _dismiss(self, kept: int) -> None:
+        """Ask no branch but the `kept` newest any more: the others end with their processes."""
+        for branch in self._branches[: len(self._branches) - kept]:
+            branch.requests.close()
+
+    def _bury(self, branch: _Branch) -> None:
+        """A branch has ended; if it could not do its work, no other is made."""
+        if os.waitpid(branch.pid, 0)[1]:
+            self._barren.add(branch.key)
+        self._selector.unregister(branch.end)
+        os.close(branch.end)
+        branch.requests.close()
+        self._branches.remove(branch)
+
+    def _is_as_started(self, request: Request) -> bool:
+        """Whether a forked process is what Python would start."""
+        settings = [request.environment.get(name) == os.environ.get(name) for name in _LOADED_WITH]
+        return request.sources == self._sources and all(settings)
+
+    def _fork(self, request: Request) -> bool:
         """Fork if it is to be; True in the new process."""
         leash = socket.socket(fileno=request.descriptors[3])
-        settings = [request.environment.get(name) == os.environ.get(name) for name in _LOADED_WITH]
-        if request.sources == self._sources and all(settings):
+        if self._is_as_started(request) and is_held(leash):
             server = os.getpid()
             pid = os.fork()
             if pid == 0:
@@ -195,30 +267,30 @@ class _Server:
         for forked in self._forked:
             os.close(forked.end)
             forked.leash.close()
+        for branch in self._branches:
+            os.close(branch.end)
+            branch.requests.close()
         self._selector.close()
         self._requests.close()
 
 
-def _load() -> None:
-    """Load what children need, but no plug-ins, which may do what they like."""
-    from zoobench.cell.loading import load_simulator
-
-    registry.load_own()
-    load_simulator()
-
-
-def main() -> int:
+def main() -> None:
     """Serve; in a process that was forked, run what it was forked for."""
     requests = socket.socket(fileno=int(sys.argv[1]))
     requests.set_inheritable(False)
     before = sources()
-    _load()
+    # what children need, but no plug-ins, which may do what they like
+    registry.load_own()
+    load_simulator()
     if len(list(Path("/proc/self/task").iterdir())) > 1:  # it would be missing in what is forked
-        return 1
-    if request := _Server(requests, before).serve():
+        sys.exit(1)
+    server = os.getpid()
+    request = _Server(requests, before).serve()
+    if request and os.getppid() == server:
         request.run()
-    return 0
+    else:  # forked by a branch, or a server at its end
+        end_without_threads(request.run if request else lambda: None)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -7,18 +7,23 @@ import socket
 import struct
 import sys
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from multiprocessing import connection
 from typing import IO
 
 from zoobench.cell.memory import memory_of
 from zoobench.harness.provenance import sources
+from zoobench.spec import RunSpec
 
 LONGEST_REQUEST = 1 << 17
 KILL = b"kill"
 PIDS, CODE = struct.Struct("qq"), struct.Struct("q")
 
 _PATIENCE_SECONDS = 60.0  # for the server to load and to answer
+_KERNEL_SECONDS = 20.0  # for a branch to load kernels, too: less than a lease, which is not renewed meanwhile
+_LOOK_SECONDS = 0.2
 
 
 class ForkedProcess:
@@ -64,16 +69,42 @@ class ForkedProcess:
             return self._code
 
 
-def fork(requests: socket.socket, command: Sequence[str]) -> ForkedProcess | None:
+def fork(
+    requests: socket.socket,
+    command: Sequence[str],
+    spec: RunSpec | None = None,
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> ForkedProcess | None:
     """A process for a command `python -m`, with the environment of this one; None if it has to be started anew.
 
     Args:
         requests: to the fork server.
         command: as for `subprocess.Popen`.
+        spec: of the run that it is to do, whose kernels it is to have; if they cannot be had soon, it has none.
+        is_wanted: asked while the server is waited for.
     """
     if tuple(command[:2]) != (sys.executable, "-m"):
         return None
-    wanted = {"module": command[2], "arguments": command[3:], "environment": dict(os.environ), "sources": sources()}
+    process = None if spec is None else _ask(requests, command, spec, _KERNEL_SECONDS, is_wanted)
+    if process is None and is_wanted():
+        process = _ask(requests, command, None, _PATIENCE_SECONDS, is_wanted)
+    return process
+
+
+def _ask(
+    requests: socket.socket,
+    command: Sequence[str],
+    spec: RunSpec | None,
+    patience: float,
+    is_wanted: Callable[[], bool],
+) -> ForkedProcess | None:
+    wanted = {
+        "module": command[2],
+        "arguments": command[3:],
+        "environment": dict(os.environ),
+        "sources": sources(),
+        "spec": None if spec is None else spec.to_dict(),
+    }
     request = json.dumps(wanted).encode()
     if len(request) > LONGEST_REQUEST:
         return None
@@ -87,23 +118,35 @@ def fork(requests: socket.socket, command: Sequence[str]) -> ForkedProcess | Non
         ends = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         leash = ours.enter_context(ends[0])
         theirs.enter_context(ends[1])
-        leash.settimeout(_PATIENCE_SECONDS)
         try:
             socket.send_fds(requests, [request], [each.fileno() for each in (*others, ends[1])])
             theirs.close()  # else the end of the server would not be noticed
         except OSError:
             return None
+        deadline = time.monotonic() + patience
+        while not connection.wait([leash], _LOOK_SECONDS):
+            if time.monotonic() > deadline or not is_wanted():
+                return None
         said = hear(leash, PIDS.size)
         if not said:
             return None
-        leash.settimeout(None)
         ours.pop_all()
         return ForkedProcess(streams, leash, *PIDS.unpack(said))
 
 
 def hear(leash: socket.socket, size: int) -> bytes:
-    """The next message; empty if the other side is gone, or silent for longer than the socket's patience."""
+    """The next message; empty if the other side is gone."""
     try:
         return leash.recv(size)
     except OSError:
         return b""
+
+
+def is_held(leash: socket.socket) -> bool:
+    """Whether the other side of a leash on which nothing is said yet is still there."""
+    try:
+        return bool(leash.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT))
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False

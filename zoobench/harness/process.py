@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -19,6 +19,7 @@ from zoobench.cell.memory import memory_of
 from zoobench.db.rows import Claim
 from zoobench.harness.forked import fork
 from zoobench.harness.line_reader import LineReader, PipedLine
+from zoobench.spec import RunSpec
 
 if TYPE_CHECKING:
     from zoobench.harness.messages import Message
@@ -77,12 +78,17 @@ class Process(Protocol):
         """Resident memory of it and its descendants [bytes]; 0 if it has ended."""
 
 
-def start(command: Sequence[str], requests: socket.socket | None = None) -> Process:
+def start(
+    command: Sequence[str],
+    requests: socket.socket | None = None,
+    spec: RunSpec | None = None,
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> Process:
     """A process for a command: forked by the server at the other end of `requests` if it can, else started.
 
-    Never forked from this process, which has threads.
+    Never forked from this process, which has threads. Arguments as of `forked.fork`.
     """
-    return (None if requests is None else fork(requests, command)) or StartedProcess(command)
+    return (None if requests is None else fork(requests, command, spec, is_wanted)) or StartedProcess(command)
 
 
 class StartedProcess(subprocess.Popen[bytes]):

@@ -89,6 +89,8 @@ def plugins_of(spec: RunSpec) -> dict[str, dict[str, str | None]]:
 
     Those of zoobench itself are told by `code` and their versions. Empty if there are no others.
     """
+    if not registry.has_plugins():  # then zoobench's own need not be loaded either
+        return {}
     kinds = zip(AXES, (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.METHOD, Kind.FIDELITY), strict=True)
     found = {}
     for axis, kind in kinds:

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, Self
 
+from zoobench import registry
 from zoobench.cell.memory import allowed
 from zoobench.db.owner import Owner
 from zoobench.db.store import ClaimLostError, Store
@@ -24,6 +25,8 @@ from zoobench.errors import ZoobenchError
 from zoobench.harness.lifeline import Lifeline
 from zoobench.harness.process import CHILD_COMMAND
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
+from zoobench.inputs import named_runs
+from zoobench.spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -102,9 +105,19 @@ def work(
             return
         taken += 1
         on_run(claim.run_id)
+        spec = claim.spec if orders.child == CHILD_COMMAND and _may_share_kernels(claim.spec) else None
+        begin = partial(start, orders.child, requests, spec, lambda: not stop.is_set())
         with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
-            supervise(store, claim, partial(start, orders.child, requests), stop=stop, limits=limits)
+            supervise(store, claim, begin, stop=stop, limits=limits)
         on_run(claim.run_id)
+
+
+def _may_share_kernels(spec: RunSpec) -> bool:
+    """Whether a run's kernels may be loaded for others, too: not if it needs more than its spec, nor beside plug-ins.
+
+    These may do to a process what they like, and so before kernels are loaded.
+    """
+    return not (registry.has_plugins() or named_runs(spec.design, spec.controller, spec.method))
 
 
 def main() -> int:

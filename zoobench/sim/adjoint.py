@@ -9,6 +9,7 @@ halves, the later one first, from a state in its middle.
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import torch
@@ -47,16 +48,19 @@ class Adjoint:
         sim.set_body(rollout.body)
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
-        self._seed(position_adjoint[rollout.frames - rest], velocity_adjoint[rollout.frames - rest])
+        alive = sim.is_alive()[:, None, None]
+        seeds = [memory(sim.tensor(adjoint * alive)) for adjoint in (position_adjoint, velocity_adjoint)]
+        self._seed(*(seed[rollout.frames - rest] for seed in seeds))
         for number, segment in reversed(list(enumerate(rollout.segments))):
             for frame in self._reversed(segment.start, self._parts(number), number):
                 # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._look_for_fault(frame)
                 self._spread_tension(frame)
                 if frame >= rest:
-                    self._seed(position_adjoint[frame - rest], velocity_adjoint[frame - rest])
+                    self._seed(*(seed[frame - rest] for seed in seeds))
                     if feedback is not None:
-                        self._seed(*feedback(frame - rest, self._actuation[frame]))
+                        more = feedback(frame - rest, self._actuation[frame])
+                        self._seed(*(memory(sim.tensor(adjoint * alive)) for adjoint in more))
         return self._collect()
 
     def _parts(self, number: int) -> list[Part]:
@@ -68,7 +72,8 @@ class Adjoint:
         while (frame, piece) < end:
             counts = share(self._counts[frame], piece, pieces)
             stops = self._stops[frame] * (piece == pieces - 1)
-            parts.append(Part(frame, counts, stops, is_first=piece == 0))
+            begins = self._counts[frame] * piece // pieces == 0
+            parts.append(Part(frame, counts, stops, piece == 0, begins))
             frame, piece = (frame, piece + 1) if piece + 1 < pieces else (frame + 1, 0)
         return parts
 
@@ -121,16 +126,15 @@ class Adjoint:
         for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         sim.put_to_sleep(self._rollout.asleep[part.frame])
-        plan = sim.plan(first, part.counts, self._counts[part.frame])
+        plan = sim.plan(first, part.counts, self._counts[part.frame], begins=part.begins)
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
         sim.meter.count("backward", plan.world_substeps, at_rest=part.frame < self._rollout.equilibration)
 
-    def _seed(self, positions: FloatArray, velocities: FloatArray) -> None:
-        """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each."""
-        sim, state = self._sim, self._state.memory
-        alive = sim.is_alive()[:, None, None]
-        for row, adjoint in enumerate((positions, velocities)):
-            state[0, :, : sim.robot_count, row, :3] += memory(sim.tensor(adjoint * alive))
+    def _seed(self, positions: Any, velocities: Any) -> None:
+        """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each; see `memory`."""
+        state = self._state.memory[0, :, : self._sim.robot_count]
+        state[:, :, 0, :3] += positions
+        state[:, :, 1, :3] += velocities
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
@@ -148,7 +152,7 @@ class Adjoint:
         """From the adjoint of a frame's tension, add to those of its actuation and of the muscle membership."""
         sim, body = self._sim, self._rollout.body
         if sim.muscle_count:
-            tension = memory(self._parameters.body)[:, : sim.robot_count, 0, 3]
+            tension = self._parameters.memory[:, : sim.robot_count, 0, 3]
             activity = np.array(tension if sim.alive.is_cpu else tension.cpu(), float)
             activity *= sim.scene.robot.material.muscle_strength
             self._actuation[frame] += np.einsum("wpk,wp->wk", body["muscle_membership"], activity)

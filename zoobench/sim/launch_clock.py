@@ -11,6 +11,7 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,9 @@ TIMED = ("advance", "reverse", "survey")
 _EMPTY_LAUNCHES = 15
 
 _clocks: list["LaunchClock"] = []
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_clocks.clear)  # what was spent before is told by the other process
 
 
 @dataclass(frozen=True)
@@ -121,12 +125,17 @@ def work_clock(device: runtime.Device) -> Callable[[], float]:
 
 def watch(launcher: Any) -> None:
     """Time this launcher's calls and write them at the end of the process, if the environment asks for it."""
-    if folder := os.environ.get(VARIABLE):
-        if not _clocks:
-            atexit.register(_write, Path(folder))
+    if os.environ.get(VARIABLE):
+        _write_at_exit()
         _clocks.append(LaunchClock(launcher))
 
 
-def _write(folder: Path) -> None:
+@cache
+def _write_at_exit() -> None:
+    atexit.register(_write)
+
+
+def _write() -> None:
+    folder = Path(os.environ[VARIABLE])
     launches = [{name: asdict(times) for name, times in clock.times().items()} for clock in _clocks]
     (folder / f"{os.getpid()}.json").write_text(json.dumps({"process_s": time.process_time(), "launches": launches}))

@@ -151,7 +151,8 @@ class Launcher:
     ) -> None:
         """The adjoint of the planned substeps, last to first; the adjoints are updated in place."""
         if self._grid_adjoint is None:
-            self._grid_adjoint = self._new_grid()
+            others = (self._worlds - 1) * self.variant.sleep  # each has the slab of its own
+            self._grid_adjoint = self._new_grid(others * self.nodes_of_a_world)
         arrays = (
             *matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid,
             self._grid_adjoint, matter_adjoint.state, parameter_adjoint.body,

@@ -29,13 +29,16 @@ _WHOLE_POSITION = ASTTransformerContext.get_pos_info
 
 _started: tuple[int, Device, bool] | None = None
 _generation = 0
+_lends = False
+_borrows = False
 _is_forked = False
 
 
 def _note_fork() -> None:
-    """In a forked process: the runtime lives on in its parent, whose threads it needs."""
-    global _is_forked
-    _is_forked = _started is not None
+    """In a forked process: the runtime lives on in its parent, whose threads it needs; unless that one lends it."""
+    global _lends, _borrows, _is_forked
+    if _started is not None:
+        _is_forked, _borrows, _lends = not _lends, _lends, False
 
 
 if hasattr(os, "register_at_fork"):
@@ -48,6 +51,26 @@ def cache_folder() -> Path:
         return Path(chosen) / "kernels"
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "zoobench" / "kernels"
+
+
+def lend() -> None:
+    """Let processes that are forked from this one launch the kernels that it has loaded, and load others.
+
+    To be called before the first start. Taichi then compiles without threads, and kernels on one thread need none. Its
+    end does: a forked process must leave by `os._exit`, after `stop`.
+    """
+    global _lends
+    _lends = True
+
+
+def keep_kernels() -> None:
+    """Write what was compiled so far into the cache, in a runtime that is lent and goes on."""
+    if (pid := os.fork()) == 0:
+        try:
+            stop()
+        finally:
+            os._exit(0)
+    os.waitpid(pid, 0)
 
 
 def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bool = True) -> int:
@@ -67,14 +90,13 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
             Taichi was running.
     """
     global _started, _generation
-    if _is_forked:
+    wanted = (precision, device, debug or bool(os.environ.get("ZOOBENCH_DEBUG")))
+    if _is_forked or (_borrows and _started is not None and _started[1:] != wanted[1:]):
         raise UsageError(
             "This process was forked from one that had simulated already, and Taichi would wait for ever for threads "
             "that were left there. Start processes by 'spawn' or 'forkserver', as in gymnasium.make_vec(..., "
             "vectorization_mode='async', vector_kwargs={'context': 'forkserver'}), or before the first simulation."
         )
-    debug = debug or bool(os.environ.get("ZOOBENCH_DEBUG"))
-    wanted = (precision, device, debug)
     if _started == wanted:
         return _generation
     if device == "cuda" and not torch.cuda.is_available():
@@ -89,7 +111,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         if not _generation:
             atexit.register(stop)
         with contextlib.redirect_stdout(None):  # Taichi prints to standard output, which is reserved for data
-            _initialise(precision, device, debug, cache)
+            _initialise(*wanted, cache)
     _started = wanted
     _generation += 1
     return _generation
@@ -110,6 +132,8 @@ def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> Non
         # the compiler of a processor finds nearly all that Taichi's own optimisation does, in a third of the time
         advanced_optimization=device == "cuda",
         debug=debug,
+        # in a forked process there are no others
+        num_compile_threads=0 if _lends else 4,
         offline_cache=cache,
         offline_cache_file_path=str(cache_folder()),
         log_level=ti.ERROR,
@@ -195,11 +219,16 @@ def stop() -> None:
 
     Taichi writes compiled kernels into the cache only then.
     """
-    global _started, _generation
-    if _started is not None and not _is_forked:
+    global _started, _generation, _is_forked
+    if _started is None or _is_forked:
+        return
+    if _borrows:
+        impl.get_runtime().prog.finalize()  # which writes; the rest would wait for threads of another process
+        _is_forked = True
+    else:
         ti.reset()
-        _started = None
-        _generation += 1
+    _started = None
+    _generation += 1
 
 
 def real(precision: int) -> torch.dtype:

@@ -24,6 +24,7 @@ from zoobench.sim.model.state import (
     Parameters,
     initial_matter,
     medium_share,
+    memory,
 )
 from zoobench.sim.model.step_limits import StepLimit
 from zoobench.sim.muscle_energy import MuscleEnergy
@@ -82,6 +83,7 @@ class Simulation:
             self.start_at(start)
         self.parameters = Parameters.zeros(worlds, self.robot_count, self.particle_count, self._real, device)
         self.alive = torch.ones(worlds, dtype=torch.int32, device=device)
+        self._alive = memory(self.alive)
         order = self.particle_count if self.launcher.variant.sleep else 0
         self._plan = LaunchPlan.none(worlds, self._real, device, order)
         if scene.water:
@@ -93,7 +95,7 @@ class Simulation:
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""
-        return self.alive.cpu().numpy()
+        return self._alive if self.alive.is_cpu else self.alive.cpu().numpy()
 
     def check_runtime(self) -> None:
         """Refuse to go on after the runtime was restarted.
@@ -124,9 +126,19 @@ class Simulation:
         self.matter.copy_world(world, self.start)
         self.alive[world] = 1
 
-    def plan(self, first: IntArray, counts: IntArray, whole: IntArray | None = None) -> LaunchPlan:
-        """The launch of `counts` substeps from the slots `first` on, of `whole` in the frame (all if None)."""
-        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1))
+    def plan(
+        self,
+        first: IntArray,
+        counts: IntArray,
+        whole: IntArray | None = None,
+        *,
+        begins: bool | NDArray[np.bool_] = True,
+    ) -> LaunchPlan:
+        """The launch of `counts` substeps from the slots `first` on, of `whole` in the frame (all if None).
+
+        `begins` says where it is the first of the frame.
+        """
+        self._plan.set(first, counts, self.frame_seconds / np.maximum(counts if whole is None else whole, 1), begins)
         return self._plan
 
     @property

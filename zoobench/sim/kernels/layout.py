@@ -4,8 +4,8 @@
     window     [slots, worlds, 8] first and past-the-last grid node that any particle touches, where the nodes' momenta
                of the substep from this slot are kept in `grid`, and whether they are
     body       [worlds, particles, 2] (mass, volume, stiffness, tension) and (fibre, 0)
-    plan       [worlds, 3] first slot, number of substeps, and of particles awake, with dt [worlds]: every world takes
-               its own steps
+    plan       [worlds, 4] first slot, number of substeps, and of particles awake, and whether a frame begins, with dt
+               [worlds]: every world takes its own steps
     order      [worlds, particles] the particles awake, then those asleep; empty where none may sleep
     constants  [23] of the scene, below
     terrain    [nx, nz] height of the ground above the grid's first node [cells] and its normal; empty for a plane

@@ -5,10 +5,11 @@ scattered once, into a slab of the whole arena behind all other nodes of the gri
 begin with it in place of zero. What awake particles feel of them is therefore exact; what the nodes give back to them
 is not taken, as if the ground held them. Substeps visit particles and nodes of those awake alone.
 
-Backward the adjoints of the momenta are summed over the launch in the same slab of their own grid, and each particle
-asleep takes its part once, beside the adjoint of its unchanged state.
+Backward the adjoints of the momenta are summed over all launches of a frame in a slab of their own grid, one for every
+world, and each particle asleep takes its part once, beside the adjoint of its unchanged state: into how many launches a
+frame is divided changes no bit.
 
-Arrays are those of `layout`. The slabs are zero between launches.
+Arrays are those of `layout`. The slabs are zero between launches, and those of the adjoints between frames.
 """
 
 import taichi as ti
@@ -53,6 +54,14 @@ def slab(grid: ti.template(), scene: ti.template(), variant: ti.template()):
 
 
 @ti.func
+def adjoint_slab(grid_adjoint: ti.template(), scene: ti.template(), worlds, w, variant: ti.template()):
+    """The same for the adjoints of a world, behind all other nodes of theirs."""
+    nodes = slab(grid_adjoint, scene, variant)
+    origin = nodes.origin - (worlds - 1 - w) * layers(variant) * nodes.size
+    return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
+
+
+@ti.func
 def touched(
     state: ti.template(), order: ti.template(), first, last, scene: ti.template(), s, w, width: ti.template()
 ):  # fmt: skip
@@ -87,9 +96,8 @@ def lie_down(
 
 
 @ti.func
-def clear_slab(grid: ti.template(), scene: ti.template(), box: ti.template(), variant: ti.template()):
-    """Zero the nodes of a box in the slab."""
-    nodes = slab(grid, scene, variant)
+def clear_slab(grid: ti.template(), nodes: ti.template(), box: ti.template(), variant: ti.template()):
+    """Zero the nodes of a box in a slab."""
     for k in ti.static(range(layers(variant))):
         for i in range(box.x0, box.x1):
             for j in range(box.y0, box.y1):
@@ -109,7 +117,7 @@ def rise(
         t = s + plan[w, 1] * stride
         if plan[w, 1] > 0:
             box = touched(state, order, count, state.shape[2], scene, s, w, variant.width)
-            clear_slab(grid, scene, box, variant)
+            clear_slab(grid, slab(grid, scene, variant), box, variant)
             window[t, w, 0] = ti.min(window[t, w, 0], box.x0)
             window[t, w, 1] = ti.min(window[t, w, 1], box.y0)
             window[t, w, 2] = ti.min(window[t, w, 2], box.z0)
@@ -153,7 +161,7 @@ def begin_nodes_adjoint(
 ):  # fmt: skip
     """Adjoint of `begin_nodes`: adds to that of the momenta of particles asleep."""
     if ti.static(variant.sleep):
-        arena = slab(grid_adjoint, scene, variant)
+        arena = adjoint_slab(grid_adjoint, scene, window.shape[1], w, variant)
         node = 0
         for m in ti.static(range(layers(variant))):
             for i in range(window[s, w, 0], window[s, w, 3]):
@@ -172,10 +180,14 @@ def lie_down_adjoint(
     grid_adjoint: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(), scene: ti.template(), dt, w,
     variant: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `lie_down`, after those of all substeps: adds to the adjoints of particles asleep."""
+    """Adjoint of `lie_down`, after those of all substeps of the frame: adds to the adjoints of particles asleep."""
     if ti.static(variant.sleep):
-        s, count, nodes = plan[w, 0], plan[w, 2], slab(grid_adjoint, scene, variant)
+        s, count = plan[w, 0], plan[w, 2]
+        nodes = adjoint_slab(grid_adjoint, scene, state.shape[1], w, variant)
+        box = touched(state, order, count, state.shape[2], scene, s, w, variant.width)
         if plan[w, 1] > 0:
+            clear_slab(grid, slab(grid, scene, variant), box, variant)
+        if plan[w, 1] > 0 and plan[w, 3] != 0:
             for i in range(count, state.shape[2]):
                 p = order[w, i]
                 held = [adjoint[0, w, p, row] for row in ti.static(_CARRIED)]
@@ -184,6 +196,4 @@ def lie_down_adjoint(
                 to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
                 for n in ti.static(range(len(_CARRIED))):
                     adjoint[0, w, p, ti.static(_CARRIED[n])] += held[n]
-            box = touched(state, order, count, state.shape[2], scene, s, w, variant.width)
-            clear_slab(grid, scene, box, variant)
-            clear_slab(grid_adjoint, scene, box, variant)
+            clear_slab(grid_adjoint, nodes, box, variant)

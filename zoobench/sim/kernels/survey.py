@@ -55,6 +55,7 @@ def survey(
     Massless particles are left out. Of a variant only the medium's law and whether there is a skin make a difference,
     so that scenes which differ in other things share the kernel.
     """
+    ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
         nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)

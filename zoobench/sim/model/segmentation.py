@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from zoobench.errors import UsageError
 from zoobench.sim.model.state import IntArray
@@ -125,13 +126,15 @@ class Part:
     Attributes:
         counts: substeps of every world `[worlds]`.
         stops: `[worlds]` whether the world is stopped after them.
-        is_first: whether the frame begins with them.
+        is_first: whether they are the first piece of the frame.
+        begins: `[worlds]` whether no substep of the frame is before them.
     """
 
     frame: int
     counts: IntArray
     stops: IntArray
     is_first: bool
+    begins: NDArray[np.bool_]
 
     @property
     def slots(self) -> IntArray:
@@ -141,8 +144,8 @@ class Part:
     def halves(self) -> "tuple[list[Part], list[Part]]":
         """The part in two."""
         early = self.counts // 2
-        first = Part(self.frame, early, np.zeros_like(self.stops), self.is_first)
-        return [first], [Part(self.frame, self.counts - early, self.stops, False)]
+        first = Part(self.frame, early, np.zeros_like(self.stops), self.is_first, self.begins)
+        return [first], [Part(self.frame, self.counts - early, self.stops, False, self.begins & (early == 0))]
 
 
 def halves(parts: list[Part]) -> tuple[list[Part], list[Part]]:

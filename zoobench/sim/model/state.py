@@ -223,6 +223,7 @@ class Parameters:
 
     Attributes:
         body: `[worlds, particles, 2, 4]` as `kernels.layout` has it; the other attributes are views of it.
+        memory: what it holds, see `memory`.
         robot: number of the robot's particles.
         mass, volume: `[worlds, particles]` [kg], [m^3], both scaled by occupancy.
         stiffness: `[worlds, robot]` multiplier of E.
@@ -233,6 +234,9 @@ class Parameters:
 
     body: Tensor
     robot: int
+
+    def __post_init__(self) -> None:
+        self.memory = memory(self.body)
 
     @classmethod
     def zeros(cls, worlds: int, robot: int, particles: int, real: torch.dtype, device: str) -> Self:
@@ -275,7 +279,7 @@ class Parameters:
 
     def set_tension(self, value: Array) -> None:
         """Write the active stresses `[worlds, robot]` [Pa]."""
-        tension = memory(self.body)[:, : self.robot, 0, 3]
+        tension = self.memory[:, : self.robot, 0, 3]
         tension[...] = value if self.body.is_cpu else torch.as_tensor(value, dtype=tension.dtype, device=tension.device)
 
 
@@ -284,8 +288,8 @@ class LaunchPlan:
     """The substeps of a launch in each world.
 
     Attributes:
-        slots: `[worlds, 3]` first slot read, number of substeps, and of particles awake; a world without substeps is
-            unchanged.
+        slots: `[worlds, 4]` first slot read, number of substeps, and of particles awake, and 1 where the launch is the
+            first of its frame; a world without substeps is unchanged.
         dt: `[worlds]` step [s].
         order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
         world_substeps: of all worlds together.
@@ -297,19 +301,24 @@ class LaunchPlan:
 
     def __post_init__(self) -> None:
         self.world_substeps = int(self.slots[:, 1].sum())
+        self._on_host = self.slots.cpu().numpy(), self.dt.cpu().numpy()  # on the CPU the memory of both itself
 
     @classmethod
     def none(cls, worlds: int, real: torch.dtype, device: str, particles: int = 0) -> Self:
         """Nothing to do in any world, of `particles` that may sleep and are awake."""
-        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (3, particles))
+        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (4, particles))
         plan = cls(slots, torch.ones(worlds, dtype=real, device=device), order)
         plan.put_to_sleep(np.zeros((worlds, particles), np.bool_))
         return plan
 
-    def set(self, first: IntArray, counts: IntArray, dt: Array) -> None:
-        """Give every world its first slot, number of substeps and step [s], `[worlds]` each."""
-        put(self.slots[:, :2], np.array([first, counts]).T)
-        put(self.dt, dt)
+    def set(self, first: IntArray, counts: IntArray, dt: Array, begins: bool | NDArray[np.bool_] = True) -> None:
+        """Give every world its first slot, number of substeps and step [s], and whether a frame begins, `[worlds]`."""
+        slots, steps = self._on_host
+        slots[:, 0], slots[:, 1], slots[:, 3], steps[:] = first, counts, begins, dt
+        if not self.slots.is_cpu:
+            put(self.slots[:, :2], slots[:, :2])
+            put(self.slots[:, 3], slots[:, 3])
+            put(self.dt, steps)
         self.world_substeps = int(counts.sum())
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
