@@ -5,10 +5,10 @@ from datetime import datetime
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
+from typer import Option
 
 from zoobench.cli.curves import Currency
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, RunArgument, selection, takes
 from zoobench.cli.output import Format, emit, print_text, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
@@ -136,7 +136,7 @@ def table(
 
 
 def logs(
-    run: Annotated[str, Argument(help="A run, by its number or the start of its key.")],
+    run: RunArgument,
     attempt: Annotated[int | None, Option("--attempt", help="One attempt only.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:

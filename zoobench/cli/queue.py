@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, RunsArgument
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
 
-RunsArgument = Annotated[list[str] | None, Argument(help="Runs, by their numbers or the starts of their keys.")]
 SweepOption = Annotated[int | None, Option("--sweep", help="The runs of this sweep.")]
 
 
