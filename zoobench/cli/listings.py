@@ -16,6 +16,7 @@ from zoobench.spec import RunSelection
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
+    from zoobench.db.many_rows import OriginRow
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
     from zoobench.report.run_results import RunResult
@@ -130,9 +131,22 @@ def table(
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
         foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
+        for note in _changed_code(store, tables, origins):
+            say(note)
     print_tables(tables, foot, form, normalised, pivot, aggregated)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
+
+
+def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRow]") -> "list[str]":
+    """What to say of plug-ins whose code is not that of the runs in these tables."""
+    from zoobench.harness.provenance import changed_plugins
+
+    stored = [origin.provenance["plugins"] for origin in origins if "plugins" in origin.provenance]
+    if not stored:
+        return []
+    runs = store.runs(ids=[run for table in tables for run in table.runs])
+    return list(changed_plugins((run.spec for run in runs), stored))
 
 
 def logs(
