@@ -93,13 +93,13 @@ def expected_memory(specs: Iterable[RunSpec]) -> int | None:
     return round(max(known) * 2**20) if known else None
 
 
-def _changed_code(db: str, specs: Sequence[RunSpec]) -> Iterable[str]:
+def _changed_code(db: str, specs: Sequence[RunSpec]) -> list[str]:
     """What to say of plug-ins whose code is not that of the runs in the database."""
     from zoobench.db.store import Store
     from zoobench.harness.provenance import changed_plugins
 
     if not _is_there(db):
-        return ()
+        return []
     with Store(db, create=False) as store:
         return list(changed_plugins(specs, store.plugins()))
 
