@@ -80,7 +80,7 @@ def run(
 
     if no_wait and (timeout or memory):
         raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
-    engine = engine_named(on)
+    engine: Callable[..., WorkerPool] | None = engine_named(on)
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)

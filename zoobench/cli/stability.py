@@ -44,15 +44,13 @@ def stability(
     rows: list[dict[str, Any]] = []
     with Steps(None if largest_step else len(chosen)) as steps:
 
-        def each() -> Iterator[dict[str, Any]]:
+        def rows_of_cases() -> Iterator[dict[str, Any]]:
             for case in chosen:
                 steps.begin(case.name)
                 yield suite.row_of(case.run())
 
-        if largest_step:
-            study, found = suite.STEP_STUDY, (asdict(row) for row in largest_steps())
-        else:
-            study, found = suite.STUDY, each()
+        found = (asdict(row) for row in largest_steps()) if largest_step else rows_of_cases()
+        study = suite.STEP_STUDY if largest_step else suite.STUDY
         for row in save_each(db, study, found, suite.stored):
             rows.append(row)
             steps.end(f"{row['verdict']}  {row['case']}  {row['seconds']:.1f} s")

@@ -228,7 +228,8 @@ class RayPool:
             except (ConnectionError, ValueError) as error:
                 raise UsageError(f"No Ray cluster answers at {address!r}: {error}") from None
         try:
-            self._resources = resources(allowed(), memory, (node["Resources"] for node in ray.nodes() if node["Alive"]))
+            nodes = ray.nodes()  # type: ignore[no-untyped-call]
+            self._resources = resources(allowed(), memory, (node["Resources"] for node in nodes if node["Alive"]))
         except UsageError:
             self.__exit__()
             raise
