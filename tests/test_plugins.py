@@ -168,9 +168,17 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
     assert "has changed" not in run.stderr
     module = site / "zoo_moon.py"
     module.write_text(GOOD.replace("Draw once.", "Draw but once."))
-    again = zoobench(site, "run", *cell, *size, "-j", "1")
+    more = (*cell, *size[:-1], "2")
+    asked = (("run", *more, "--no-wait"), ("plan", *more), ("table",), ("work",))
+    replies = [zoobench(site, *words) for words in asked]
     module.write_text(GOOD)
-    assert "The code of the environment moon-v1, of zoo_moon 1.0, has changed" in again.stderr
+    warning = "The code of the environment moon-v1, of zoo_moon 1.0, has changed"
+    assert [reply.stderr.count(warning) for reply in replies] == [1, 1, 1, 1]
+    assert "environment moon-v1 of zoo_moon 1.0, code" in replies[2].stdout
+    assert "CHANGED" not in replies[2].stdout
+    both = zoobench(site, "table")
+    assert both.stdout.count("(CHANGED between runs)") == 4
+    assert warning not in both.stderr
     cells = json.loads(zoobench(site, "table", "--format", "json").stdout)["cells"]
     assert {cell["method"].partition("-v")[0] for cell in cells} == {"content"}
     assert all(cell["env"].startswith("moon") and cell["design"].startswith("brick") for cell in cells)

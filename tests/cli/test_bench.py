@@ -51,7 +51,7 @@ def test_options_reach_the_cases(zoobench: Command, measured: list[BenchCase]) -
     assert measured[0] == BenchCase(
         "ice", 1000, 64, gradients=False, repeats=2, frames=7, worlds=3, reference="reference"
     )
-    assert "measuring ice, 1000 particles" in reply.err
+    assert reply.err.startswith("[1/4, 0 s] ice, ")
 
 
 def test_json_is_the_whole_document(zoobench: Command, measured: list[BenchCase]) -> None:

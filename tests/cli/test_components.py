@@ -29,6 +29,15 @@ def test_list_of_one_kind(zoobench: Command) -> None:
     assert [line.split(",")[1] for line in lines[1:]] == registry.names(registry.Kind.ENV)
 
 
+def test_a_kind_may_be_named_in_the_singular(zoobench: Command) -> None:
+    """And an environment in full; another word is refused with one that may be meant."""
+    for one, many in (("env", "envs"), ("environment", "envs"), ("fidelity", "fidelities"), ("suite", "suites")):
+        assert zoobench("list", one).out == zoobench("list", many).out != ""
+    refused = zoobench("list", "envy")
+    assert refused.code == 2
+    assert "Did you mean 'envs'?" in refused.err
+
+
 def test_presets_are_listed_with_their_settings(zoobench: Command) -> None:
     """Every one, each setting as it can be typed."""
     records = json.loads(zoobench("list", "presets", "--format", "json").out)

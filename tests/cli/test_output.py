@@ -19,15 +19,20 @@ class Terminal(io.StringIO):
 
 
 def test_a_narrow_terminal_cuts_no_word_and_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where columns of whole words do not fit, the terminal folds whole lines."""
+    """Where columns of whole words do not fit, a row goes on below, with its header likewise."""
     shown = Terminal()
     monkeypatch.setattr(sys, "stdout", shown)
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setenv("TERM", "xterm")
     cells = ("shallow-water", "waypoint-following", "caterpillar", "quality-diversity", 0.001234, "no such file here")
     emit(Listing(("env", "task", "design", "method", "score", "reason"), (cells,)), Format.TABLE)
-    assert all(word in shown.getvalue() for cell in cells for word in str(cell).split())
-    assert "…" not in shown.getvalue()
+    assert shown.getvalue().splitlines() == [
+        "env             task                 design",
+        "    method                 score   reason",
+        "─" * 60,
+        "shallow-water   waypoint-following   caterpillar",
+        "    quality-diversity   0.001234   no such file here",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """What one sees while runs go on."""
 
 import io
+import re
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from rich.console import Console
@@ -73,6 +75,19 @@ def test_bars_show_runs_in_progress_and_the_total(monkeypatch: pytest.MonkeyPatc
     assert text.count("done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75, 10 s") == 1
     assert "failed    2 desert" in text
     assert "2 of 2 done" in text
+
+
+def test_bars_stay_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 80 columns the name of a run stands above its bar, and nothing of bar, score and time left is cut."""
+    screen = io.StringIO()
+    terminal = Console(file=screen, force_terminal=True, width=80, markup=False, highlight=False)
+    monkeypatch.setattr(progress, "console", lambda *, stderr: terminal)
+    with Bars([1, 2]) as bars:
+        bars.update([row(1, RunState.RUNNING, 0.5, 0.0012345), row(2, RunState.RUNNING)])
+    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue()).splitlines()]
+    name = "1 desert x turning x caterpillar x diffphysics seed 1"
+    after = [second for first, second in pairwise(lines) if first == name]
+    assert after[-1] == f"{'━' * 12}╺{'━' * 11} 50%, score 0.001234, 10 s left"
 
 
 def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: pytest.MonkeyPatch) -> None:

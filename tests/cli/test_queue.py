@@ -1,5 +1,6 @@
 """Queueing, workers, and what is done with runs as a whole, on the command line."""
 
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from tests.cli.conftest import ROOT, Command
 from tests.harness.helpers import fake
 from tests.report.content import add_done, make_spec
-from zoobench.db.rows import RunState
+from zoobench.db.rows import RunState, StudyRow
 from zoobench.db.store import Store
 from zoobench.harness import worker
 
@@ -102,9 +103,12 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
         with Store(tmp_path / name) as store:
             add_done(store, make_spec(), score)
             add_done(store, make_spec(seed=int(score)), score)
+            store.begin_sweep([1])
+            deque(store.save_study("transfer", [StudyRow("run 1 in ice", "OK", {})], provenance={}), maxlen=0)
     reply = zoobench("merge", "a.db", "b.db")
     assert reply.code == 1
     assert reply.err.splitlines()[0] == "1 added, 1 different"
+    assert reply.err.splitlines()[-1] == "Left in the other database: 1 sweeps, 1 rows of transfer"
     assert "run 1 here and run 1 there differ in finals" in reply.err
     assert zoobench("merge", "a.db", "./a.db").code == 2
     assert zoobench("merge", "new.db", "a.db").code == 0

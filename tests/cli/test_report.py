@@ -1,11 +1,21 @@
 """`zoobench report`: from a database, from leaderboards, and what it refuses."""
 
+import re
 import shutil
+from base64 import b64decode
 from pathlib import Path
 
+import imageio.v3 as iio
+import numpy as np
 import pytest
 
 from tests.cli.conftest import ROOT, Command
+from tests.conformance.cells import cell
+from tests.render.filmed import needs_drawing
+from tests.report.content import add_ended
+from zoobench.cell.problem import Problem
+from zoobench.db.rows import Ending, FinalRow, RunState
+from zoobench.db.store import Store
 from zoobench.report.page import html
 
 
@@ -25,6 +35,28 @@ def test_a_database_becomes_a_page(zoobench: Command, database: Path, tmp_path: 
     assert "ValueError: boom" in text
     assert "zoobench report --env desert,ice --output results.html" in text
     assert "77" not in text.partition('id="charts"')[0].partition("<main>")[2].partition("Origin")[0]
+
+
+def test_the_best_robots_are_shown(zoobench: Command, tmp_path: Path) -> None:
+    """A film of the first and a still of the second; a robot that cannot be simulated again is left out."""
+    needs_drawing()
+    with Store(tmp_path / "zoobench.db") as store:
+        for env in ("ground", "ice", "desert"):
+            problem = Problem(cell(environment=env, fidelity="draft", frames=4))
+            parameters = problem.initial(np.random.default_rng(0))
+            finals = (FinalRow("score", problem.evaluate(parameters).score, "m/s"),)
+            kept = tuple(parameters.tolist())[: -1 if env == "ground" else None]
+            add_ended(store, problem.spec, Ending(RunState.DONE, finals=finals, params=kept))
+    reply = zoobench("report", "--films", "1", "--stills", "3", "-o", "shown.html")
+    assert reply.code == 0, reply.err
+    assert re.search(r"film of [1-9][0-9]* kB", reply.err)
+    assert "left out: The stored solution has" in reply.err
+    text = (tmp_path / "shown.html").read_text(encoding="utf-8")
+    (moving,) = re.findall(r'src="data:video/mp4;base64,([^"]*)"', text)
+    assert b64decode(moving)[4:8] == b"ftyp"
+    stills = re.findall(r'<img (?:class="paper" )?src="data:image/jpeg;base64,([^"]*)" alt="run (\d)', text)
+    assert [int(run) for _, run in stills] == [3, 2]
+    assert all(iio.imread(b64decode(image)).std() > 5 for image, _ in stills)
 
 
 def test_leaderboards_become_a_page_that_is_known_to_be_theirs(zoobench: Command, tmp_path: Path) -> None:

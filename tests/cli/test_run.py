@@ -177,9 +177,11 @@ def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Pa
     assert all(re.fullmatch(r"(\d+ min )?\d+ s", record["estimate"]) for record in records)
     assert "2 runs to do of 2" in reply.err
     assert "Estimated: 2 by measured rates" in reply.err
+    assert re.search(r"Memory: up to [1-9][0-9]+ MiB a run", reply.err)
     reply = zoobench("plan", *CELL, "--env", "desert[relief=0.01]", "--format", "json")
     assert {record["estimate"] for record in json.loads(reply.out)} == {"unknown"}
     assert "Estimated: 2 unknown" in reply.err
+    assert "Memory" not in reply.err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,8 +1,11 @@
 """Provenance says where a number comes from, and stays the same while that does."""
 
 import json
+import os
 import runpy
 import subprocess
+import sys
+import zipfile
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
@@ -94,6 +97,21 @@ def test_the_build_writes_the_commit(tmp_path: Path) -> None:
         for file, target in data["force_include"].items():
             assert target == "zoobench/commit.json"
             assert len(json.loads(Path(file).read_text())["commit"]) == 40
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a checkout")
+def test_what_runs_from_a_wheel_names_the_commit(tmp_path: Path) -> None:
+    """Built from this checkout and unpacked elsewhere, it gives the commit that it was built from."""
+    from hatchling.builders.wheel import WheelBuilder
+
+    (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    site = tmp_path / "site"
+    zipfile.ZipFile(wheel).extractall(site)
+    code = "import json; from zoobench.harness import provenance; print(json.dumps(provenance.gather()['code']))"
+    environ = {**os.environ, "PYTHONPATH": str(site)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=tmp_path, env=environ, check=True)
+    head = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["commit"] == head.stdout.strip()
 
 
 def test_every_library_that_makes_numbers_is_named() -> None:

@@ -11,10 +11,9 @@ from tests.cli.conftest import ROOT
 from tests.harness.helpers import enqueue, fake, numbers, work_on_fakes
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
-from zoobench.harness.ray_pool import RayPool
+from zoobench.errors import UsageError
+from zoobench.harness.ray_pool import RayPool, resources
 from zoobench.harness.worker_pool import run_all
-
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
@@ -32,6 +31,18 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     made.shutdown()
 
 
+def test_a_place_asks_for_what_a_run_takes() -> None:
+    """The limit, or what is expected as far as a node has it; a limit that no node has is refused."""
+    nodes = ({"CPU": 0.0}, {"CPU": 4.0, "memory": 8e9}, {"CPU": 1.0, "memory": 2e9})
+    assert resources(None, None, nodes) == {"num_cpus": 1}
+    assert resources(None, 3_000_000_000, nodes) == {"num_cpus": 1, "memory": 3_000_000_000}
+    assert resources(None, 9_000_000_000, nodes) == {"num_cpus": 1, "memory": 8_000_000_000}
+    assert resources(1_000_000_000, 3_000_000_000, nodes) == {"num_cpus": 1, "memory": 1_000_000_000}
+    with pytest.raises(UsageError, match="largest node of the Ray cluster offers 7"):
+        resources(9_000_000_000, None, nodes)
+
+
+@pytest.mark.slow
 def test_a_grid_survives_the_loss_of_a_node(cluster: Any, tmp_path: Path) -> None:
     """Each run is done once; that of the lost node goes on from its checkpoint, to the numbers of one undisturbed."""
     path, straight = tmp_path / "zoo.db", tmp_path / "straight.db"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Observed, Situation, Task
 
 if TYPE_CHECKING:
+    import torch
     from torch import Tensor
 
 
@@ -39,7 +40,13 @@ def seen_by(controller: Controller, task: Task) -> Task | None:
 
 
 def _observed(task: Task, situation: Situation) -> "Mapping[str, Tensor]":
-    return task.observed(situation) if isinstance(task, Observed) else {}
+    return task.observed(situation) if _adds(type(task)) else {}  # type: ignore[attr-defined]
+
+
+@cache
+def _adds(task: type[Task]) -> bool:
+    """Whether such tasks add to the observation; to ask a protocol takes as long as half an observation."""
+    return issubclass(task, Observed)
 
 
 @dataclass(frozen=True)
@@ -161,8 +168,17 @@ def _axes(weights: Weights, positions: "Tensor") -> tuple["Tensor", "Tensor"]:
     import torch
 
     head, tail = weights.head @ positions / weights.head_total, weights.tail @ positions / weights.tail_total
-    level = (head - tail) * head.new_tensor([1.0, 0.0, 1.0])
+    level = (head - tail) * _constant((1.0, 0.0, 1.0), head.dtype)
     # a robot whose head is above its tail has no heading: the small constant [m^2] keeps the division finite
     ahead = level / torch.sqrt(level.square().sum() + 1e-12)
-    up = head.new_tensor([0.0, 1.0, 0.0])
-    return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[[0, 2]] * head.new_tensor([1.0, -1.0])
+    up = _constant((0.0, 1.0, 0.0), head.dtype)
+    return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[::2] * _constant((1.0, -1.0), head.dtype)
+
+
+@cache
+def _constant(values: tuple[float, ...], dtype: "torch.dtype") -> "Tensor":
+    """A tensor that every observation needs, and that autograd may use whoever asks first."""
+    import torch
+
+    with torch.inference_mode(False):
+        return torch.tensor(values, dtype=dtype)

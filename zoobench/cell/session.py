@@ -1,6 +1,6 @@
 """Episodes of a cell frame by frame: observations, actions and rewards of a policy."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from zoobench.sim.solver import Solver
-
-    State = tuple[Tensor, Tensor]
-    """Positions [m] and velocities [m/s] of the robot's particles, `[particle_count, 3]` each."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +172,7 @@ class Session:
                 self._history.note(world, 0, self._playback.rollout)
         self._over[chosen] = False
         self._last[chosen] = 0.0
-        return self._observations([self._state(world) for world in range(self.worlds)])
+        return self._observations(*self._states())
 
     def step(self, activity: Array) -> Step:
         """Simulate a control frame in every world.
@@ -208,14 +205,13 @@ class Session:
         if self._history is not None:
             for world in range(self.worlds):
                 self._history.note(world, int(frames[world]), rollout, work[0, world])
-        states = [self._state(world) for world in range(self.worlds)]
-        rewards = [
-            self._forgone(world) if world in failures else self._reward(world, *state, work[:, world : world + 1])
-            for world, state in enumerate(states)
-        ]
-        self._over, self._last = terminated | truncated, np.array(rewards)
+        states = self._states()
+        rewards = self._rewards(*states, work, np.flatnonzero(~terminated).tolist())
+        for world in failures:
+            rewards[world] = self._forgone(world)
+        self._over, self._last = terminated | truncated, rewards
         evaluations = {world: self._evaluation(world) for world in np.flatnonzero(truncated).tolist() if self._history}
-        return Step(self._observations(states), np.array(rewards), terminated, truncated, failures, evaluations)
+        return Step(self._observations(*states), rewards.copy(), terminated, truncated, failures, evaluations)
 
     @contextmanager
     def _metered(self) -> Iterator[None]:
@@ -232,13 +228,14 @@ class Session:
         problem, place = self._problem, slice(world, world + 1)
         return motion_of(self._playback.rollout, problem.body, problem.density, place)
 
-    def _observations(self, states: "Sequence[State]") -> Array:
+    def _observations(self, positions: "Tensor", velocities: "Tensor") -> Array:
         """Of all worlds `[worlds, observation_count]`."""
         import torch
 
-        worlds = zip(self._observation_models, self._playback.frames.tolist(), states, self._begun, strict=True)
+        frames = self._playback.frames.tolist()
+        worlds = zip(self._observation_models, frames, positions, velocities, self._begun, strict=True)
         with torch.inference_mode():
-            seen = [model.observe_with(self._weights, frame, *state, begun) for model, frame, state, begun in worlds]
+            seen = [model.observe_with(self._weights, frame, *state) for model, frame, *state in worlds]
         return torch.stack(seen).numpy()
 
     def _forgone(self, world: int) -> float:
@@ -246,20 +243,32 @@ class Session:
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
-    def _reward(self, world: int, positions: "Tensor", velocities: "Tensor", work: Array) -> float:
-        """Reward of the last frame, from a motion of two states: start and present; `work` `[1, 1, muscle_count]`."""
+    def _rewards(self, positions: "Tensor", velocities: "Tensor", work: Array, worlds: list[int]) -> Array:
+        """Rewards of the last frame in these worlds `[all worlds]`, the others' being 0; `work` `[1, worlds, muscles]`.
+
+        The motion has two states, start and present. Worlds at the same frame of the same task are computed at once,
+        which rounds as each alone: no sum reaches over worlds.
+        """
         import torch
 
-        start = self._starts[world]
-        motion = replace(
-            start,
-            positions=torch.stack([start.positions[1], positions[None]]),
-            velocities=torch.stack([start.velocities[1], velocities[None]]),
-            muscle_work=torch.as_tensor(work),
-            numbers=torch.tensor([0, int(self._playback.frames[world])]),
-        )
-        with torch.inference_mode():
-            return float(self._tasks[world].reward(motion)[-1, 0])
+        rewards = np.zeros(self.worlds)
+        alike: dict[tuple[int, int], list[int]] = {}
+        for world in worlds:
+            alike.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
+        for (_, frame), some in alike.items():
+            starts = [self._starts[world] for world in some]
+            motion = replace(
+                starts[0],
+                positions=torch.stack([torch.cat([start.positions[1] for start in starts]), positions[some]]),
+                velocities=torch.stack([torch.cat([start.velocities[1] for start in starts]), velocities[some]]),
+                masses=torch.cat([start.masses for start in starts]),
+                occupancy=torch.cat([start.existing for start in starts]),
+                muscle_work=torch.as_tensor(work[:, some]),
+                numbers=torch.tensor([0, frame]),
+            )
+            with torch.inference_mode():
+                rewards[some] = self._tasks[some[0]].reward(motion)[-1].numpy()
+        return rewards
 
     def _evaluation(self, world: int) -> Evaluation:
         """Score and metrics of an episode that has reached its length."""
@@ -267,12 +276,12 @@ class Session:
         motion = self._history.motion(world, self._problem.spec.frames, self._starts[world])
         return evaluation_of(self._tasks[world], motion)
 
-    def _state(self, world: int) -> "State":
-        """The present state of a world."""
+    def _states(self) -> "tuple[Tensor, Tensor]":
+        """Present positions [m] and velocities [m/s] of the robots' particles `[worlds, particle_count, 3]`."""
         import torch
 
         rollout = self._playback.rollout
-        positions, velocities = rollout.positions[1, world], rollout.velocities[1, world]
+        positions, velocities = rollout.positions[1], rollout.velocities[1]
         return torch.tensor(positions, dtype=torch.float64), torch.tensor(velocities, dtype=torch.float64)
 
 

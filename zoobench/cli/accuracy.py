@@ -1,6 +1,5 @@
 """`zoobench accuracy`: how far trained gaits' scores at each fidelity are from the finest, and what that costs."""
 
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,11 +15,13 @@ from zoobench.cli.options import (
     TaskOption,
     WorkersOption,
     command_text,
+    component_option,
     parse_names,
     takes,
 )
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
 from zoobench.cli.plan import known_runs
+from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 from zoobench.report.listing import Listing
@@ -69,7 +70,9 @@ def run(
     plan: "StudyPlan",
     env: EnvOption = "*",
     task: TaskOption = "movement-speed,turning",
-    design: Annotated[str, Option("--design", help="Designs; animals that live there if not given.")] = "",
+    design: Annotated[
+        str, component_option("designs", "--design", "Designs; animals that live there if not given.")
+    ] = "",
     energy: Annotated[str, Option("--energy", help="Levels whose energy is followed; empty: none.")] = "draft",
     dry: Annotated[bool, Option("--dry-run", help="Only estimate the time.")] = False,
     jobs: WorkersOption = 2,
@@ -241,8 +244,14 @@ def _follow_energy(trained: "list[RunSpec]", levels: list[str], db: str) -> None
     cells = {(spec.env, fidelity): replace(spec, fidelity=fidelity, controller=controller)
              for spec in reversed(trained) for fidelity in fidelities}  # fmt: skip
     rest = [spec for place, spec in cells.items() if place not in known]
-    found = balances(rest, on_case=lambda case: say(f"following the energy of {case}"))
-    deque(save_each(db, ENERGY_STUDY, found, stored), maxlen=0)
+    with Steps(len(rest)) as steps:
+
+        def tell(case: str) -> None:
+            steps.begin(f"energy of {case}")
+            say(f"following the energy of {case}")
+
+        for row in save_each(db, ENERGY_STUDY, balances(rest, on_case=tell), stored):
+            steps.end(f"energy of {row.env} at {row.fidelity}: followed")
 
 
 def _stored(db: str) -> "Measurements":
@@ -263,14 +272,23 @@ def _stored(db: str) -> "Measurements":
 
 def _measure_rows(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
     from zoobench.db.rows import StudyRow
-    from zoobench.verify.accuracy.analytic import analytic
+    from zoobench.verify.accuracy.analytic import analytic, case_names
 
     def stored(row: "AnalyticRow") -> StudyRow:
         return StudyRow(f"{row.case} {row.cells} {row.quantity}", "measured", asdict(row))
 
-    for row in save_each(db, EXACT_STUDY, analytic(levels=levels), stored):
-        say(f"{row.case}, {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
-        yield row
+    names = case_names()
+    with Steps(len(names)) as steps:
+
+        def each() -> "Iterator[AnalyticRow]":
+            for name in names:
+                steps.begin(name)
+                yield from analytic([name], levels=levels)
+                steps.end(name)
+
+        for row in save_each(db, EXACT_STUDY, each(), stored):
+            say(f"  {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
+            yield row
 
 
 def _stored_rows(db: str) -> "list[AnalyticRow]":

@@ -8,6 +8,7 @@ from typer import Option
 
 from zoobench.cli.options import FormatOption, parse_counts, parse_names
 from zoobench.cli.output import Format, choose, emit, emit_several, listing_of, say
+from zoobench.cli.steps import Steps
 from zoobench.errors import UsageError
 from zoobench.report.listing import Listing, cell_text, to_json
 
@@ -103,13 +104,16 @@ def _measure(
     except cpp_reference.NoReferenceError as error:
         say(f"{error} Rates are not compared with C++.")
     named = [replace(case, reference=program) for case in wanted]
-    for rate, cost in measure(named, on_case=lambda case: say(f"measuring {case.scene}, {case.asked} particles")):
-        results = replace(results, rates=(*results.rates, rate), costs=(*results.costs, cost))
-        on_results(results)
-    for options in runs:
-        say(f"running zoobench run {options}")
-        results = replace(results, runs=(*results.runs, measure_run(options)))
-        on_results(results)
+    with Steps(len(named) + len(runs)) as steps:
+        for rate, cost in measure(named, on_case=lambda case: steps.begin(f"{case.scene}, {case.asked} particles")):
+            results = replace(results, rates=(*results.rates, rate), costs=(*results.costs, cost))
+            on_results(results)
+            steps.end(f"{rate.scene}, {rate.particle_count} particles: {rate.forward_mps:.3g} M/s forward")
+        for options in runs:
+            steps.begin(f"zoobench run {options}")
+            results = replace(results, runs=(*results.runs, measure_run(options)))
+            on_results(results)
+            steps.end(f"zoobench run {options}: measured")
     return results
 
 

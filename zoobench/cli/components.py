@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
+from zoobench.cli import completion
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, print_text, say
 from zoobench.cli.solutions import may_be_run, names_run
@@ -29,9 +30,22 @@ class KindName(StrEnum):
     SUITES = "suites"
     PRESETS = "presets"
 
+    @property
+    def singular(self) -> str:
+        """The word for one of them, which `zoobench list` takes as well."""
+        return f"{self[:-3]}y" if self.endswith("ies") else self[:-1]
+
 
 def list_components(
-    kind: Annotated[KindName | None, Argument(help="List this kind only.")] = None,
+    name: Annotated[
+        str,
+        Argument(
+            metavar="KIND",
+            help=f"List this kind only: {', '.join(KindName)}.",
+            show_default=False,
+            autocompletion=completion.kinds,
+        ),
+    ] = "",
     form: FormatOption = Format.TABLE,
 ) -> None:
     """List the components of the benchmark.
@@ -42,6 +56,7 @@ def list_components(
     from zoobench import registry
     from zoobench.harness import suites
 
+    kind = _kind_named(name) if name else None
     if kind is KindName.PRESETS:
         emit(_presets(), form)
         return
@@ -59,8 +74,27 @@ def list_components(
     emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
 
 
+def _kind_named(text: str) -> KindName:
+    """The kind of that name, in the plural, the singular or in full: `envs`, `env`, `environment`.
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    found = {name: kind for kind in KindName for name in (kind.value, kind.singular)}
+    found |= {"environment": KindName.ENVS, "environments": KindName.ENVS}
+    if text not in found:
+        raise UnknownNameError("kind", text, [kind.value for kind in KindName])
+    return found[text]
+
+
 def show(
-    name: Annotated[str, Argument(help="A component (desert, diffphysics-v1), or a run by number or key.")],
+    name: Annotated[
+        str,
+        Argument(
+            help="A component (desert, diffphysics-v1), or a run by number or key.",
+            autocompletion=completion.all_components,
+        ),
+    ],
     picture: Annotated[Path | None, Option("--picture", help="Draw the body of a design or a run to this PNG.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,

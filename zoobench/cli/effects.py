@@ -5,7 +5,8 @@ from typing import Annotated, Any
 from typer import Option
 
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
-from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.output import Format, choose, emit_several, listing_of
+from zoobench.cli.steps import Steps
 
 TABLES = ("coverage", "costs", "shares")
 
@@ -33,11 +34,14 @@ def effects(
     wanted = choose(table, TABLES, form)
     kinds = dict(zip(TABLES, (Coverage, EffectCost, Share), strict=True))
     found: dict[str, list[Any]] = {name: [] for name in wanted}
-    for studied in studied_scenes(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles):
-        if "coverage" in wanted:
-            found["coverage"].append(coverage(studied.env, studied.scene))
-        for name, measure in (("costs", costs), ("shares", shares)):
-            if name in wanted:
-                say(f"measuring the {name} of {studied.env}")
+    envs = parse_selector(env, Kind.ENV)
+    measures = {name: measure for name, measure in (("costs", costs), ("shares", shares)) if name in wanted}
+    with Steps(len(envs) * len(measures)) as steps:
+        for studied in studied_scenes(envs, parse_one(fidelity, Kind.FIDELITY), particles):
+            if "coverage" in wanted:
+                found["coverage"].append(coverage(studied.env, studied.scene))
+            for name, measure in measures.items():
+                steps.begin(f"{name} of {studied.env}")
                 found[name].extend(measure(studied, repeats))
+                steps.end(f"{name} of {studied.env}: measured")
     emit_several({name: listing_of(kinds[name], rows) for name, rows in found.items()}, form)

@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
-
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
@@ -21,14 +20,12 @@ _LIKEWISE = "Likewise; the run's own if not given."
 
 
 def evaluate(
-    runs: Annotated[
-        list[str] | None, Argument(help="Runs that are done, by their numbers or the starts of their keys.")
-    ] = None,
+    runs: DoneRunsArgument = None,
     env: Annotated[
-        str, Option("--env", help="Environments: names or globs, with commas; the run's own if not given.")
+        str, component_option("envs", "--env", "Environments: names or globs, with commas; the run's own if not given.")
     ] = "",
-    task: Annotated[str, Option("--task", help=_LIKEWISE)] = "",
-    fidelity: Annotated[str, Option("--fidelity", help=_LIKEWISE)] = "",
+    task: Annotated[str, component_option("tasks", "--task", _LIKEWISE)] = "",
+    fidelity: Annotated[str, component_option("fidelities", "--fidelity", _LIKEWISE)] = "",
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -52,10 +49,11 @@ def evaluate(
     with Store(db, create=False) as store:
         solutions = [(run, solution_of(store, run)) for run in map(store.run, runs)]
     found = []
-    for row in save_each(db, STUDY, _all(solutions, targets), stored):
-        found.append(row)
-        score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
-        say(f"run {row.run} in {Ref.parse(row.env).name}: {score}")
+    with Steps(sum(len(list(targets.of(run.spec))) for run, _ in solutions)) as steps:
+        for row in save_each(db, STUDY, _all(solutions, targets), stored):
+            found.append(row)
+            score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
+            steps.end(f"run {row.run} in {Ref.parse(row.env).name}: {score}")
     columns = ("run", "found_in", "env", "task", "fidelity", "score", "unit")
     body = tuple(
         (row.run, *(Ref.parse(text).name for text in (row.home[0], row.env, row.task, row.fidelity)), row.score,

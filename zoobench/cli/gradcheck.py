@@ -5,8 +5,17 @@ from typing import Annotated
 
 from typer import Exit, Option
 
-from zoobench.cli.options import EnvOption, FormatOption, OneControllerOption, OneDesignOption, TaskOption, parse_counts
+from zoobench.cli.options import (
+    EnvOption,
+    FormatOption,
+    OneControllerOption,
+    OneDesignOption,
+    TaskOption,
+    component_option,
+    parse_counts,
+)
 from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.steps import Steps
 
 TABLES = ("rows", "summary")
 
@@ -16,7 +25,9 @@ def gradcheck(
     task: TaskOption = "*",
     design: OneDesignOption = "caterpillar",
     controller: OneControllerOption = "sine-basis",
-    fidelity: Annotated[str, Option("--fidelity", help="The grid; the precision is 64 bits in any case.")] = "smoke",
+    fidelity: Annotated[
+        str, component_option("fidelities", "--fidelity", "The grid; the precision is 64 bits in any case.")
+    ] = "smoke",
     horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200,800",
     directions: Annotated[int, Option("--directions", help="How many in every group; the worst is shown.")] = 1,
     seed: Annotated[int, Option("--seed", min=0, help="Of the controller's parameters and the directions.")] = 0,
@@ -39,15 +50,19 @@ def gradcheck(
     rows: list[GradRow] = []
     summaries: list[Summary] = []
     robot = parse_one(design, Kind.DESIGN), parse_one(controller, Kind.CONTROLLER), parse_one(fidelity, Kind.FIDELITY)
-    for one_env, one_task in product(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)):
-        case = GradientCase(one_env, one_task, *robot, seed)
-        own: list[GradRow] = []
-        for row in check(case, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
-            own.append(row)
-            name = f"{row.env} x {row.task}, {row.substeps} substeps, {row.group}"
-            say(f"{name}: relative error {row.relative_error:.1e}")
-        rows += own
-        summaries.append(summarise(case, own))
+    cells = list(product(parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK)))
+    with Steps(len(cells)) as steps:
+        for one_env, one_task in cells:
+            name = f"{one_env} x {one_task}"
+            steps.begin(name)
+            case = GradientCase(one_env, one_task, *robot, seed)
+            own: list[GradRow] = []
+            for row in check(case, parse_counts(horizons, "horizons"), directions=directions, seed=seed):
+                own.append(row)
+                say(f"  {name}, {row.substeps} substeps, {row.group}: relative error {row.relative_error:.1e}")
+            rows += own
+            summaries.append(summarise(case, own))
+            steps.end(f"{name}: {'ok' if all(row.is_right for row in own) else 'OFF'}")
     listings = {"rows": listing_of(GradRow, rows), "summary": listing_of(Summary, summaries)}
     emit_several({name: listings[name] for name in wanted}, form)
     if not all(row.is_right for row in rows):

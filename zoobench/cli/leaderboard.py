@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Exit, Typer
 
+from zoobench.cli import completion
 from zoobench.cli.listings import print_tables
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, say
@@ -14,7 +15,10 @@ if TYPE_CHECKING:
 
 FOLDER = Path("leaderboards")
 
-SuiteArgument = Annotated[str, Argument(help="A suite: its name (`zoobench list suites`) or a .yaml.")]
+SuiteArgument = Annotated[
+    str,
+    Argument(help="A suite: its name (`zoobench list suites`) or a .yaml.", autocompletion=completion.suites),
+]
 
 leaderboard = Typer(no_args_is_help=True, help="Show, publish and check the results of whole suites.")
 

@@ -5,10 +5,10 @@ from datetime import datetime
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
+from typer import Option
 
 from zoobench.cli.curves import Currency
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, RunArgument, selection, takes
 from zoobench.cli.output import Format, emit, print_text, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
@@ -16,6 +16,7 @@ from zoobench.spec import RunSelection
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
+    from zoobench.db.many_rows import OriginRow
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
     from zoobench.report.run_results import RunResult
@@ -130,13 +131,26 @@ def table(
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
         foot = replace(footer(tables, origins, command), undecided=footnotes(tables, decides))
+        for note in _changed_code(store, tables, origins):
+            say(note)
     print_tables(tables, foot, form, normalised, pivot, aggregated)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
 
+def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRow]") -> "list[str]":
+    """What to say of plug-ins whose code is not that of the runs in these tables."""
+    from zoobench.harness.provenance import changed_plugins
+
+    stored = [origin.provenance["plugins"] for origin in origins if "plugins" in origin.provenance]
+    if not stored:
+        return []
+    runs = store.runs(ids=[run for table in tables for run in table.runs])
+    return list(changed_plugins((run.spec for run in runs), stored))
+
+
 def logs(
-    run: Annotated[str, Argument(help="A run, by its number or the start of its key.")],
+    run: RunArgument,
     attempt: Annotated[int | None, Option("--attempt", help="One attempt only.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:

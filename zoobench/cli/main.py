@@ -40,7 +40,6 @@ from zoobench.errors import ZoobenchError
 _GARBAGE_EVERY = 100_000  # new objects between two searches for garbage
 
 app = Typer(
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
     pretty_exceptions_enable=False,

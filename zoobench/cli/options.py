@@ -7,8 +7,9 @@ from collections.abc import Callable
 from inspect import Signature, signature
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Option
+from typer import Argument, Option
 
+from zoobench.cli import completion
 from zoobench.cli.output import Format
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
@@ -35,27 +36,61 @@ DatabaseOption = Annotated[
 ]
 FormatOption = Annotated[Format, Option("--format", "-f", help="How to print.")]
 
-EnvOption = Annotated[str, Option("--env", help="Environments: names or globs, separated by commas.")]
-TaskOption = Annotated[str, Option("--task", help="Tasks.")]
-DesignOption = Annotated[str, Option("--design", help="Designs; the preset's if not given.")]
-ControllerOption = Annotated[str, Option("--controller", help="Controllers; the preset's if not given.")]
+
+def _run_argument(text: str) -> Any:
+    """An argument that names runs."""
+    return Argument(help=text, autocompletion=completion.runs)
+
+
+RunArgument = Annotated[str, _run_argument("A run, by its number or the start of its key.")]
+RunsArgument = Annotated[list[str] | None, _run_argument("Runs, by their numbers or the starts of their keys.")]
+DoneRunArgument = Annotated[str, _run_argument("A run that is done, by its number or the start of its key.")]
+DoneRunsArgument = Annotated[
+    list[str] | None, _run_argument("Runs that are done, by their numbers or the starts of their keys.")
+]
+
+
+def component_option(kind: str, name: str, text: str) -> Any:
+    """An option whose values are names of components."""
+    return Option(name, help=text, autocompletion=completion.components(kind))
+
+
+EnvOption = Annotated[str, component_option("envs", "--env", "Environments: names or globs, separated by commas.")]
+TaskOption = Annotated[str, component_option("tasks", "--task", "Tasks.")]
+DesignOption = Annotated[str, component_option("designs", "--design", "Designs; the preset's if not given.")]
+ControllerOption = Annotated[
+    str, component_option("controllers", "--controller", "Controllers; the preset's if not given.")
+]
 MethodOption = Annotated[
-    str, Option("--method", help="Methods, as in 'random,diffphysics[lr=0.05]'; the preset's if not given.")
+    str,
+    component_option("methods", "--method", "Methods, as in 'random,diffphysics[lr=0.05]'; the preset's if not given."),
 ]
 SeedsOption = Annotated[str, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
 PresetOption = Annotated[
-    str, Option("--preset", help="Settings that go together; see `zoobench list presets`.", show_default="quick")
+    str,
+    Option(
+        "--preset",
+        help="Settings that go together; see `zoobench list presets`.",
+        show_default="quick",
+        autocompletion=completion.presets,
+    ),
 ]
 SuiteOption = Annotated[
     str,
-    Option("--suite", help="A benchmark: its name (`zoobench list suites`) or .yaml. Other options narrow it down."),
+    Option(
+        "--suite",
+        help="A benchmark: its name (`zoobench list suites`) or .yaml. Other options narrow it down.",
+        autocompletion=completion.suites,
+    ),
 ]
 SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
 BudgetOption = Annotated[
     str, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
-FidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate, as in 'draft[precision=64]'.")]
+FidelityOption = Annotated[
+    str, component_option("fidelities", "--fidelity", "How finely to simulate, as in 'draft[precision=64]'.")
+]
 ToleranceOption = Annotated[
     float | None,
     Option("--tolerance", help="Instead: the coarsest fidelity with scores within this share of the finest, as 0.2."),
@@ -77,18 +112,20 @@ MemoryOption = Annotated[
     ),
 ]
 
-OneDesignOption = Annotated[str, Option("--design", help="The design.")]
-OneControllerOption = Annotated[str, Option("--controller", help="The controller.")]
-OneFidelityOption = Annotated[str, Option("--fidelity", help="How finely to simulate.")]
+OneDesignOption = Annotated[str, component_option("designs", "--design", "The design.")]
+OneControllerOption = Annotated[str, component_option("controllers", "--controller", "The controller.")]
+OneFidelityOption = Annotated[str, component_option("fidelities", "--fidelity", "How finely to simulate.")]
 
 
 def selection(
-    env: Annotated[str, Option("--env", help="Only these environments: names, globs, or name[key=value].")] = "",
-    task: Annotated[str, Option("--task", help="Only these tasks.")] = "",
-    design: Annotated[str, Option("--design", help="Only these designs.")] = "",
-    controller: Annotated[str, Option("--controller", help="Only these controllers.")] = "",
-    method: Annotated[str, Option("--method", help="Only these methods.")] = "",
-    fidelity: Annotated[str, Option("--fidelity", help="Only this fidelity.")] = "",
+    env: Annotated[
+        str, component_option("envs", "--env", "Only these environments: names, globs, or name[key=value].")
+    ] = "",
+    task: Annotated[str, component_option("tasks", "--task", "Only these tasks.")] = "",
+    design: Annotated[str, component_option("designs", "--design", "Only these designs.")] = "",
+    controller: Annotated[str, component_option("controllers", "--controller", "Only these controllers.")] = "",
+    method: Annotated[str, component_option("methods", "--method", "Only these methods.")] = "",
+    fidelity: Annotated[str, component_option("fidelities", "--fidelity", "Only this fidelity.")] = "",
 ) -> RunSelection:
     """The stored runs that a command is about."""
     return RunSelection(env, task, design, controller, method, fidelity)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from zoobench.report.listing import Listing
 
 _GAP = 3  # blanks between columns
+_INDENT = 4  # blanks before what a row goes on with below
 _UNLIMITED = 10_000  # columns; off a terminal nothing is folded or cut
 
 
@@ -95,47 +96,75 @@ def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:
 
 def _print_table(listing: "Listing") -> None:
     out = console()
-    if not out.is_terminal:
-        for line in plain_lines(_with_stars(listing)):
+    drawn = rich_table(listing) if out.is_terminal else None
+    if drawn is None or out.measure(drawn, options=out.options.update(max_width=_UNLIMITED)).minimum > out.width:
+        for line in plain_lines(_with_stars(listing), out.width):
             print(line)
         return
-    drawn = rich_table(listing)
-    if out.measure(drawn, options=out.options.update(max_width=_UNLIMITED)).minimum > out.width:
-        out.width = _UNLIMITED  # words would be cut: let the terminal fold whole lines instead
     with out.capture() as captured:
         out.print(drawn)
     for line in captured.get().splitlines():
         print(line.rstrip())
 
 
-def plain_lines(listing: "Listing") -> Iterator[str]:
-    """The lines that `rich_table` gives where nothing is folded or styled, for listings of any length."""
+def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
+    """The lines that `rich_table` gives where nothing is folded or styled, for listings of any length.
+
+    A row longer than `limit` goes on in the line below, indented, with the column that does not fit any more; a text
+    that fits no line is folded between its words.
+    """
     from rich.cells import cell_len
 
     from zoobench.report.listing import cell_text
 
-    rows = [[cell_text(cell).split("\n") for cell in row] for row in listing.rows]
+    rows = [[_folded(cell_text(cell), limit - _INDENT) for cell in row] for row in listing.rows]
     widths = [
         max(cell_len(line) for lines in ([name], *column) for line in lines)
         for name, column in zip(listing.columns, _transposed(rows, len(listing.columns)), strict=True)
     ]
+    groups = _groups(widths, limit)
     are_numbers = [
         any(isinstance(cell, int | float) for cell in column)
         for column in _transposed(listing.rows, len(listing.columns))
     ]
 
-    def line_of(cells: Iterable[str]) -> str:
-        padded = []
-        for text, width, is_number in zip(cells, widths, are_numbers, strict=True):
-            room = " " * (width - cell_len(text))
-            padded.append(room + text if is_number else text + room)
-        return (" " * _GAP).join(padded).rstrip()
+    def lines_of(row: Sequence[Sequence[str]]) -> Iterator[str]:
+        for group in groups:
+            for parts in zip_longest(*(row[place] for place in group), fillvalue=""):
+                padded = []
+                for text, place in zip(parts, group, strict=True):
+                    room = " " * (widths[place] - cell_len(text))
+                    padded.append(room + text if are_numbers[place] else text + room)
+                line = (" " * _GAP).join(padded).rstrip()
+                if group is groups[0]:
+                    yield line
+                elif line:
+                    yield " " * _INDENT + line
 
-    yield line_of(listing.columns)
-    yield "─" * (sum(widths) + _GAP * (len(widths) - 1))
+    yield from lines_of([[name] for name in listing.columns])
+    yield "─" * min(limit, sum(widths) + _GAP * (len(widths) - 1))
     for row in rows:
-        for parts in zip_longest(*row, fillvalue=""):
-            yield line_of(parts)
+        yield from lines_of(row)
+
+
+def _folded(text: str, width: int) -> list[str]:
+    """The lines of a text, folded between words where they are wider."""
+    from textwrap import wrap
+
+    return [part for line in text.split("\n") for part in (wrap(line, width) if len(line) > width else [line])]
+
+
+def _groups(widths: Sequence[int], limit: int) -> list[list[int]]:
+    """Places of the columns that stand in one line; lines after the first are indented."""
+    groups: list[list[int]] = []
+    room = -1
+    for place, width in enumerate(widths):
+        if width > room:
+            room = limit - _INDENT * bool(groups)
+            groups.append([])
+        groups[-1].append(place)
+        room -= width + _GAP
+    return groups
 
 
 def _transposed(rows: Sequence[Sequence[Any]], columns: int) -> list[Sequence[Any]]:

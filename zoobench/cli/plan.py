@@ -1,6 +1,6 @@
 """`zoobench plan`: the runs that `run` would do, and their time. Nothing runs and nothing is written."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,6 +46,8 @@ def plan(
     cells = asked.cells(db, coarsest_fidelity, say)
     specs = [cell for cell in cells if not isinstance(cell, Skip)]
     states, estimator = known_runs(db, specs, rate)
+    for note in _changed_code(db, specs):
+        say(note)
     known = [str(states.get(spec.key(), "new")) for spec in specs]
     estimates = [estimator(spec) for spec in specs]
     emit(plan_listing(specs, known, [each and each.seconds for each in estimates]), form)
@@ -58,6 +60,8 @@ def plan(
         say(line)
     if to_do:
         say(f"Estimated: {basis_text(estimator, [each for _, each in to_do], origin())}")
+        if memory := expected_memory(spec for spec, _ in to_do):
+            say(f"Memory: up to {memory / 2**20:.0f} MiB a run, as it was measured; --memory limits it")
     for note in footnotes(spec.env for spec in specs):
         say(note)
     for skip in skips:
@@ -80,13 +84,37 @@ def _part_lines(parts: Mapping[str, Collection[str]], to_do: "Sequence[tuple[Run
     return lines
 
 
+def expected_memory(specs: Iterable[RunSpec]) -> int | None:
+    """The most that the process of one of these runs takes, by measurement [bytes]; None where nothing was measured."""
+    from zoobench.verify.accuracy.rates import rate
+
+    places = {(spec.env, spec.fidelity) for spec in specs}
+    known = [found.memory for place in places if (found := rate(*place)) is not None and found.memory]
+    return round(max(known) * 2**20) if known else None
+
+
+def _changed_code(db: str, specs: Sequence[RunSpec]) -> list[str]:
+    """What to say of plug-ins whose code is not that of the runs in the database."""
+    from zoobench.db.store import Store
+    from zoobench.harness.provenance import changed_plugins
+
+    if not _is_there(db):
+        return []
+    with Store(db, create=False) as store:
+        return list(changed_plugins(specs, store.plugins()))
+
+
+def _is_there(db: str) -> bool:
+    return "://" in db or Path(db).exists()
+
+
 def known_runs(
     db: str, specs: Sequence[RunSpec], rate: "Callable[[Ref, Ref], Rate | None]"
 ) -> "tuple[dict[str, RunState], Estimator]":
     """The states of these runs by key, and what estimates their times; nothing is known before there is a database."""
     from zoobench.report.estimate import Estimator
 
-    if "://" not in db and not Path(db).exists():
+    if not _is_there(db):
         return {}, Estimator(rate=rate)
     from zoobench.db.store import Store
 

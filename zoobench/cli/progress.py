@@ -139,14 +139,9 @@ class Bars:
     """One bar per run in progress with its score so far, and one for all runs."""
 
     def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn
+        from zoobench.cli.bars import BarBoard
 
-        self._progress = Progress(
-            TextColumn("{task.description}", markup=False),
-            BarColumn(bar_width=24),
-            TextColumn("{task.fields[standing]}", markup=False),
-            console=console(stderr=True),
-        )
+        self._progress = BarBoard(console(stderr=True))
         self._all = self._progress.add_task("all runs", total=len(run_ids), standing="")
         self._total = len(run_ids)
         self._bars: dict[int, TaskID] = {}

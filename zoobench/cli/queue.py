@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Exit, Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, RunsArgument
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
 
-RunsArgument = Annotated[list[str] | None, Argument(help="Runs, by their numbers or the starts of their keys.")]
 SweepOption = Annotated[int | None, Option("--sweep", help="The runs of this sweep.")]
 
 
@@ -64,7 +63,8 @@ def merge(
     """Add the runs of one database to another.
 
     A run of both is known by its settings. What only the source has done is taken from there; where both have done it,
-    their results must agree bit for bit, and if some do not, they are named and the exit code is 1.
+    their results must agree bit for bit, and if some do not, they are named and the exit code is 1. Sweeps stay where
+    they are, and so do studies, among them the scores of `evaluate`: how many is said.
     """
     from zoobench.db.query import Reader
     from zoobench.db.store import Store
@@ -106,3 +106,7 @@ def _tell_merge(report: "MergeReport") -> None:
         say(f"  run {item.here} here and run {item.there} there differ in {', '.join(item.parts)}; that here stays")
     for run_id, reason in report.left_out:
         say(f"  run {run_id} there {reason}")
+    left = [f"{report.sweeps} sweeps"] if report.sweeps else []
+    left += [f"{count} rows of {name}" for name, count in report.studies.items()]
+    if left:
+        say(f"Left in the other database: {', '.join(left)}")

@@ -6,9 +6,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Option
+from typer import Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunArgument
 from zoobench.cli.output import console, say
 from zoobench.db.rows import MilestoneRow
 from zoobench.errors import UsageError
@@ -26,7 +26,7 @@ class Strip(StrEnum):
 
 
 def render(
-    run: Annotated[str, Argument(help="A run that is done, by its number or the start of its key.")],
+    run: DoneRunArgument,
     out: Annotated[Path, Option("--out", "-o", help="The file: .mp4, .gif, .png (a sheet), .npz or .pvd.")],
     form: Annotated[
         FilmFormat | None, Option("--format", help="File format, if the file's name has no ending.")

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from zoobench.report.run_results import RunResult
 
 
+_FILM_EVERY = 2  # control frames to a picture of a film
+
+
 @takes(selection)
 def report(
     chosen: RunSelection,
@@ -24,13 +27,17 @@ def report(
     stills: Annotated[
         int, Option("--stills", min=0, help="Simulate so many of the best robots again, and show pictures of them.")
     ] = 0,
+    films: Annotated[
+        int, Option("--films", min=0, help="Likewise, with films of a few seconds, of some 100 kB each.")
+    ] = 0,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Write the results as one page for a browser.
 
     It holds the tables, which can be sorted and filtered, the methods over all rows, learning curves, scores by cost,
     failures, and where all of it comes from, with the command that repeats each row. It needs no network, and fits
-    phones, dark screens and paper. Smoke runs are left out. Needs the extra `report`; stills need `render` as well.
+    phones, dark screens and paper. Smoke runs are left out, and rows beyond the first 1,000. Needs the extra `report`;
+    stills and films need `render` as well.
     """
     from zoobench.files import replace_files
     from zoobench.report.page.html import check_tools, page
@@ -38,11 +45,11 @@ def report(
     from zoobench.verify.accuracy.tolerance import error_at, published
 
     check_tools()
-    if source is not None and (chosen != RunSelection() or stills):
+    if source is not None and (chosen != RunSelection() or stills or films):
         raise UsageError("--from shows whole leaderboards, which hold no robots. Leave the other options out.")
     mark = ""
     if source is None:
-        sections = [_database_section(db, chosen, output, stills)]
+        sections = [_database_section(db, chosen, output, stills, films)]
         command = sections[0].foot.command
     else:
         sections, mark = _leaderboards(source)
@@ -57,14 +64,17 @@ def report(
         replace_files({output: text.encode()}, make_folders=True)
     except OSError as error:
         raise UsageError(f"The report cannot be written to {str(output)!r}: {error}. Give another -o.") from None
+    for section in sections:
+        if section.left_out:
+            say(f"{section.left_out:,} rows of {section.name} had no room. Choose some with --env, --task and so on.")
     say(f"Written: {output}, {len(text.encode()) / 2**20:.1f} MiB")
 
 
-def _database_section(db: str, chosen: RunSelection, output: Path, stills: int) -> "Section":
+def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, films: int) -> "Section":
     """The chosen runs of a database.
 
     Raises:
-        UsageError: there is nothing to show or too much, or no picture can be drawn.
+        UsageError: there is nothing to show, or no picture can be drawn.
         StorageError: the database cannot be read.
     """
     from dataclasses import replace
@@ -74,57 +84,65 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int) 
     from zoobench.report.cells import read_cells
     from zoobench.report.footer import footer
     from zoobench.report.learning_curves import curves
-    from zoobench.report.page.sections import Section, best_runs, check_size
+    from zoobench.report.page.sections import Section, best_runs, fitted, results_in
     from zoobench.report.run_results import choose_results
     from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
-    if stills:
+    if stills or films:
         check_drawing()
     with Store(db, create=False) as store:
-        tables = mark_undecided(tables_of_cells(read_cells(store, chosen)), decides)
-        check_size(tables)
+        tables, left_out = fitted(mark_undecided(tables_of_cells(read_cells(store, chosen)), decides))
         if not tables:
             raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
         results = [result for result in choose_results(store, chosen) if not (result.is_smoke or result.is_probe)]
+        if left_out:
+            results = results_in(tables, results)
         origins = store.origins([run for table in tables for run in table.runs])
-        command = ["zoobench", "report", *chosen.options(), *(["--stills", str(stills)] if stills else [])]
+        pictures = {"--stills": stills, "--films": films}
+        flags = [word for name, count in pictures.items() if count for word in (name, str(count))]
+        command = ["zoobench", "report", *chosen.options(), *flags]
         foot = replace(
             footer(tables, origins, [*command, "--output", output.name]), undecided=footnotes(tables, decides)
         )
         known = curves(store, results, "substeps")
-        section = Section("Results", "", tables, results, 0, foot, known)
-        pictures = [_still(store, result) for result in best_runs(section)[:stills]]
-    return replace(section, stills=[still for still in pictures if still is not None])
+        section = Section("Results", "", tables, results, 0, foot, known, left_out=left_out)
+        best = best_runs(section)[: max(stills, films)]
+        shown = [_still(store, result, moves=number < films) for number, result in enumerate(best)]
+    return replace(section, stills=[still for still in shown if still is not None])
 
 
-def _still(store: "Reader", result: "RunResult") -> "Still | None":
-    """A picture of a run's best episode, simulated again; None, and a word, where this version cannot."""
+def _still(store: "Reader", result: "RunResult", *, moves: bool) -> "Still | None":
+    """A picture or a film of a run's best episode, simulated again; None, and a word, where this version cannot."""
     from zoobench.errors import ZoobenchError
     from zoobench.harness.starts import solution_of
     from zoobench.render.film import film
-    from zoobench.render.film_files import sheet, sheet_moments
+    from zoobench.render.film_files import clip, sheet, sheet_moments
     from zoobench.report.page.sections import Still
 
     run = result.run
     title = f"run {run.id}: {run.spec}, score {result.finals['score'].value:.4g} {result.finals['score'].unit}"
     say(f"simulating {title}")
     try:
-        episode = film(run.spec, solution_of(store, run), moments=sheet_moments(run.spec.frames))
+        frames = run.spec.frames
+        moments = range(0, frames + 1, _FILM_EVERY) if moves else sheet_moments(frames)
+        episode = film(run.spec, solution_of(store, run), moments=moments)
     except ZoobenchError as error:
         say(f"  left out: {error}")
         return None
-    return Still(title, sheet(episode))
+    if not moves:
+        return Still(title, sheet(episode))
+    moving, middle = clip(episode)
+    say(f"  film of {len(moving) / 1000:.0f} kB")
+    return Still(title, middle, moving)
 
 
 def _leaderboards(folder: Path) -> "tuple[list[Section], str]":
     """The leaderboards of a folder, and the mark of their exports."""
     from zoobench.report.leaderboard_files import read_exports
-    from zoobench.report.page.sections import check_size, section_of
+    from zoobench.report.page.sections import section_of
     from zoobench.verify.accuracy.tolerance import decides
 
     boards, mark = read_exports(folder)
-    sections = [section_of(board, decides) for board in boards]
-    check_size(table for section in sections for table in section.tables)
-    return sections, mark
+    return [section_of(board, decides) for board in boards], mark

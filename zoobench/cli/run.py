@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from fnmatch import fnmatchcase
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from typer import Exit, Option
@@ -20,6 +21,7 @@ from zoobench.cli.options import (
     takes,
 )
 from zoobench.cli.output import say
+from zoobench.cli.plan import expected_memory
 from zoobench.errors import UsageError
 from zoobench.spec import AXES
 
@@ -74,14 +76,18 @@ def run(
     """
     from zoobench.cell.memory import allow
     from zoobench.harness.engines import engine_named
+    from zoobench.harness.grid import Skip
 
     if no_wait and (timeout or memory):
         raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
-    engine = engine_named(on)
+    engine: Callable[..., WorkerPool] | None = engine_named(on)
     limit = parse_duration(timeout) if timeout else None
     if memory:
         allow(memory)
-    queued = queue(asked.cells(db, coarsest_fidelity, say), db, retry=retry, rerun=rerun, priority=priority)
+    cells = asked.cells(db, coarsest_fidelity, say)
+    if engine is not None and on.startswith("ray"):
+        engine = partial(engine, memory=expected_memory(cell for cell in cells if not isinstance(cell, Skip)))
+    queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
     if no_wait:
         _tell_sweep(queued, db)
     else:

@@ -1,12 +1,14 @@
 """`zoobench stability`: extreme cases judged by their physics, and the largest stable steps."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Annotated, Any
 
 from typer import Exit, Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, parse_names
-from zoobench.cli.output import Format, emit, say
+from zoobench.cli.output import Format, emit
+from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 from zoobench.report.listing import Listing
@@ -38,15 +40,20 @@ def stability(
         return
     if largest_step and (cases != "*" or fast):
         raise UsageError("--largest-step has scenes of its own and does all of them. Leave --case and --fast out.")
-    if largest_step:
-        study, found = suite.STEP_STUDY, (asdict(row) for row in largest_steps())
-    else:
-        chosen = select(suite.CASES, parse_names(cases), noun="stability case", fast=fast)
-        study, found = suite.STUDY, (suite.row_of(case.run()) for case in chosen)
+    chosen = select(suite.CASES, parse_names(cases), noun="stability case", fast=fast)
     rows: list[dict[str, Any]] = []
-    for row in save_each(db, study, found, suite.stored):
-        rows.append(row)
-        say(f"{row['verdict']}  {row['case']}  {row['seconds']:.1f} s")
+    with Steps(None if largest_step else len(chosen)) as steps:
+
+        def rows_of_cases() -> Iterator[dict[str, Any]]:
+            for case in chosen:
+                steps.begin(case.name)
+                yield suite.row_of(case.run())
+
+        found = (asdict(row) for row in largest_steps()) if largest_step else rows_of_cases()
+        study = suite.STEP_STUDY if largest_step else suite.STUDY
+        for row in save_each(db, study, found, suite.stored):
+            rows.append(row)
+            steps.end(f"{row['verdict']}  {row['case']}  {row['seconds']:.1f} s")
     emit(Listing(tuple(rows[0]), tuple(tuple(row.values()) for row in rows)), form)
     if any(row["verdict"] == "fail" for row in rows):
         raise Exit(1)

@@ -10,6 +10,7 @@ from zoobench.cli.options import (
     OneDesignOption,
     OneFidelityOption,
     coarsest_fidelity,
+    component_option,
 )
 from zoobench.cli.output import say
 from zoobench.cli.run import carry_through, queue
@@ -17,8 +18,8 @@ from zoobench.cli.run import carry_through, queue
 
 def submit(
     policy: Annotated[str, Option("--policy", help="The agent, module:function or file.py:function.")],
-    env: Annotated[str, Option("--env", help="The environment.")],
-    task: Annotated[str, Option("--task", help="The task.")],
+    env: Annotated[str, component_option("envs", "--env", "The environment.")],
+    task: Annotated[str, component_option("tasks", "--task", "The task.")],
     design: OneDesignOption = "caterpillar",
     fidelity: OneFidelityOption = "standard",
     frames: Annotated[int, Option("--frames", min=1, help="Length of the episode in control frames.")] = 200,

@@ -7,6 +7,7 @@ from typer import Exit, Option
 
 from zoobench.cli.options import FormatOption, parse_names
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.steps import Steps
 from zoobench.report.listing import Listing
 
 _COLUMNS = (
@@ -35,15 +36,18 @@ def validate(
     from zoobench.verify.validate.validation_suite import CASES
 
     results = []
-    for chosen in select(CASES, parse_names(case), noun="validation case", fast=fast):
-        result = chosen.run()
-        results.append(result)
-        say(f"{chosen.name}: {_VERDICTS[result.verdict]} in {result.seconds:.1f} s")
-        for check in result.checks:
-            if check.verdict == "known":
-                say(f"  {check.text}")
-        if plots is not None and result.figure is not None:
-            draw(result.figure, plots / f"{chosen.name}.png")
+    wanted = select(CASES, parse_names(case), noun="validation case", fast=fast)
+    with Steps(len(wanted)) as steps:
+        for chosen in wanted:
+            steps.begin(chosen.name)
+            result = chosen.run()
+            results.append(result)
+            steps.end(f"{chosen.name}: {_VERDICTS[result.verdict]} in {result.seconds:.1f} s")
+            for check in result.checks:
+                if check.verdict == "known":
+                    say(f"  {check.text}")
+            if plots is not None and result.figure is not None:
+                draw(result.figure, plots / f"{chosen.name}.png")
     rows = tuple(
         (
             result.case.name, check.measure, check.value, check.bound, check.unit, check.is_met,

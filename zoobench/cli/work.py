@@ -16,7 +16,6 @@ from zoobench.cli.output import say
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
-    from zoobench.db.store import Store
 
 
 def work(
@@ -39,6 +38,8 @@ def work(
     from zoobench.cell.memory import allow
     from zoobench.cli.progress import describe
     from zoobench.db.rows import RunState
+    from zoobench.db.store import Store
+    from zoobench.harness.provenance import changed_plugins
     from zoobench.harness.shift import shift_of, work_shift
     from zoobench.harness.worker import WorkerOrders
 
@@ -47,10 +48,18 @@ def work(
     if memory:
         allow(memory)
     seen: dict[int, RunRow] = {}
+    with Store(db, create=False) as before:
+        plugins = before.plugins()
+    warned: set[str] = set()
 
-    def tell(store: "Store", run_id: int) -> None:
-        (seen[run_id],) = store.runs(ids=[run_id])
-        say(describe(seen[run_id]))
+    def tell(store: Store, run_id: int) -> None:
+        (row,) = store.runs(ids=[run_id])
+        for note in changed_plugins([row.spec] if plugins else [], plugins):
+            if note not in warned:
+                say(note)
+            warned.add(note)
+        seen[run_id] = row
+        say(describe(row))
 
     is_stopped = work_shift(WorkerOrders(db, sweep, limit), shift, tell)
     if is_stopped:

@@ -4,15 +4,25 @@ A run that both have done must have the same results, bit for bit: all but wall 
 """
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from sqlalchemy import insert, select, update
+from sqlalchemy import func, insert, select, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.digests import DIGESTED, digests
 from zoobench.db.engine import Database, among, batched
-from zoobench.db.models import AttemptRecord, MetricRecord, ProvenanceRecord, ReferenceRecord, RunRecord, SpecRecord
+from zoobench.db.models import (
+    AttemptRecord,
+    MetricRecord,
+    ProvenanceRecord,
+    ReferenceRecord,
+    RunRecord,
+    SpecRecord,
+    StudyRecord,
+    StudyRowRecord,
+    SweepRecord,
+)
 from zoobench.db.removal import CONTENTS, remove_contents
 from zoobench.db.rows import RunState
 
@@ -46,6 +56,8 @@ class MergeReport:
         kept: that were left as they are here: the other has no result of them, or they are in progress; ids here.
         differing: done in both, with other results; those here stay.
         left_out: that were not taken, by their ids there, with the reason.
+        sweeps: how many sweeps the other database has, none of which is taken.
+        studies: of each study there, by its name, how many rows stay there.
     """
 
     added: tuple[int, ...] = ()
@@ -54,12 +66,14 @@ class MergeReport:
     kept: tuple[int, ...] = ()
     differing: tuple[Difference, ...] = ()
     left_out: tuple[tuple[int, str], ...] = ()
+    sweeps: int = 0
+    studies: Mapping[str, int] = field(default_factory=dict)
 
 
 def merge(target: Database, source: Database) -> MergeReport:
     """Add the runs of the source to the target; each group of runs is one transaction.
 
-    Sweeps and studies stay where they are.
+    Sweeps and studies stay where they are: they name runs by the numbers that they have there.
     """
     merger = _Merger(target, source)
     for some in _groups(source):
@@ -87,7 +101,18 @@ class _Merger:
     """Ids of the runs in the target by those in the source."""
 
     def report(self) -> MergeReport:
-        return replace(MergeReport(), **{name: tuple(found) for name, found in self.groups.items()})
+        """What was done, and what is left in the source."""
+        rows = (
+            select(StudyRecord.name, func.count())
+            .join(StudyRowRecord, StudyRowRecord.study_id == StudyRecord.id)
+            .group_by(StudyRecord.name)
+        )
+        with self.source.read() as session:
+            sweeps = session.scalar(select(func.count()).select_from(SweepRecord)) or 0
+            studies = dict(session.execute(rows.order_by(StudyRecord.name)).tuples().all())
+        return MergeReport(
+            **{name: tuple(found) for name, found in self.groups.items()}, sweeps=sweeps, studies=studies
+        )
 
     def take(self, ids: Collection[int]) -> None:
         """Add these runs of the source, or compare them with those that are here."""

@@ -82,6 +82,12 @@ class Reader(ManyReader):
             raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
         return found[0]
 
+    def newest(self, count: int) -> list[RunRow]:
+        """The runs with the highest numbers, the newest first."""
+        with self._database.read() as session:
+            last = session.scalar(select(func.max(RunRecord.id))) or 0
+            return list(fetch_runs(session, None, RunRecord.id > last - count))[::-1]
+
     def counts(self) -> dict[RunState, int]:
         """Number of runs in each state; states without a run are absent."""
         statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)

@@ -10,7 +10,7 @@ import queue
 import sys
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import IO, Any, Self
@@ -176,6 +176,27 @@ class PlacedProcess:
             self._writers.pop(number).close()
 
 
+def resources(limit: int | None, expected: int | None, nodes: Iterable[Mapping[str, float]]) -> dict[str, int]:
+    """What a place asks Ray for: a processor, and the memory that a run may take, or else is expected to.
+
+    Args:
+        limit, expected: [bytes]; None if there is none. An expectation is no reason to refuse: a place asks for no more
+            than the largest node has.
+        nodes: the resources of each.
+
+    Raises:
+        UsageError: no node has what a run may take; Ray would wait for one for ever.
+    """
+    largest = int(max((node.get("memory", 0.0) for node in nodes), default=0.0))
+    if limit is not None and limit > largest:
+        raise UsageError(
+            f"A run may take {limit / 2**30:.2g} GiB by --memory, and the largest node of the Ray cluster offers "
+            f"{largest / 2**30:.2g}. Allow less, or add a node."
+        )
+    memory = min(expected or 0, largest) if limit is None else limit
+    return {"num_cpus": 1, **({"memory": memory} if memory else {})}
+
+
 @dataclass
 class _Slot:
     thread: threading.Thread
@@ -188,12 +209,13 @@ class RayPool:
     Args:
         orders: of the workers.
         address: of a cluster; empty for that of this machine or a new one for the occasion.
+        memory: what a run is expected to take [bytes], where no limit is set; None if that is not known.
 
     Raises:
-        UsageError: there is no such cluster.
+        UsageError: there is no such cluster, or none of its nodes has the memory that runs may take.
     """
 
-    def __init__(self, orders: WorkerOrders, address: str = "") -> None:
+    def __init__(self, orders: WorkerOrders, address: str = "", memory: int | None = None) -> None:
         import ray
 
         self._ray, self._orders = ray, orders
@@ -205,6 +227,12 @@ class RayPool:
                 ray.init(address=address or None, log_to_driver=False, include_dashboard=False if not address else None)
             except (ConnectionError, ValueError) as error:
                 raise UsageError(f"No Ray cluster answers at {address!r}: {error}") from None
+        try:
+            nodes = ray.nodes()  # type: ignore[no-untyped-call]
+            self._resources = resources(allowed(), memory, (node["Resources"] for node in nodes if node["Alive"]))
+        except UsageError:
+            self.__exit__()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -255,8 +283,7 @@ class RayPool:
     def _work_in_place(self, store: Store) -> bool:
         """Do runs in a place until none is queued; True if the place is lost before."""
         memory = allowed()
-        options = {"num_cpus": 1, "max_concurrency": 8, **({} if memory is None else {"memory": memory})}
-        place: Any = self._ray.remote(Place).options(**options).remote()
+        place: Any = self._ray.remote(Place).options(max_concurrency=8, **self._resources).remote()
         try:
             asked = place.origin.remote()
             while not self._ray.wait([asked], timeout=_READ_SECONDS)[0]:  # the cluster may be full

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ WIDTH = {FilmFormat.MP4: 1280, FilmFormat.GIF: 640, FilmFormat.PNG: 1600}
 _COLUMNS, _TILES = 2, 6  # of a sheet
 _SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
 _QUALITY = 7  # of 10, for moving pictures
+_CLIP_RATE = 25.0  # of a film for a page [1/s]
 
 
 def moments_of(form: FilmFormat, frames: int, every: int) -> list[int]:
@@ -165,6 +167,16 @@ def sheet(film: Film) -> bytes:
     images = list(film_images(film, "", _SMALL, smooth=True))
     data: bytes = imageio.imwrite("<bytes>", side_by_side(images, _COLUMNS), extension=".jpg", quality=82)
     return data
+
+
+def clip(film: Film) -> tuple[bytes, bytes]:
+    """All moments as a small film without a title for a page (MP4), and the one in the middle (JPEG)."""
+    imageio: Any = import_module("imageio.v3")
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.mp4"
+        _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None)
+        middle = imageio.imread(path, index=len(film.times) // 2)
+        return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=82)
 
 
 def _write_arrays(film: Film, path: Path) -> None:

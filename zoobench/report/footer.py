@@ -35,6 +35,8 @@ class Footer:
         components: every reference in the tables with its version and all parameters.
         machines: processor, cores, accelerators, memory.
         packages: name and version of the packages on which the numbers depend.
+        plugins: the components of other distributions, with the hash of their code: two where it has changed between
+            runs without a new version.
         superseded: components that have a newer version here, with which other numbers are made.
         provisional: the environments whose scores are not yet what they are called, and why.
         undecided: where differences are marked that the fidelity cannot decide.
@@ -49,6 +51,7 @@ class Footer:
     packages: tuple[str, ...]
     dates: tuple[str, ...]
     command: str
+    plugins: tuple[str, ...] = ()
     superseded: tuple[str, ...] = ()
     provisional: tuple[str, ...] = ()
     undecided: tuple[str, ...] = ()
@@ -63,6 +66,7 @@ class Footer:
             **({"external": self.external} if self.external else {}),
             "commit": self.commits,
             "components": self.components,
+            **({"plug-ins": self.plugins} if self.plugins else {}),
             **({"superseded": self.superseded} if self.superseded else {}),
             "machine": self.machines,
             "packages": self.packages,
@@ -84,6 +88,7 @@ def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], com
         packages=_distinct(map(_packages, documents)),
         dates=_distinct(_date(time) for time in (min(times), max(times))) if times else (),
         command=shlex.join(command),
+        plugins=_distinct(_plugins(documents)),
         superseded=_distinct(_superseded(tables)),
         provisional=footnotes({row.env for table in tables for row in table.rows}),
         external=_distinct(_external(tables)),
@@ -104,6 +109,17 @@ def _external(tables: Sequence[Table]) -> Iterator[str]:
         if kind is Kind.METHOD and ref.name in registry.names(kind) and _EXTERNAL in registry.get(kind, ref.name).tags:
             agent = ref.kwargs.get("agent") or ref.kwargs.get("policy")
             yield f"{agent} was trained elsewhere at a cost that is not known"
+
+
+def _plugins(documents: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """The components of plug-ins, as `environment wet-rock-v1 of zoobench-wet-rock 1.0, code 0123456789ab`."""
+    codes: dict[str, set[str]] = {}
+    for document in documents:
+        for name, facts in document.get("plugins", {}).items():
+            whole = f"{name} of {facts['distribution']} {facts['version']}"
+            codes.setdefault(whole, set()).add(str(facts["code"])[:12])
+    for name, found in codes.items():
+        yield f"{name}, code {' and '.join(sorted(found))}{' (CHANGED between runs)' * (len(found) > 1)}"
 
 
 def _superseded(tables: Sequence[Table]) -> Iterator[str]:

@@ -1,14 +1,15 @@
 """The report as a file: what stands in it, and what others wrote cannot leave its place."""
 
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from tests.report.page.sections import HOSTILE, LEVELS, section
 from zoobench.errors import UsageError
-from zoobench.report.page import html
+from zoobench.report.page import html, sections
 from zoobench.report.page.html import page
-from zoobench.report.page.sections import MOST_ROWS, Section, best_runs, check_size
+from zoobench.report.page.sections import MOST_ROWS, Section, Still, best_runs, fitted, results_in
 
 VEGA = "window.vegaEmbed = () => {};"
 
@@ -78,11 +79,29 @@ def test_the_best_robot_of_each_place_is_shown(shown: Section) -> None:
     assert [run.score.value for run in best if run.score] == [10.1, 11.1, 12.1, 13.1]
 
 
-def test_a_page_that_would_be_too_large_is_refused(shown: Section) -> None:
-    """With the number of rows and what to do."""
-    check_size(shown.tables)
-    with pytest.raises(UsageError, match="1,000 rows, and these runs have 1,005"):
-        check_size(shown.tables * (MOST_ROWS // 5 + 1))
+def test_a_film_stands_on_the_screen_and_its_picture_on_paper(shown: Section) -> None:
+    """Both are in the page itself; a still without a film is shown on both."""
+    stills = [Still("moves", b"picture", b"film"), Still("stands", b"other")]
+    tags = Outline(page([replace(shown, stills=stills)], LEVELS, lambda *_: 0.1, "zoobench report")).tags
+    (video,) = (given for tag, given in tags if tag == "video")
+    assert video["src"] == "data:video/mp4;base64,ZmlsbQ=="
+    assert video["poster"] == "data:image/jpeg;base64,cGljdHVyZQ=="
+    pictures = [given for tag, given in tags if tag == "img"]
+    assert [(given["alt"], given.get("class")) for given in pictures] == [("moves", "paper"), ("stands", None)]
+
+
+def test_a_page_holds_so_many_rows_and_says_what_it_leaves_out(shown: Section, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first ones, with the runs of these alone."""
+    assert fitted(shown.tables) == (shown.tables, 0)
+    tables, left_out = fitted(shown.tables * (MOST_ROWS // 5 + 1))
+    assert (sum(len(table.rows) for table in tables), left_out) == (MOST_ROWS, 5)
+    monkeypatch.setattr(sections, "MOST_ROWS", 2)
+    tables, left_out = fitted(shown.tables * 2)
+    assert ([len(table.rows) for table in tables], left_out) == ([2], 8)
+    results = results_in(tables, shown.results)
+    assert {result.spec.env.name for result in results} == {"clay", "desert"}
+    small = replace(shown, tables=tables, results=results, left_out=left_out)
+    assert "8 more rows have no room here" in page([small], LEVELS, lambda *_: 0.1, "zoobench report")
 
 
 def test_without_the_extra_a_word_comes_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

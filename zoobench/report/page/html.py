@@ -73,7 +73,10 @@ def _section(section: Section, levels: Sequence[Level], accuracy: Accuracy, char
         "curves": place(curve_chart(section)),
         "costs": place(cost_chart(section, accuracy)),
         "accuracy": place(accuracy_chart(section, levels)),
-        "stills": [(still.title, b64encode(still.image).decode()) for still in section.stills],
+        "stills": [
+            (still.title, b64encode(still.image).decode(), b64encode(still.film).decode()) for still in section.stills
+        ],
+        "left_out": section.left_out,
         "lost": reasons_listing([result.run for result in section.lost[:_MOST_LOST]]) if section.lost else None,
         "more_lost": max(len(section.lost) - _MOST_LOST, 0),
         "origin": [line.partition(": ") for line in section.foot.lines()] if section.tables else [],

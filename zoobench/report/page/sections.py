@@ -2,10 +2,9 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from zoobench.db.rows import RunState
-from zoobench.errors import UsageError
 from zoobench.report.footer import Footer
 from zoobench.report.leaderboard import Leaderboard
 from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empty_rows
@@ -36,10 +35,11 @@ class Level:
 
 @dataclass(frozen=True)
 class Still:
-    """A picture of a run's best episode; `image` is a JPEG."""
+    """A picture of a run's best episode as a JPEG, and a film of it as an MP4, which may be empty."""
 
     title: str
     image: bytes
+    film: bytes = b""
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,7 @@ class Section:
         foot: where the numbers of the tables come from.
         known: learning curves by run id.
         stills: of the best robots.
+        left_out: number of rows for which there is no room.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Section:
     foot: Footer
     known: Mapping[int, LearningCurve] = field(default_factory=dict)
     stills: Sequence[Still] = ()
+    left_out: int = 0
 
     @property
     def counts(self) -> dict[str, int]:
@@ -86,23 +88,37 @@ class Section:
 
 def section_of(board: Leaderboard, decides: Decides) -> Section:
     """A leaderboard as a section; rows without any run are left out."""
-    tables = mark_undecided(without_empty_rows(tables_of(board)), decides)
+    tables, left_out = fitted(mark_undecided(without_empty_rows(tables_of(board)), decides))
     summary = f"{board.summary[:1].upper()}{board.summary[1:]}."
-    return Section(board.name, summary, tables, board.results(), len(board.missing()), footer_of(board, tables))
+    results = results_in(tables, board.results()) if left_out else board.results()
+    missing, foot = len(board.missing()), footer_of(board, tables)
+    return Section(board.name, summary, tables, results, missing, foot, left_out=left_out)
 
 
-def check_size(tables: Iterable[Table]) -> None:
-    """Refuse what no page can hold.
+def fitted(tables: Sequence[Table]) -> tuple[list[Table], int]:
+    """The first `MOST_ROWS` rows of the tables, which a browser can still show, and how many are left out."""
+    kept: list[Table] = []
+    room = MOST_ROWS
+    for table in tables:
+        if room:
+            kept.append(replace(table, rows=table.rows[:room]))
+            room -= len(kept[-1].rows)
+    return kept, sum(len(table.rows) for table in tables) - (MOST_ROWS - room)
 
-    Raises:
-        UsageError: there are more than `MOST_ROWS` rows.
-    """
-    rows = sum(len(table.rows) for table in tables)
-    if rows > MOST_ROWS:
-        raise UsageError(
-            f"A report holds {MOST_ROWS:,} rows, and these runs have {rows:,}. Choose with --env, --task, --design, "
-            "--controller, --method or --fidelity."
-        )
+
+def results_in(tables: Iterable[Table], results: Iterable[RunResult]) -> list[RunResult]:
+    """The results that belong to rows of these tables."""
+    rows = {
+        (table.fidelity, table.frames, table.budget, row.env, row.task, row.design, row.controller)
+        for table in tables
+        for row in table.rows
+    }
+    places = ((result, result.spec) for result in results)
+    return [
+        result
+        for result, spec in places
+        if (spec.fidelity, spec.frames, spec.budget, spec.env, spec.task, spec.design, spec.controller) in rows
+    ]
 
 
 def best_runs(section: Section) -> list[RunResult]:

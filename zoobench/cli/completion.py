@@ -1,0 +1,87 @@
+"""What a shell offers on Tab for the values of options and arguments.
+
+Every function takes what is typed so far and gives the whole words that it may become. None loads torch or Taichi.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from typer import Context
+
+if TYPE_CHECKING:
+    from zoobench.registry import Kind
+
+_NEWEST = 200  # runs that are offered; older ones are typed
+
+Offer = Callable[[str], list[str]]
+
+
+def components(kind: str) -> Offer:
+    """Names of a kind, as `envs`; of the last one in a list with commas."""
+
+    def offer(incomplete: str) -> list[str]:
+        from zoobench.registry import Kind
+
+        return _continued(incomplete, _names([Kind(kind)]))
+
+    return offer
+
+
+def all_components(incomplete: str) -> list[str]:
+    """Names of all kinds."""
+    from zoobench.registry import Kind
+
+    return _starting(_names(Kind), incomplete)
+
+
+def kinds(incomplete: str) -> list[str]:
+    """What `zoobench list` can list."""
+    from zoobench.cli.components import KindName
+
+    return _starting(KindName, incomplete)
+
+
+def suites(incomplete: str) -> list[str]:
+    """The suites of the package, and their parts."""
+    from zoobench.harness import suites as known
+
+    return _starting((name for suite in known.names() for name in known.summaries(suite)), incomplete)
+
+
+def presets(incomplete: str) -> list[str]:
+    """The presets."""
+    from zoobench.harness import presets as known
+
+    return _starting(known.names(), incomplete)
+
+
+def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
+    """The newest runs of the database that the command line names, each with what it is."""
+    from zoobench.cli.options import DEFAULT_DATABASE
+    from zoobench.db.query import Reader
+    from zoobench.errors import ZoobenchError
+
+    try:
+        with Reader(context.params.get("db") or DEFAULT_DATABASE, create=False) as reader:
+            found = reader.newest(_NEWEST)
+    except ZoobenchError:  # there is none yet, or it cannot be read, which the command itself will say
+        return []
+    return [(str(row.id), f"{row.spec}, {row.state}") for row in found if str(row.id).startswith(incomplete)]
+
+
+def _names(chosen: "Iterable[Kind]") -> list[str]:
+    from zoobench import registry
+
+    return sorted({name for kind in chosen for name in registry.names(kind)})
+
+
+def _continued(incomplete: str, names: Iterable[str]) -> list[str]:
+    """The list with its last name completed; nothing within the brackets of a name's settings."""
+    before, comma, start = incomplete.rpartition(",")
+    if incomplete.count("[") > incomplete.count("]"):
+        return []
+    return [f"{before}{comma}{name}" for name in _starting(names, start)]
+
+
+def _starting(names: Iterable[str], start: str) -> list[str]:
+    return [name for name in names if name.startswith(start)]
