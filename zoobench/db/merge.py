@@ -3,7 +3,7 @@
 A run that both have done must have the same results, bit for bit: all but wall times follow from its settings.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
