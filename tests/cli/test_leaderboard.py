@@ -216,7 +216,8 @@ def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
         "control:",
     ]
     assert "  part animals: 64 runs, 24 h" in reply.err
-    assert "by measured rates (animals on one core of AMD EPYC" in lines[-1]
+    assert any("by measured rates (animals on one core of AMD EPYC" in line for line in lines)
+    assert "Memory: up to" in lines[-1]
 
 
 def test_plan_shows_a_part_of_a_suite(zoobench: Command) -> None:
