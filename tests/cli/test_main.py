@@ -139,7 +139,7 @@ def test_version(zoobench: Command) -> None:
     [
         (["rn"], "Did you mean 'run'?"),
         (["results", "--formt", "csv"], "--format"),
-        (["list", "env"], "envs"),
+        (["list", "enws"], "envs"),
         (["run", "--env", "desert"], "--task"),
         (["results", "--format", "xml"], "table"),
     ],

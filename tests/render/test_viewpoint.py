@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render.filmed import short_film
+from zoobench.envs.base import BED_THICKNESS
 from zoobench.render.viewpoint import camera_for, region_of
 
 
@@ -41,5 +42,5 @@ def test_a_robot_under_the_surface_is_immersed() -> None:
     """One on a bed is not."""
     film = short_film()
     assert not region_of(film).immersed
-    assert region_of(film).level == pytest.approx(0.02, abs=0.01)
+    assert region_of(film).level == pytest.approx(BED_THICKNESS, abs=0.01)
     assert region_of(replace(film, robot=film.robot - np.float32([0.0, 0.2, 0.0]))).immersed

@@ -31,38 +31,31 @@ def all_components(incomplete: str) -> list[str]:
     """Names of all kinds."""
     from zoobench.registry import Kind
 
-    return _starting(_names(Kind), incomplete)
-
-
-def kinds(incomplete: str) -> list[str]:
-    """What `zoobench list` can list."""
-    from zoobench.cli.components import KindName
-
-    return _starting(KindName, incomplete)
+    return starting(_names(Kind), incomplete)
 
 
 def suites(incomplete: str) -> list[str]:
     """The suites of the package, and their parts."""
     from zoobench.harness import suites as known
 
-    return _starting((name for suite in known.names() for name in known.summaries(suite)), incomplete)
+    return starting((name for suite in known.names() for name in known.summaries(suite)), incomplete)
 
 
 def presets(incomplete: str) -> list[str]:
     """The presets."""
     from zoobench.harness import presets as known
 
-    return _starting(known.names(), incomplete)
+    return starting(known.names(), incomplete)
 
 
 def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
     """The newest runs of the database that the command line names, each with what it is."""
-    from zoobench.cli.options import DEFAULT_DATABASE
     from zoobench.db.query import Reader
     from zoobench.errors import ZoobenchError
 
+    usual = next(option.default for option in context.command.params if option.name == "db")
     try:
-        with Reader(context.params.get("db") or DEFAULT_DATABASE, create=False) as reader:
+        with Reader(context.params.get("db") or str(usual), create=False) as reader:
             found = reader.newest(_NEWEST)
     except ZoobenchError:  # there is none yet, or it cannot be read, which the command itself will say
         return []
@@ -80,8 +73,9 @@ def _continued(incomplete: str, names: Iterable[str]) -> list[str]:
     before, comma, start = incomplete.rpartition(",")
     if incomplete.count("[") > incomplete.count("]"):
         return []
-    return [f"{before}{comma}{name}" for name in _starting(names, start)]
+    return [f"{before}{comma}{name}" for name in starting(names, start)]
 
 
-def _starting(names: Iterable[str], start: str) -> list[str]:
+def starting(names: Iterable[str], start: str) -> list[str]:
+    """Those that a word can become."""
     return [name for name in names if name.startswith(start)]

@@ -36,6 +36,10 @@ class KindName(StrEnum):
         return f"{self[:-3]}y" if self.endswith("ies") else self[:-1]
 
 
+def _kinds(incomplete: str) -> list[str]:
+    return completion.starting(KindName, incomplete)
+
+
 def list_components(
     name: Annotated[
         str,
@@ -43,7 +47,7 @@ def list_components(
             metavar="KIND",
             help=f"List this kind only: {', '.join(KindName)}.",
             show_default=False,
-            autocompletion=completion.kinds,
+            autocompletion=_kinds,
         ),
     ] = "",
     form: FormatOption = Format.TABLE,

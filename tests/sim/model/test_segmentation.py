@@ -76,8 +76,9 @@ def test_pieces_and_halves_add_up() -> None:
     pieces = np.array([share(counts, piece, 3) for piece in range(3)])
     np.testing.assert_array_equal(pieces.sum(axis=0), counts)
     assert np.ptp(pieces[:, 0]) == 1
-    (early,), (late,) = halves([Part(4, counts, stops, True)])
+    (early,), (late,) = halves([Part(4, counts, stops, True, np.array([True, True, True]))])
     np.testing.assert_array_equal(early.counts + late.counts, counts)
     np.testing.assert_array_equal([early.slots, late.slots], [[3, 0, 1], [5, 0, 1]])
     assert (early.is_first, late.is_first) == (True, False)
+    np.testing.assert_array_equal([early.begins, late.begins], [[True] * 3, [False, True, False]])
     assert [len(half) for half in halves([early, late, late])] == [2, 1]
