@@ -1,5 +1,6 @@
 """Jobs of Slurm, by submitit's local executor: processes that stand for jobs."""
 
+import time
 from functools import partial
 from pathlib import Path
 
@@ -50,6 +51,10 @@ def test_an_interrupt_cancels_the_jobs(path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_all(path, ids, child=fake(iterations=4000), engine=local(path), on_update=interrupt)
     with Store(path) as store:
+        for _ in range(600):  # the job ends in its own time
+            if RunState.RUNNING not in store.counts():
+                break
+            time.sleep(0.1)
         assert store.counts() == {RunState.QUEUED: 1}
 
 
