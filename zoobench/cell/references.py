@@ -36,7 +36,6 @@ _SEED_AXES = ("env", "task", "design", "controller")
 _AXES = (*_SEED_AXES, "fidelity", "frames")
 _AROUND = ("cli", "db", "gym", "harness", "methods", "render", "report", "verify")
 """Packages that no reference depends on."""
-_KINDS = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.FIDELITY)
 
 
 class SharedScores(Protocol):
@@ -113,9 +112,10 @@ def _key(spec: RunSpec, name: str) -> str:
     digest = hashlib.sha256(canonical_json([name, cell, libraries, machine]).encode() + _sources())
     for key in named_runs(spec.design, spec.controller):
         digest.update(np.array(solution_in(run_name(key)).params).tobytes())
-    refs = zip(_KINDS, (spec.env, spec.task, spec.design, spec.controller, spec.fidelity), strict=True)
-    for kind, ref in refs:
-        digest.update(Path(inspect.getfile(registry.get(kind, ref.name, ref.version).factory)).read_bytes())
+    for axis in (*_SEED_AXES, "fidelity"):
+        ref = getattr(spec, axis)
+        component = registry.get(registry.KINDS[axis], ref.name, ref.version)
+        digest.update(Path(inspect.getfile(component.factory)).read_bytes())
     return digest.hexdigest()
 
 

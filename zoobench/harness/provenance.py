@@ -20,7 +20,6 @@ import psutil
 
 import zoobench
 from zoobench import __version__, registry, rounding
-from zoobench.registry import Kind
 from zoobench.spec import AXES, RunSpec
 
 PACKAGES = (
@@ -91,9 +90,8 @@ def plugins_of(spec: RunSpec) -> dict[str, dict[str, str | None]]:
     """
     if not registry.has_plugins():  # then zoobench's own need not be loaded either
         return {}
-    kinds = zip(AXES, (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.METHOD, Kind.FIDELITY), strict=True)
     found = {}
-    for axis, kind in kinds:
+    for axis, kind in registry.KINDS.items():
         ref = getattr(spec, axis)
         if ref.name not in registry.names(kind):
             continue
