@@ -61,11 +61,10 @@ def fidelity(
     kernel: Kernel = "quadratic",
     medium_transfer: Transfer = "apic",
 ) -> Fidelity:
-    """The grid of all small scenes."""
+    """The grid of all small scenes, of which nothing sleeps: see `test_sleep`."""
     bits: Literal[32, 64] = 64 if precision == 64 else 32
-    return Fidelity(
-        SPACING, courant=courant, precision=bits, transfer=transfer, medium_transfer=medium_transfer, kernel=kernel
-    )
+    transfers = {"transfer": transfer, "medium_transfer": medium_transfer}
+    return Fidelity(SPACING, courant=courant, precision=bits, kernel=kernel, sleep=0.0, **transfers)
 
 
 def steady(

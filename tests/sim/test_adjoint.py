@@ -7,7 +7,7 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.rollout import Gradient
+from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import BodyState, Solver
 
@@ -31,14 +31,14 @@ class Probe:
         self.weights = scenes.path_weights(self.solver, frames)
         self.base = {name: getattr(scene.robot, name)[None] for name in BODY_GROUPS}
         self.base["actuation"] = scenes.actuation(self.solver, frames)
-        self.schedule: np.ndarray | None = None
+        self.replay: Rollout | None = None
 
     def _run(self, values: dict[str, np.ndarray]) -> float:
         body = BodyState(**{name: values[name] for name in BODY_GROUPS})
         # a difference quotient keeps to the steps of the base point
-        self.rollout = self.solver.run(values["actuation"], body, schedule=self.schedule)
+        self.rollout = self.solver.run(values["actuation"], body, replay=self.replay)
         assert not self.rollout.divergences
-        self.schedule = self.rollout.counts
+        self.replay = self.rollout
         a, b = self.weights
         # differences from the start keep the round-off of the sum small
         moved = self.rollout.positions - self.rollout.positions[:1]

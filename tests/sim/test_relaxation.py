@@ -15,9 +15,9 @@ def _body(stiffness: float) -> BodyState:
     return BodyState(stiffness=np.full((1, scenes.ground_scene().robot.particle_count), stiffness))
 
 
-def _run(solver: Solver, stiffness: float, schedule: np.ndarray | None = None) -> Rollout:
+def _run(solver: Solver, stiffness: float, replay: Rollout | None = None) -> Rollout:
     actuation = 0.5 * np.ones((FRAMES, 1, solver.muscle_count))
-    return solver.run(actuation, _body(stiffness), schedule=schedule, equilibration=REST)
+    return solver.run(actuation, _body(stiffness), replay=replay, equilibration=REST)
 
 
 def test_it_is_the_episode_that_begins_at_the_equilibrated_state() -> None:
@@ -72,7 +72,7 @@ def test_the_gradient_is_the_derivative_through_the_equilibration(interval: int 
     heights = np.zeros(base.episode.positions.shape)
     heights[..., 1] = 1.0
     gradient = solver.backward(base, heights, np.zeros_like(heights)).stiffness.sum()
-    ends = [_run(solver, 0.6 + step, base.counts) for step in (1e-5, -1e-5)]
+    ends = [_run(solver, 0.6 + step, base) for step in (1e-5, -1e-5)]
     assert all((end.stops == base.stops).all() for end in ends)
     above, below = (float((end.episode.positions * heights).sum()) for end in ends)
     assert gradient == pytest.approx((above - below) / 2e-5, rel=1e-5)

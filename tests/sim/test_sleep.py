@@ -155,7 +155,19 @@ def test_gradient_beside_matter_asleep_is_that_of_differences(
     direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[name].shape)
     # without the adjoint of what sleeps the error is 1e-6 to 1e-5: the robot feels little of it
     assert probe.error(gradient, name, direction, enough=1e-7) <= 1e-7
-    np.testing.assert_array_equal(probe.rollout.asleep, asleep)
+
+
+def test_gradient_is_exact_where_all_matter_wakes_and_another_part_falls_asleep(
+    probed: tuple[Probe, Gradient, NDArray[np.bool_]],
+) -> None:
+    """What one frame leaves of the adjoints at its nodes does not reach the matter asleep in another."""
+    probe, _, asleep = probed
+    near = np.arange(asleep.shape[2]) < asleep.shape[2] // 2
+    chosen = np.zeros_like(asleep)
+    chosen[1, 0, near] = chosen[3, 0, ~near] = chosen[4, 0] = True
+    probe.replay = replace(probe.rollout, asleep=chosen)
+    direction = np.random.default_rng(8).uniform(-1.0, 1.0, probe.base["actuation"].shape)
+    assert probe.error(probe.gradient(), "actuation", direction, enough=1e-7) <= 1e-7
 
 
 def _worlds(transfer: Transfer, slip: bool, **stored: int) -> tuple[Rollout, Gradient]:
@@ -212,9 +224,10 @@ def test_only_solid_media_sleep(name: str) -> None:
 
 
 def test_nothing_sleeps_where_all_worlds_are_simulated_at_once() -> None:
-    """The driver for many threads says so."""
-    with pytest.raises(UsageError, match="sleep=0"):
-        Solver(_scene(), _fidelity(SLOW), parallel=True)
+    """The driver for many threads compiles what a fidelity without sleep does."""
+    (sleeping, awake) = (Solver(_scene(), _fidelity(sleep), parallel=True) for sleep in (SLOW, 0.0))
+    assert not sleeping.simulation.sleepers
+    assert sleeping.launcher.variant == awake.launcher.variant
 
 
 @pytest.mark.parametrize("sleep", [-0.1, 1.0, float("nan")])

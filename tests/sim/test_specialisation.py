@@ -34,8 +34,8 @@ CODE = {
 }
 
 
-def _run(solver: Solver, frames: int = 1, schedule: np.ndarray | None = None) -> Rollout:
-    return solver.run(scenes.actuation(solver, frames), schedule=schedule)
+def _run(solver: Solver, frames: int = 1, replay: Rollout | None = None) -> Rollout:
+    return solver.run(scenes.actuation(solver, frames), replay=replay)
 
 
 @pytest.fixture
@@ -183,7 +183,7 @@ def test_an_effect_that_does_nothing_is_no_effect(on: Scene, off: Scene, idle: b
     for scene in (on, off):
         solver = Solver(scene, scenes.fidelity(), gradients=True)
         actuation = np.where(idle, 0.0, scenes.actuation(solver, 2))
-        rollouts.append(solver.run(actuation, schedule=rollouts[0].counts if rollouts else None))
+        rollouts.append(solver.run(actuation, replay=rollouts[0] if rollouts else None))
         gradients.append(solver.backward(rollouts[-1], *scenes.path_weights(solver, 2)))
     assert np.array_equal(rollouts[0].positions, rollouts[1].positions)
     assert scenes.same(*gradients, PASSIVE if idle else (*PASSIVE, "actuation", "fibres"))

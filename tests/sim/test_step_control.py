@@ -120,20 +120,28 @@ def test_real_impact_is_saved_by_a_retry() -> None:
     assert rollout.smallest_j[0] > 0.0
 
 
-def test_schedule_is_replayed_exactly() -> None:
-    """A rollout's own counts give it again bit for bit, whatever the state would have chosen; so do gradients."""
+def test_a_rollout_is_replayed_exactly() -> None:
+    """Its substeps give it again bit for bit, whatever the state would have chosen; so do gradients."""
     solver, first, gradient = scenes.episode(scenes.medium_scene("snow"), 3)
     actuation, weights = scenes.actuation(solver, 3), scenes.path_weights(solver, 3)
-    again = solver.run(actuation, schedule=first.counts)
+    again = solver.run(actuation, replay=first)
     assert np.array_equal(again.positions, first.positions)
     assert np.array_equal(solver.backward(again, *weights).actuation, gradient.actuation)
-    other = solver.run(actuation, schedule=first.counts + 1)
+    other = solver.run(actuation, replay=replace(first, counts=first.counts + 1))
     assert np.array_equal(other.counts, first.counts + 1)
 
 
-@pytest.mark.parametrize("schedule", [np.ones((2, 1), int), np.zeros((3, 1), int), np.ones((3, 1))])
-def test_schedule_that_cannot_be_followed_is_refused(schedule: np.ndarray) -> None:
-    """Another shape, a frame without a substep, or numbers that are not whole."""
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"counts": np.ones((2, 1), int)}, "substeps of shape"),
+        ({"counts": np.zeros((3, 1), int)}, "at least 1"),
+        ({"asleep": np.ones((3, 1, 4), bool)}, "asleep of shape"),
+    ],
+)
+def test_a_rollout_that_cannot_be_replayed_is_refused(changes: dict[str, np.ndarray], word: str) -> None:
+    """Another number of frames, a frame without a substep, or sleepers of another scene."""
     solver = Solver(scenes.flight_scene(), scenes.fidelity())
-    with pytest.raises(UsageError, match="whole numbers from 1 on of shape"):
-        solver.run(scenes.actuation(solver, 3), schedule=schedule)
+    first = solver.run(scenes.actuation(solver, 3))
+    with pytest.raises(UsageError, match=word):
+        solver.run(scenes.actuation(solver, 3), replay=replace(first, **changes))

@@ -12,7 +12,7 @@ from zoobench.sim.model.matter import ClayMaterial
 CLAY = Elasticity(medium_density=1800.0)
 
 
-@register(Kind.ENV, "clay", version=5, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "clay", version=6, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
 def clay(
     *,
     friction: float = 0.5,

@@ -12,7 +12,7 @@ from zoobench.sim.model.matter import MudMaterial
 MUD = Elasticity(medium_density=1400.0)
 
 
-@register(Kind.ENV, "wetland", version=5, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "wetland", version=6, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
 def wetland(
     *,
     friction: float = 0.5,

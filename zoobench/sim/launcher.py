@@ -66,11 +66,10 @@ class Launcher:
             # what the grid does not resolve would feel no water
             transfer=APIC if scene.water else _TRANSFERS[fidelity.transfer],
             medium_transfer=_TRANSFERS[medium_transfer(scene, fidelity)],
-            sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER),
+            # not where all worlds are simulated at once: the particles awake are visited in an order
+            sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER) and not parallel,
             two_fields=Effect.CONTACT in scene.effects,
         )
-        if parallel and self.variant.sleep:
-            raise UsageError("Matter cannot sleep where all worlds are simulated at once. Use sleep=0 there.")
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
         self._layers = 2 if self.variant.two_fields else 1

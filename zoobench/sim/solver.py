@@ -14,7 +14,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
-from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, IntArray, Matter, Parameters, empty_matter
+from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, Matter, Parameters, empty_matter
 from zoobench.sim.model.step_limits import StepLimit, choose_step
 from zoobench.sim.relaxation import Relaxation, delayed
 from zoobench.sim.simulation import Simulation
@@ -104,7 +104,7 @@ class Solver:
         actuation: FloatArray,
         body: BodyState | None = None,
         progress: Callable[[int], None] | None = None,
-        schedule: IntArray | None = None,
+        replay: Rollout | None = None,
         feedback: Feedback | None = None,
         equilibration: int = 0,
     ) -> Rollout:
@@ -114,8 +114,8 @@ class Solver:
             actuation: `[frames, worlds, muscles]` in [-1, 1], held through each control frame.
             body: the design's arrays where they differ from the scene's robot.
             progress: called with the number of frames done, 0 at the beginning.
-            schedule: `[frames, worlds]` substeps to take, the `counts` of an earlier rollout, with those of its
-                equilibration; None to choose them.
+            replay: an earlier rollout, whose substeps to take and whose matter asleep to have sleep, from its
+                equilibration on; None to choose them.
             feedback: gives each frame's actuation from the state at its beginning, in place of `actuation`.
             equilibration: frames in which the worlds come to rest before the episode, as in `equilibrate`. They are the
                 first of the rollout, and its gradient is the derivative through them, too.
@@ -123,7 +123,7 @@ class Solver:
         Raises:
             UsageError: an array of another shape, out of range or not finite.
         """
-        rollout, control = self.begin(actuation, body, schedule, feedback, equilibration)
+        rollout, control = self.begin(actuation, body, replay, feedback, equilibration)
         relaxation = Relaxation(self.simulation)
         if progress is not None and not equilibration:
             progress(0)
@@ -149,7 +149,7 @@ class Solver:
         self,
         actuation: FloatArray,
         body: BodyState | None = None,
-        schedule: IntArray | None = None,
+        replay: Rollout | None = None,
         feedback: Feedback | None = None,
         equilibration: int = 0,
     ) -> tuple[Rollout, StepControl]:
@@ -158,15 +158,15 @@ class Solver:
         actuation = np.concatenate([rest, self.check_actuation(actuation)])
         if feedback is not None and equilibration:
             feedback = delayed(feedback, equilibration)
-        if schedule is not None:
-            schedule = self._check_schedule(np.asarray(schedule), len(actuation))
+        if replay is not None:
+            self._check_replay(replay, len(actuation))
         rollout = self._new_rollout(actuation, self._rewind(body), equilibration)
         tape = None
         if self.gradients:
             rollout.segmentation = self._segmentation(rollout)
             tape = self._tape_of(rollout.segmentation)
         self.simulation.record(rollout, 0)
-        return rollout, StepControl(self.simulation, rollout, schedule, feedback, tape)
+        return rollout, StepControl(self.simulation, rollout, replay, feedback, tape)
 
     def equilibrate(self, frames: int) -> Matter:
         """The first world's state after `frames` frames with all muscles at rest, under dynamic relaxation.
@@ -278,14 +278,19 @@ class Solver:
             raise UsageError("The actuation holds values outside [-1, 1] or not finite. Check the controller.")
         return actuation
 
-    def _check_schedule(self, schedule: IntArray, frames: int) -> IntArray:
-        expected = (frames, self.worlds)
-        if schedule.shape != expected or schedule.dtype.kind not in "iu" or schedule.min() < 1:
+    def _check_replay(self, replay: Rollout, frames: int) -> None:
+        counts, expected = replay.counts, (frames, self.worlds)
+        if counts.shape != expected or counts.min() < 1:
             raise UsageError(
-                f"The schedule has shape {schedule.shape}, type {schedule.dtype} and smallest entry {schedule.min()}; "
-                f"whole numbers from 1 on of shape {expected} were expected, from a rollout without divergences."
+                f"The rollout to replay has substeps of shape {counts.shape}, the smallest {counts.min()}; those of "
+                f"shape {expected} and at least 1 were expected, from a rollout without divergences."
             )
-        return schedule
+        sleepers = (*expected, self.simulation.sleepers)
+        if replay.asleep.shape != sleepers:
+            raise UsageError(
+                f"The rollout to replay has matter asleep of shape {replay.asleep.shape}; {sleepers} was expected. "
+                f"Replay it in the scene and with the fidelity's sleep that it was made with."
+            )
 
     def _new_rollout(self, actuation: FloatArray, arrays: dict[str, Array], equilibration: int = 0) -> Rollout:
         frames = len(actuation)

@@ -57,13 +57,13 @@ class StepControl:
 
     A world's step follows from its condition at the beginning of the frame. If `diagnose` refuses the state at the end
     of the frame, that world is put back and repeats it with half the step, again and again down to `MOST_REFINEMENT`
-    times below the declared step. A schedule or a fixed step is followed without a second try.
+    times below the declared step. A replay or a fixed step is followed without a second try.
 
     Attributes:
         recorder: of the states for the gradient.
 
     Args:
-        schedule: `[frames, worlds]` substeps to take; None to choose them.
+        replay: whose substeps to take, and whose matter asleep to have sleep; None to choose them.
         feedback: fills the rollout's actuation frame by frame; None if it is complete.
         tape: for the states of a rollout whose gradient may be asked for.
     """
@@ -72,14 +72,15 @@ class StepControl:
         self,
         simulation: Simulation,
         rollout: Rollout,
-        schedule: IntArray | None = None,
+        replay: Rollout | None = None,
         feedback: Feedback | None = None,
         tape: Tape | None = None,
     ) -> None:
         self._sim, self._rollout = simulation, rollout
         self.recorder = StateRecorder(simulation, rollout, tape)
-        self._schedule = schedule
-        if schedule is None and simulation.fidelity.step:
+        self._replay = replay
+        self._schedule = None if replay is None else replay.counts
+        if replay is None and simulation.fidelity.step:
             self._schedule = np.full_like(rollout.counts, simulation.limit.substeps_per_frame)
         self._most = MOST_REFINEMENT * simulation.limit.substeps_per_frame
         self._before = simulation.matter.copy_slot(0)
@@ -101,7 +102,7 @@ class StepControl:
         sim, rollout = self._sim, self._rollout
         self._before.load_slot(0, sim.matter)
         if frame >= rollout.equilibration:
-            rollout.asleep[frame] = choose_sleepers(sim)
+            rollout.asleep[frame] = choose_sleepers(sim) if self._replay is None else self._replay.asleep[frame]
         sim.put_to_sleep(rollout.asleep[frame])
         counts = self._choose(frame)
         rollout.counts[frame] = counts

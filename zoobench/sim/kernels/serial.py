@@ -19,6 +19,7 @@ from zoobench.sim.kernels.sleepers import (
     awake,
     begin_nodes,
     begin_nodes_adjoint,
+    box_asleep,
     lie_down,
     lie_down_adjoint,
     listed,
@@ -177,6 +178,7 @@ def reverse(
         scene = scene_constants(constants)
         dt = dts[w]
         count = awake(state, plan, w, variant)
+        asleep = box_asleep(state, plan, order, scene, w, variant)
         lie_down(state, window, body, plan, order, grid, scene, dt, w, variant)
         for n in range(plan[w, 1]):
             s = plan[w, 0] + plan[w, 1] - 1 - n
@@ -222,7 +224,7 @@ def reverse(
             if ti.static(variant.uses(AFLIP)):
                 for m in range(size):
                     divide_node_adjoint(grid, start + m, grid_adjoint, m)
-            begin_nodes_adjoint(grid_adjoint, window, scene, s, w, variant)
+            begin_nodes_adjoint(grid_adjoint, window, nodes, asleep, scene, s, w, variant)
             for i in range(count):
                 p = listed(order, w, i, variant)
                 to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
@@ -231,4 +233,6 @@ def reverse(
                     push_adjoint(
                         state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, terrain, dt, s, w, p, variant
                     )
-        lie_down_adjoint(state, body, plan, order, grid, grid_adjoint, adjoint, body_adjoint, scene, dt, w, variant)
+        lie_down_adjoint(
+            state, body, plan, order, grid, grid_adjoint, adjoint, body_adjoint, asleep, scene, dt, w, variant
+        )

@@ -156,37 +156,51 @@ def begin_nodes(
 
 
 @ti.func
-def begin_nodes_adjoint(
-    grid_adjoint: ti.template(), window: ti.template(), scene: ti.template(), s, w, variant: ti.template()
+def box_asleep(
+    state: ti.template(), plan: ti.template(), order: ti.template(), scene: ti.template(), w, variant: ti.template()
 ):  # fmt: skip
-    """Adjoint of `begin_nodes`: adds to that of the momenta of particles asleep."""
+    """First and past-the-last node that the particles asleep in a launch touch."""
+    box = ti.Struct(x0=0, y0=0, z0=0, x1=0, y1=0, z1=0)
+    if ti.static(variant.sleep):
+        box = touched(state, order, plan[w, 2], state.shape[2], scene, plan[w, 0], w, variant.width)
+    return box
+
+
+@ti.func
+def begin_nodes_adjoint(
+    grid_adjoint: ti.template(), window: ti.template(), nodes: ti.template(), asleep: ti.template(),
+    scene: ti.template(), s, w, variant: ti.template(),
+):  # fmt: skip
+    """Adjoint of `begin_nodes`: adds to that of the momenta of particles asleep, at the nodes that those touch."""
     if ti.static(variant.sleep):
         arena = adjoint_slab(grid_adjoint, scene, window.shape[1], w, variant)
-        node = 0
+        x0, x1 = ti.max(window[s, w, 0], asleep.x0), ti.min(window[s, w, 3], asleep.x1)
+        y0, y1 = ti.max(window[s, w, 1], asleep.y0), ti.min(window[s, w, 4], asleep.y1)
+        z0, z1 = ti.max(window[s, w, 2], asleep.z0), ti.min(window[s, w, 5], asleep.z1)
         for m in ti.static(range(layers(variant))):
-            for i in range(window[s, w, 0], window[s, w, 3]):
-                for j in range(window[s, w, 1], window[s, w, 4]):
+            for i in range(x0, x1):
+                for j in range(y0, y1):
                     first = arena.origin + m * arena.size + i * arena.sx + j * arena.sy
-                    for k in range(window[s, w, 2], window[s, w, 5]):
+                    near = m * nodes.size + (i - window[s, w, 0]) * nodes.sx + (j - window[s, w, 1]) * nodes.sy
+                    for k in range(z0, z1):
+                        node = near + k - window[s, w, 2]
                         grid_adjoint[MOMENTUM, first + k] += grid_adjoint[MOMENTUM, node]
                         if ti.static(variant.uses(AFLIP)):
                             grid_adjoint[BEFORE, first + k] += grid_adjoint[BEFORE, node]
-                        node += 1
 
 
 @ti.func
 def lie_down_adjoint(
     state: ti.template(), body: ti.template(), plan: ti.template(), order: ti.template(), grid: ti.template(),
-    grid_adjoint: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(), scene: ti.template(), dt, w,
-    variant: ti.template(),
+    grid_adjoint: ti.template(), adjoint: ti.template(), body_adjoint: ti.template(), asleep: ti.template(),
+    scene: ti.template(), dt, w, variant: ti.template(),
 ):  # fmt: skip
     """Adjoint of `lie_down`, after those of all substeps of the frame: adds to the adjoints of particles asleep."""
     if ti.static(variant.sleep):
         s, count = plan[w, 0], plan[w, 2]
         nodes = adjoint_slab(grid_adjoint, scene, state.shape[1], w, variant)
-        box = touched(state, order, count, state.shape[2], scene, s, w, variant.width)
         if plan[w, 1] > 0:
-            clear_slab(grid, slab(grid, scene, variant), box, variant)
+            clear_slab(grid, slab(grid, scene, variant), asleep, variant)
         if plan[w, 1] > 0 and plan[w, 3] != 0:
             for i in range(count, state.shape[2]):
                 p = order[w, i]
@@ -196,4 +210,4 @@ def lie_down_adjoint(
                 to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
                 for n in ti.static(range(len(_CARRIED))):
                     adjoint[0, w, p, ti.static(_CARRIED[n])] += held[n]
-            clear_slab(grid_adjoint, nodes, box, variant)
+            clear_slab(grid_adjoint, nodes, asleep, variant)

@@ -48,7 +48,7 @@ class Fidelity:
         shift: displacement of the robot on the grid [cells] along x, and `SHIFT_ASIDE` times it along z. A converged
             simulation does not depend on it; the scatter over several shifts is the noise floor.
         sleep: speed [m/s] below which solid matter of a bed is at rest through a control frame unless something faster
-            is near, see `sim.sleep`; 0 to have all of it move.
+            is near, see `sim.sleep`; 0 to have all of it move, as all of it does on a GPU.
     """
 
     grid_spacing: float
@@ -60,7 +60,7 @@ class Fidelity:
     medium_transfer: Transfer = "apic"
     kernel: Kernel = "quadratic"
     shift: float = 0.0
-    sleep: float = 0.0
+    sleep: float = 0.003
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:

@@ -14,7 +14,9 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.errors import UsageError
-from zoobench.verify.gradcheck.gradient_case import GROUPS, NUDGE, Arrays, Counts, GradientCase
+from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.state import IntArray
+from zoobench.verify.gradcheck.gradient_case import GROUPS, NUDGE, Arrays, GradientCase
 
 HORIZONS = (10, 50, 200, 800)
 TOLERANCE = 1e-4
@@ -94,8 +96,7 @@ def _rows(case: GradientCase, frames: int, rng: np.random.Generator, directions:
     for group in (name for name in GROUPS if name in gradients and gradients[name].size):
         gradient = gradients[group]
         found = [
-            _along(case, base, run.counts, group, gradient, _direction(rng, gradient.shape), middle)
-            for _ in range(directions)
+            _along(case, base, run, group, gradient, _direction(rng, gradient.shape), middle) for _ in range(directions)
         ]
         exact, difference, error, _ = max(found, key=lambda one: one[2])
         yield GradRow(
@@ -121,7 +122,7 @@ def _direction(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
 
 
 def _along(
-    case: GradientCase, base: Arrays, counts: Counts, group: str, gradient: Array, direction: Array, middle: float
+    case: GradientCase, base: Arrays, run: Rollout, group: str, gradient: Array, direction: Array, middle: float
 ) -> tuple[float, float, float, bool]:
     """(derivative, best central difference, relative error, whether a kink causes it) along a direction."""
     exact = float((gradient * direction).sum())
@@ -129,7 +130,7 @@ def _along(
     best, error = np.nan, np.inf
     gaps: dict[float, float] = {}
     for width in _WIDTHS:
-        above, below = (case.objective_near(base, counts, group, sign * width * direction) for sign in (1.0, -1.0))
+        above, below = (case.objective_near(base, run, group, sign * width * direction) for sign in (1.0, -1.0))
         quotient = (above - below) / (2 * width)
         gaps[width] = abs(above - 2 * middle + below) / width
         off = abs(quotient - exact) / max(abs(quotient), floor, np.finfo(float).tiny)
@@ -198,7 +199,7 @@ def summarise(case: GradientCase, rows: Sequence[GradRow]) -> Summary:
     )
 
 
-def e_fold(steps: Counts, values: Array) -> float | None:
+def e_fold(steps: IntArray, values: Array) -> float | None:
     """Steps in which positive values grow by e, by least squares on their logarithm; None if they do not grow."""
     if len(set(steps.tolist())) < 2 or not (values > 0.0).all():
         return None

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from zoobench import registry
 from zoobench.arrays import Array
@@ -18,12 +17,12 @@ from zoobench.errors import DivergenceError, SceneError, Unbuildable
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.state import IntArray
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.tasks.base import Motion
 
 Arrays = dict[str, Array]
-Counts = NDArray[np.int64]
 
 GROUPS = ("actuation", "controller", *BODY_ARRAYS, "design")
 """Groups of parameters; `controller` are those of a closed loop, which gives the actuation, and `design` those of a
@@ -100,8 +99,8 @@ class GradientCase:
             return {"actuation": np.zeros((frames, 1, self._solver.muscle_count)), "controller": control, **groups}
         return {"actuation": 0.9 * self._build({}, frames).activity.detach().numpy(), **groups}
 
-    def run(self, arrays: Arrays, schedule: Counts | None = None) -> Rollout:
-        """An episode with these parameters; `schedule` prescribes the substeps of every frame.
+    def run(self, arrays: Arrays, replay: Rollout | None = None) -> Rollout:
+        """An episode with these parameters; `replay` prescribes the substeps and the matter asleep of every frame.
 
         Raises:
             DivergenceError: the simulation diverged.
@@ -111,7 +110,7 @@ class GradientCase:
         body |= {name: value.detach().numpy() for name, value in built.matter.items()}
         loops = FeedbackLoops.of(self._robot, [built], self._task, frames)
         feedback = loops.act if loops else None
-        rollout = self._solver.run(arrays["actuation"], BodyState(**body), schedule=schedule, feedback=feedback)
+        rollout = self._solver.run(arrays["actuation"], BodyState(**body), replay=replay, feedback=feedback)
         if rollout.divergences:
             raise DivergenceError(rollout.divergences[0])
         return rollout
@@ -120,10 +119,10 @@ class GradientCase:
         """The task's objective for a rollout."""
         return float(self._task.objective(self._motion(rollout, leaf=False)).sum())
 
-    def objective_near(self, base: Arrays, counts: Counts, group: str, shift: Array) -> float:
-        """The objective with one group of parameters shifted, in the base's substeps; NaN if it diverges."""
+    def objective_near(self, base: Arrays, replay: Rollout, group: str, shift: Array) -> float:
+        """The objective with one group of parameters shifted, as `replay` prescribes; NaN if it diverges."""
         try:
-            return self.objective(self.run({**base, group: base[group] + shift}, counts))
+            return self.objective(self.run({**base, group: base[group] + shift}, replay))
         except DivergenceError:
             return np.nan
 
@@ -144,7 +143,7 @@ class GradientCase:
         gradients["controller"], gradients["design"] = np.split(parameters, [count])
         return {name: gradient for name, gradient in gradients.items() if name in arrays}, found.fault
 
-    def separation(self, frames: int, rng: np.random.Generator, nudge: float = NUDGE) -> tuple[Counts, Array]:
+    def separation(self, frames: int, rng: np.random.Generator, nudge: float = NUDGE) -> tuple[IntArray, Array]:
         """Separation of two episodes whose initial states differ by `nudge` grid spacings, in the same substeps.
 
         Returns:

@@ -87,7 +87,7 @@ def repeated_frames(record: EpisodeRecorder) -> None:
         retries += int(rollout.retries.sum())
         record.energy_bounded(energies, f"{speed:g} m/s: ")
         record.robot_volume(rollout, 0.05, f"{speed:g} m/s: ")
-        again = solver.run(rollout.actuation, schedule=rollout.counts)
+        again = solver.run(rollout.actuation, replay=rollout)
         difference = float(np.abs(again.positions - rollout.positions).max())
         record.at_most(f"{speed:g} m/s: difference of the replay [m]", difference, 0.0)
     record.at_least("repeated frames", retries, 1)

@@ -13,7 +13,6 @@ from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.standing import standing
-from zoobench.sim.model.state import IntArray
 from zoobench.sim.solver import Solver
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import lattice, passive_body
@@ -53,9 +52,9 @@ def _actuation() -> Array:
 class _Distance:
     """The distance of the centre of mass along x as a function of the actuation, with the steps of the first run."""
 
-    def __init__(self, solver: Solver, schedule: IntArray | None = None) -> None:
+    def __init__(self, solver: Solver, replay: Rollout | None = None) -> None:
         self.solver = solver
-        self.rollout = solver.run(_actuation(), schedule=schedule)
+        self.rollout = solver.run(_actuation(), replay=replay)
         mass = solver.parameters.mass[0].double().numpy()
         self._weights = mass / mass.sum()
 
@@ -70,7 +69,7 @@ class _Distance:
 
     def at(self, change: Array) -> float:
         """For the gait plus a change `[frames, 1, muscles]` [m]."""
-        return self._of(self.solver.run(_actuation() + change, schedule=self.rollout.counts))
+        return self._of(self.solver.run(_actuation() + change, replay=self.rollout))
 
     def gradient(self) -> Array:
         """Gradient by the actuation `[frames, 1, muscles]` [m]."""
@@ -164,8 +163,8 @@ def frictionless(record: CaseRecorder) -> None:
 def single(record: CaseRecorder) -> None:
     """The gradient in float32 against that in float64."""
     double = _Distance(_crawler(0.5))
-    schedule, exact = double.rollout.counts, double.gradient()
-    found = _Distance(_crawler(0.5, precision=32), schedule).gradient()
+    exact = double.gradient()
+    found = _Distance(_crawler(0.5, precision=32), double.rollout).gradient()
     frames = np.arange(_FRAMES)
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
     record.at_most("error of the float32 gradient, relative to the norm", error, 1e-4)
