@@ -14,7 +14,7 @@ from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.harness.shift import shift_of, work_shift
-from zoobench.harness.worker import WorkerOrders
+from zoobench.harness.worker import Shift, WorkerOrders
 
 _SLOW = fake(iterations=150, pause=0.01)
 _WORK = (
@@ -69,7 +69,8 @@ def test_a_run_goes_back_to_the_queue_when_the_time_is_nearly_over(path: Path) -
     """It stops at a checkpoint within the time, and the next worker comes to the numbers of an undisturbed run."""
     enqueue(path)
     slow = fake(iterations=1000, pause=0.01)
-    work_shift(orders(path, slow), shift_of(6.0))
+    now = time.monotonic()
+    work_shift(orders(path, slow), Shift(ask_at=now + 7.0, end_at=now + 30.0))  # a child takes long to begin under load
     with Store(path) as store:
         (row,) = store.runs()
         (attempt,) = store.attempts(1)

@@ -109,7 +109,7 @@ class _Merger:
         )
         with self.source.read() as session:
             sweeps = session.scalar(select(func.count()).select_from(SweepRecord)) or 0
-            studies = dict(session.execute(rows.order_by(StudyRecord.name)).tuples().all())
+            studies = dict(session.execute(rows.order_by(StudyRecord.name)).all())
         return MergeReport(
             **{name: tuple(found) for name, found in self.groups.items()}, sweeps=sweeps, studies=studies
         )
