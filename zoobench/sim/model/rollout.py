@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -126,8 +127,8 @@ class Gradient:
     Attributes:
         actuation: `[frames, worlds, muscles]`.
         stiffness, density_ratio, occupancy: `[worlds, robot]`.
-        muscle_membership: `[worlds, robot, muscles]`.
         fibres: `[worlds, robot, 3]`.
+        by_membership: computes `muscle_membership`, which most callers need not have.
         fault: where the backward pass first met an adjoint that is not finite; empty if it never did.
     """
 
@@ -135,6 +136,11 @@ class Gradient:
     stiffness: NDArray[np.float64]
     density_ratio: NDArray[np.float64]
     occupancy: NDArray[np.float64]
-    muscle_membership: NDArray[np.float64]
     fibres: NDArray[np.float64]
+    by_membership: Callable[[], NDArray[np.float64]]
     fault: str = ""
+
+    @cached_property
+    def muscle_membership(self) -> NDArray[np.float64]:
+        """By the muscle membership `[worlds, robot, muscles]`."""
+        return self.by_membership()

@@ -93,7 +93,8 @@ class Matter:
     robot: int
 
     def __post_init__(self) -> None:
-        self.memory, self._memory = memory(self.state), tuple(map(memory, self.tensors()))
+        self.memory = memory(self.state)
+        self._memory = tuple(memory(tensor) for tensor in self.tensors() if tensor.numel())
 
     @classmethod
     def zeros(
@@ -319,7 +320,7 @@ class LaunchPlan:
             put(self.slots[:, :2], slots[:, :2])
             put(self.slots[:, 3], slots[:, 3])
             put(self.dt, steps)
-        self.world_substeps = int(counts.sum())
+        self.world_substeps = sum(counts.tolist())
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Say which particles sleep `[worlds, particles]`; both kinds keep their order."""
