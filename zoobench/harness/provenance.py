@@ -136,7 +136,7 @@ def _module_hash(module: str) -> str | None:
 
 @lru_cache(maxsize=1)
 def _versions(installed: tuple[int, ...]) -> dict[str, str | None]:
-    """The versions of `PACKAGES`, read anew only where something was `installed` since: it takes longer than a claim."""
+    """The versions of `PACKAGES`, which take long to read: anew only where something was `installed` since."""
     return {name: _version(name) for name in PACKAGES}
 
 

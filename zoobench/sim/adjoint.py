@@ -116,14 +116,14 @@ class Adjoint:
 
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
-        sim.set_tension(self._rollout, part.frame)
+        sim.parameters.set_tension(self._rollout.tension[part.frame])
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
         sim.meter.recomputed += int(part.counts.sum())
 
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
-        sim.set_tension(self._rollout, part.frame)
+        sim.parameters.set_tension(self._rollout.tension[part.frame])
         for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         sim.put_to_sleep(self._rollout.asleep[part.frame])
@@ -158,12 +158,12 @@ class Adjoint:
     def _is_finite(self) -> bool:
         """Whether the adjoint of the state is finite for sure: one look at all of it, whose squares do not overflow."""
         state = self._state.memory
-        return math.isfinite(np.vdot(state, state) if self._state.state.is_cpu else state.sum())
+        return math.isfinite(np.vdot(state, state) if isinstance(state, np.ndarray) else state.sum())
 
     def _take_tension(self, frame: int) -> None:
         """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""
         tension = self._parameters.memory[:, : self._sim.robot_count, 0, 3]
-        self._tension[frame] = tension if self._parameters.body.is_cpu else tension.cpu()
+        self._tension[frame] = tension if isinstance(tension, np.ndarray) else tension.cpu()
         tension[...] = 0.0
 
     def _by_actuation(self, frame: int) -> FloatArray:

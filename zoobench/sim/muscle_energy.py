@@ -7,7 +7,7 @@ from zoobench.arrays import Array
 from zoobench.sim.model.rollout import Rollout
 from zoobench.sim.model.state import Matter, Parameters
 
-_MOST_BYTES = 1 << 20
+_MOST_BYTES = 1 << 18
 """Memory of the deformations that wait: what a processor's second cache holds."""
 
 
@@ -37,15 +37,14 @@ class MuscleEnergy:
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
         """Take the present state for that at the beginning of a frame; `finish` is to follow."""
-        columns = matter.on_host()[0, :, : matter.robot, 5:8].transpose(2, 3, 0, 1)
+        columns = matter.on_host()[0, :, : matter.robot, 5:8]
         if rollout is not self._rollout:
             self.finish()
             self._rollout, self._members = rollout, rollout.body["muscle_membership"].nonzero()
-            count = max(1, _MOST_BYTES // (columns.size * self._waiting.itemsize))
-            self._waiting = np.empty((*columns.shape[:2], count, *columns.shape[2:]))
-        self._waiting[:, :, len(self._frames)] = columns
+            self._waiting = np.empty((max(1, _MOST_BYTES // columns.nbytes), *columns.shape), columns.dtype)
+        self._waiting[len(self._frames)] = columns
         self._frames.append(frame)
-        if len(self._frames) == self._waiting.shape[2]:
+        if len(self._frames) == len(self._waiting):
             self._write(rollout)
 
     def finish(self) -> None:
@@ -56,8 +55,8 @@ class MuscleEnergy:
 
     def _write(self, rollout: Rollout) -> None:
         """Active energy per unit of activity `[worlds, muscles]` [J] of each frame; see `Rollout.muscle_work`."""
-        # of F by column and row `[3, 3, frames, worlds, robot]`, the fourth row being none
-        columns = self._waiting[:, :3, : len(self._frames)]
+        # of F by column and row `[3, 3, frames, worlds, robot]`
+        columns = self._waiting[: len(self._frames), ..., :3].transpose(3, 4, 0, 1, 2).astype(float, order="C")
         # sums and products of our own, in this order: the libraries' products are rounded by the processor's make
         stretched = columns[0] * self._fibre[0]
         stretched += columns[1] * self._fibre[1]

@@ -59,6 +59,7 @@ class Rollout:
     Attributes:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
+        tension: `[frames, worlds, robot]` active stress that follows from it [Pa]; 0 in frames that were not simulated.
         muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
         divergences: the worlds that diverged; their remaining frames repeat the last healthy state.
         tears: the worlds whose robot tore, as it was first found; they were simulated on, in pieces.
@@ -76,6 +77,7 @@ class Rollout:
     positions: FloatArray
     velocities: FloatArray
     actuation: FloatArray
+    tension: FloatArray
     muscle_potential: NDArray[np.float64]
     body: dict[str, NDArray[np.float64]]
     divergences: dict[int, Divergence]
@@ -100,7 +102,7 @@ class Rollout:
         """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
         first, names = (
             self.equilibration,
-            ("positions", "velocities", "actuation", "muscle_potential", "counts", "stops", "asleep"),
+            ("positions", "velocities", "actuation", "tension", "muscle_potential", "counts", "stops", "asleep"),
         )
         return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
 
