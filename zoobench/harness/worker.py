@@ -12,12 +12,15 @@ from functools import partial
 from zoobench import registry
 from zoobench.cell.memory import allowed
 from zoobench.db.owner import Owner
+from zoobench.db.rows import Batch, Claim
 from zoobench.db.store import ClaimLostError, Store
 from zoobench.harness.process import CHILD_COMMAND, start
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
 from zoobench.harness.supervise import Limits, supervise
 from zoobench.inputs import named_runs
 from zoobench.sim.memory_budget import WORKERS_VARIABLE
+
+_RENEW_SECONDS = 5.0
 
 
 @dataclass(frozen=True)
@@ -88,10 +91,27 @@ def work(
         # process what they like, and so before kernels are loaded
         is_plain = not (has_plugins or named_runs(claim.spec.design, claim.spec.controller, claim.spec.method))
         spec = claim.spec if is_plain and orders.child == CHILD_COMMAND else None
-        begin = partial(start, orders.child, orders.requests, spec, lambda: not stop.is_set())
+        begin = partial(start, orders.child, orders.requests, spec, _held(store, claim, stop))
         with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
             supervise(store, claim, begin, stop=stop, limits=limits)
         on_run(claim.run_id)
+
+
+def _held(store: Store, claim: Claim, stop: threading.Event) -> Callable[[], bool]:
+    """Whether a claimed run is still wanted: to be asked while its process is waited for, which renews the lease.
+
+    When asked it raises ClaimLostError, if the run was cancelled or taken over, and StorageError as `work` does.
+    """
+    renewed = time.monotonic()
+
+    def is_wanted() -> bool:
+        nonlocal renewed
+        if time.monotonic() - renewed > _RENEW_SECONDS:
+            store.commit(claim, Batch())
+            renewed = time.monotonic()
+        return not stop.is_set()
+
+    return is_wanted
 
 
 @contextmanager
