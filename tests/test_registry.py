@@ -1,7 +1,7 @@
 """The registry: discovery, resolved references, and refusals with a remedy."""
 
-import importlib.metadata
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, Literal
 
 import pytest
@@ -227,7 +227,8 @@ class _EntryPoint:
 def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is a failure to show; other plug-ins are loaded."""
     points = {"zoobench.envs": [_EntryPoint("broken", ImportError("no such thing")), _EntryPoint("moon", None)]}
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.get(group, []))
+    found = SimpleNamespace(select=lambda group: points.get(group, []))
+    monkeypatch.setattr(registry, "_entry_points", lambda: found)
     monkeypatch.setattr(registry, "_discovered", set(Kind) - {Kind.ENV})
     assert "moon" in registry.names(Kind.ENV)
     assert [(failure.entry_point, failure.reason) for failure in registry.failures()] == [

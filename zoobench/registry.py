@@ -18,7 +18,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from typing import Any, Literal, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -383,6 +383,13 @@ def has_plugins() -> bool:
 def look_again() -> None:
     """Look for plug-ins anew where a component is asked for next, as they may have been installed meanwhile."""
     _discovered.clear()
+    _entry_points.cache_clear()
+
+
+@cache
+def _entry_points() -> Any:
+    """What installed packages offer; to read it takes as long for one kind as for all."""
+    return importlib.metadata.entry_points()
 
 
 def _load_own(kind: Kind) -> None:
@@ -397,7 +404,7 @@ def _discover(kind: Kind) -> None:
         return
     _load_own(kind)
     group = f"zoobench.{kind}"
-    for entry_point in importlib.metadata.entry_points(group=group):
+    for entry_point in _entry_points().select(group=group):
         try:
             entry_point.load()
         except (Exception, SystemExit) as error:  # a plug-in may raise anything; it must not affect other components

@@ -17,6 +17,7 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
         positions=rng.normal(size=shape).astype(np.float32),
         velocities=rng.normal(size=shape).astype(np.float32),
         actuation=rng.normal(size=(3, 3, body.muscle_count)),
+        tension=np.zeros((3, 3, body.particle_count)),
         muscle_potential=rng.normal(size=(4, 3, body.muscle_count)),
         body={
             "occupancy": rng.uniform(size=(3, body.particle_count)),

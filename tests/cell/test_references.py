@@ -119,7 +119,7 @@ def test_what_may_change_the_numbers_is_another_reference(monkeypatch: pytest.Mo
     elif change == "version":
         monkeypatch.setattr("zoobench.cell.references.version", lambda name: "another")
     else:
-        monkeypatch.setattr("zoobench.cell.references._sources", lambda: b"other")
+        monkeypatch.setattr("zoobench.cell.references.code_digest", lambda: b"other")
     references(cell(), shared=shared)
     assert len(shared.scores) == 4
 

@@ -72,7 +72,7 @@ class Killer:
     def __call__(self, rows: list[RunRow]) -> None:
         if self.done == len(self._shares) or rows[0].fraction < self._shares[self.done]:
             return
-        children = [child for worker in psutil.Process().children() for child in worker.children()]
+        children = [child for server in psutil.Process().children() for child in server.children()]
         if children and rows[0].state is RunState.RUNNING:
             time.sleep(self._random.uniform(0.0, 0.2))
             for child in children:

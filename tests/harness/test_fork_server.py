@@ -1,10 +1,12 @@
 """Processes forked from one that has loaded the simulator are like those that Python starts, and end as they do."""
 
 import json
+import os
 import signal
 import socket
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,8 @@ from zoobench import registry
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.harness import forked, worker_pool
-from zoobench.harness.fork_server import ForkServer, can_fork
+from zoobench.harness.fork_request import Request
+from zoobench.harness.fork_server import ForkServer, _Server, can_fork
 from zoobench.harness.forked import ForkedProcess, fork
 from zoobench.harness.provenance import THREAD_VARIABLES
 from zoobench.registry import Kind
@@ -116,6 +119,30 @@ def test_with_a_killed_server_end_its_processes_and_nothing_is_forked() -> None:
         assert process.wait() == -signal.SIGKILL
         assert fork(server.requests, _COMMAND) is None
     alive.wait(10.0)
+
+
+class _ForkError(Exception):
+    pass
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+def test_what_nobody_waits_for_any_more_is_not_forked(monkeypatch: pytest.MonkeyPatch, is_held: bool) -> None:
+    """Who asked may have given up while the server was loading kernels, and have the run done by another process."""
+
+    def fork() -> int:
+        raise _ForkError
+
+    monkeypatch.setattr(os, "fork", fork)
+    (requests, others), (leash, its) = (socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(2))
+    with requests, others, leash:
+        if not is_held:
+            leash.close()
+        descriptors = [*(os.open(os.devnull, os.O_RDWR) for _ in range(3)), its.detach()]
+        request = Request("nothing", [], dict(os.environ), "sources", None, descriptors, b"")
+        with pytest.raises(_ForkError) if is_held else nullcontext():
+            assert not _Server(others, "sources")._fork(request)
+        for descriptor in descriptors[: 3 * is_held]:
+            os.close(descriptor)
 
 
 @pytest.fixture

@@ -1,6 +1,8 @@
-"""`kill -9` of workers and children at random moments loses no run and changes no number."""
+"""`kill -9` of launchers and children at random moments loses no run and changes no number."""
 
 import random
+import subprocess
+import sys
 import threading
 from collections import Counter
 from pathlib import Path
@@ -8,21 +10,26 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.harness.helpers import fake, launch_fakes, numbers, work_on_fakes
+from tests.harness.helpers import fake, numbers, work_on_fakes
 from zoobench.db.lifecycle import MAX_STRIKES
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 
 _RUNS = 3
+_LAUNCH = (
+    "import sys; from tests.harness.helpers import *; "
+    "launch_fakes(sys.argv[1], int(sys.argv[2]), child=tuple(sys.argv[3:]))"
+)
 
 
 class _Killer:
-    """Kills workers, children, or a worker with its child, at random moments, until it is stopped."""
+    """Kills a launcher, a child of it, or both, at random moments, until it is stopped."""
 
     def __init__(self, seed: int, kills: int) -> None:
         self._random = random.Random(seed)
         self._left = kills
         self._stopped = threading.Event()
+        self.launcher: subprocess.Popen[bytes] | None = None
         self.done: Counter[str] = Counter()
         self._thread = threading.Thread(target=self._run)
 
@@ -35,7 +42,7 @@ class _Killer:
         self._thread.join()
 
     def _run(self) -> None:
-        for kind in self._random.sample(("worker", "child", "both") * self._left, self._left):
+        for kind in self._random.sample(("launcher", "child", "both") * self._left, self._left):
             if self._stopped.wait(self._random.uniform(0.4, 2.5)):
                 return
             while not self._kill(kind):
@@ -44,12 +51,15 @@ class _Killer:
             self.done[kind] += 1
 
     def _kill(self, kind: str) -> bool:
+        if self.launcher is None:
+            return False
         try:
-            pairs = [(worker, child) for worker in psutil.Process().children() for child in worker.children()]
-            if not pairs:
+            launcher = psutil.Process(self.launcher.pid)
+            children = launcher.children()
+            if not children:
                 return False
-            worker, child = self._random.choice(pairs)
-            for process in {"worker": [worker], "child": [child], "both": [worker, child]}[kind]:
+            child = self._random.choice(children)
+            for process in {"launcher": [launcher], "child": [child], "both": [launcher, child]}[kind]:
                 process.kill()
         except psutil.NoSuchProcess:
             return False
@@ -60,11 +70,13 @@ def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
     child, quick = fake(iterations=iterations, pause=0.01), fake(iterations=iterations, pause=0.0)
     battered, calm = tmp_path / "battered.db", tmp_path / "calm.db"
     with _Killer(seed, kills) as killer:
-        rows = launch_fakes(battered, _RUNS, child=child)
+        while killer.launcher is None or killer.launcher.wait():
+            killer.launcher = subprocess.Popen([sys.executable, "-c", _LAUNCH, str(battered), str(_RUNS), *child])
     assert sum(killer.done.values()) == kills, "the runs ended before the killer was through"
     work_on_fakes(calm, _RUNS, child=quick)
-    assert [row.state for row in rows] == [RunState.DONE] * _RUNS
     with Store(battered) as store:
+        rows = store.runs()
+        assert [row.state for row in rows] == [RunState.DONE] * _RUNS
         assert store.check() == []
         outcomes = [[attempt.outcome for attempt in store.attempts(row.id)] for row in rows]
     for row, outcome in zip(rows, outcomes, strict=True):

@@ -1,4 +1,4 @@
-"""A storm of signals on launchers, workers, children and fork servers, and restarts of the database's server."""
+"""A storm of signals on launchers, fork servers and children, and restarts of the database's server."""
 
 import random
 import signal
@@ -38,7 +38,7 @@ worker_pool.run_all(location, ids, child=child)
 """
 _KINDS = (signal.SIGKILL, signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGSTOP)
 
-_SHARES = (1, 4, 8)  # of the signals, to launchers, workers or fork servers, and children
+_SHARES = (4, 1, 8)  # of the signals, to launchers, fork servers and children
 
 
 class _Storm:
@@ -59,10 +59,11 @@ class _Storm:
     def strike(self) -> None:
         """One signal to a random process, if there is one of the kind that chance has chosen."""
         with suppress(psutil.NoSuchProcess):
-            launcher = psutil.Process(self._random.choice(list(self._launchers.values())).pid)
-            workers = launcher.children()
-            children = [child for worker in workers for child in worker.children()]
-            families = {"launcher": [launcher], "worker": workers, "child": children}
+            how = self._random.choice(list(self._launchers))
+            launcher = psutil.Process(self._launchers[how].pid)
+            servers = launcher.children() if how == "forks" else []
+            children = [child for parent in servers or [launcher] for child in parent.children()]
+            families = {"launcher": [launcher], "server": servers, "child": children}
             (place,) = self._random.choices(list(families), _SHARES)
             if not families[place]:
                 return
@@ -132,7 +133,7 @@ def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, req
                 storm.pause()
                 server.start()
         count = _wait_for_all(location, storm)
-    assert min(storm.sent[place] for place in ("launcher", "worker", "child")) > SIGNALS // 40
+    assert min(storm.sent[place] for place in ("launcher", "server", "child")) > SIGNALS // 40
     calm = str(tmp_path / "calm.db")
     work_on_fakes(calm, count, child=_CALM)
     with Store(location) as store:

@@ -1,4 +1,4 @@
-"""Runs from queue to result, with real worker and child processes and a small method in place of the simulator."""
+"""Runs from queue to result, with real workers and child processes and a small method in place of the simulator."""
 
 import os
 import signal
@@ -167,11 +167,11 @@ def test_an_attempt_tells_how_much_memory_it_took(path: Path) -> None:
     assert 10 * 2**20 < attempt.peak_memory < 2**34
 
 
-def test_workers_and_children_die_with_their_launcher(path: Path) -> None:
+def test_children_die_with_their_launcher(path: Path) -> None:
     """`kill -9` of `run` leaves no process behind, and the runs are queued."""
     code = "import sys; from tests.harness.helpers import *; launch_fakes(sys.argv[1], 2, child=fake(iterations=4000))"
     launcher = subprocess.Popen([sys.executable, "-c", code, str(path)])
-    family = _family(launcher.pid, 4)
+    family = _family(launcher.pid, 2)
     launcher.kill()
     launcher.wait()
     _, alive = psutil.wait_procs(family, timeout=15.0)

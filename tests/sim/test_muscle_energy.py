@@ -56,7 +56,7 @@ def test_frames_together_give_the_bits_of_each_alone(
     energy.finish()
     np.testing.assert_array_equal(together.muscle_potential, alone.muscle_potential)
     state = _states()[4]
-    stretched = np.einsum("wpij,wpj->wpi", state.F[0].double().numpy(), energy._fibre)
+    stretched = np.einsum("wpij,jwp->wpi", state.F[0].double().numpy(), energy._fibre[:, 0, 0])
     expected = np.einsum("wpk,wp,wp->wk", alone.body["muscle_membership"], energy._energy, (stretched**2).sum(-1))
     np.testing.assert_allclose(alone.muscle_potential[4], expected, rtol=1e-12)
 

@@ -92,7 +92,7 @@ class EpisodeRunner:
         ]
         gradients = np.full((len(built), self._robot.parameter_count), math.nan)
         if gradient:
-            adjoints = self._adjoints(solver, whole, motions, loops)
+            adjoints = self._adjoints(solver, whole, motions, loops, relaxed)
             for world, one in enumerate(built):
                 if world not in broken:
                     gradients[world] = one.gradient({name: adjoint[world] for name, adjoint in adjoints.items()})
@@ -112,15 +112,15 @@ class EpisodeRunner:
         self._meter.costliest = max(self._meter.costliest, *complete, 0)
 
     def _adjoints(
-        self, solver: "Solver", whole: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None
+        self, solver: "Solver", whole: "Rollout", motions: Sequence[Motion], loops: FeedbackLoops | None, relaxed: bool
     ) -> dict[str, Array]:
-        """Adjoints of the activity and of the body's arrays by name, `[worlds, ...]` each."""
+        """Adjoints of the activity and, if it is relaxed, of the body's arrays by name, `[worlds, ...]` each."""
         direct = MotionAdjoint.joined(
             [MotionAdjoint.of(-self._task.objective(motion).sum(), motion) for motion in motions]
         )
         feedback = loops.adjoint(whole.episode) if loops else None
         gradient = solver.backward(whole, direct.positions, direct.velocities, feedback)
-        by_body = direct.by_arrays(gradient, whole, self.body, self.density)
+        by_body = direct.by_arrays(gradient, whole, self.body, self.density) if relaxed else {}
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
     def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:

@@ -28,8 +28,8 @@ def load_simulator() -> None:
 def load_kernels(spec: RunSpec, *, gradient: bool) -> None:
     """Load, or compile, the kernels of a run for the processes that are forked from this one, which lends them.
 
-    A frame of a robot drawn at random is simulated. What else runs share is there after it, too: the sampled body, and
-    on disk the state of rest.
+    A frame of a robot drawn at random is simulated. What else runs share is there after it, too: the sampled body, the
+    digest of the code, and on disk the state of rest.
 
     Args:
         spec: of the run.
@@ -39,9 +39,11 @@ def load_kernels(spec: RunSpec, *, gradient: bool) -> None:
         ZoobenchError: as of the run itself.
     """
     from zoobench.cell.problem import Problem
+    from zoobench.cell.references import code_digest
     from zoobench.sim import runtime
 
     runtime.lend()
+    code_digest()
     problem = Problem(replace(spec, frames=1, budget=Budget("episodes", 1)))
     problem.episode(problem.initial(generator(spec, "kernels")), gradient=gradient)
     runtime.keep_kernels()

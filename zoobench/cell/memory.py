@@ -36,9 +36,9 @@ def _resident(process: psutil.Process) -> int:
         return 0
 
 
-def shared_among(workers: int) -> dict[str, str]:
-    """The environment of so many processes that share the memory that is free."""
-    return {**os.environ, WORKERS_VARIABLE: str(workers)}
+def share_among(workers: int) -> None:
+    """Let the processes that are started from now on share the memory that is free with so many like them."""
+    os.environ[WORKERS_VARIABLE] = str(workers)
 
 
 def peak_memory() -> int | None:

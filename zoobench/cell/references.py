@@ -106,10 +106,9 @@ def _key(spec: RunSpec, name: str) -> str:
     from zoobench.sim.equilibrium import processor
 
     fields = spec.to_dict()
-    libraries = [version(library) for library in ("taichi", "torch", "numpy", "scipy")]
     machine = [processor(), *(os.environ.get(variable, "") for variable in CHOICES)]
     cell = {axis: fields[axis] for axis in _AXES}
-    digest = hashlib.sha256(canonical_json([name, cell, libraries, machine]).encode() + _sources())
+    digest = hashlib.sha256(canonical_json([name, cell, machine]).encode() + code_digest())
     for key in named_runs(spec.design, spec.controller):
         digest.update(np.array(solution_in(run_name(key)).params).tobytes())
     for axis in (*_SEED_AXES, "fidelity"):
@@ -120,10 +119,14 @@ def _key(spec: RunSpec, name: str) -> str:
 
 
 @cache
-def _sources() -> bytes:
-    """A hash of the sources of zoobench, but those of what is done around an episode."""
+def code_digest() -> bytes:
+    """A hash of the sources of zoobench, but those of what is done around an episode, and of libraries' versions.
+
+    Kept, as all of it is what this process and those that are forked from it have loaded.
+    """
     root = Path(zoobench.__file__).parent
-    digest = hashlib.sha256()
+    libraries = [version(library) for library in ("taichi", "torch", "numpy", "scipy")]
+    digest = hashlib.sha256(canonical_json(libraries).encode())
     for path in sorted(root.rglob("*.py")):
         if path.relative_to(root).parts[0] not in _AROUND:
             digest.update(path.read_bytes())

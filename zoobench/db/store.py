@@ -25,6 +25,7 @@ from zoobench.db.merge import MergeReport, merge
 from zoobench.db.models import (
     ArchiveRecord,
     AttemptRecord,
+    Base,
     CheckpointRecord,
     FinalRecord,
     LogRecord,
@@ -163,7 +164,7 @@ class Store(Reader):
         owner: Owner,
         *,
         provenance: Mapping[str, Any],
-        plugins: Callable[[RunSpec], Mapping[str, Any]] = lambda _: {},
+        plugins: Callable[[RunSpec], Mapping[str, Any]] | None = None,
         ids: Collection[int] | None = None,
         sweep: int | None = None,
     ) -> Claim | None:
@@ -198,7 +199,7 @@ class Store(Reader):
                 try:
                     spec = spec_from(run.spec_key, session.get_one(SpecRecord, run.spec_key).document)
                     stored = load_all_stored(session, spec)
-                    origin |= {"plugins": found} if (found := plugins(spec)) else {}
+                    origin |= {"plugins": found} if plugins and (found := plugins(spec)) else {}
                 except StorageError as error:  # nobody can do it, and the queue goes on
                     refusal = str(error)
                 self._open_attempt(session, run, owner, origin, started_at=now, resumed=checkpoint is not None)
@@ -332,29 +333,33 @@ class Store(Reader):
         progress: dict[str, Any] = {"progress_at": now}
         if batch.fraction is not None:
             progress.update(fraction=batch.fraction, score=batch.score)
+        run, attempt = {"run_id": claim.run_id}, {"attempt": claim.attempt}
+        metrics = []
         for (name, step), number in batch.metrics.items():
             value, kind = encode_value(number)
-            self._upsert(
-                session,
-                MetricRecord,
-                {"run_id": claim.run_id, "name": name, "step": step},
-                {"attempt": claim.attempt, "value": value, "kind": kind},
-            )
-        for row in batch.milestones.values():
-            contents = {"attempt": claim.attempt, "score": row.score, "params": encode_params(row.params)}
-            self._upsert(session, MilestoneRecord, {"run_id": claim.run_id, "step": row.step}, contents)
+            metrics.append({**run, "name": name, "step": step, **attempt, "value": value, "kind": kind})
+        self._upsert(session, MetricRecord, ("run_id", "name", "step"), metrics)
+        milestones = [
+            {**run, "step": row.step, **attempt, "score": row.score, "params": encode_params(row.params)}
+            for row in batch.milestones.values()
+        ]
+        self._upsert(session, MilestoneRecord, ("run_id", "step"), milestones)
         for at, text in batch.logs:
             session.add(LogRecord(run_id=claim.run_id, attempt=claim.attempt, at=at, text=storable(text)))
         if batch.checkpoint is not None:
-            contents = {"attempt": claim.attempt, "saved_at": now, "data": batch.checkpoint}
-            self._upsert(session, CheckpointRecord, {"run_id": claim.run_id}, contents)
+            saved = {**run, **attempt, "saved_at": now, "data": batch.checkpoint}
+            self._upsert(session, CheckpointRecord, ("run_id",), [saved])
             session.execute(attempt_update(claim.run_id, claim.attempt).values(progressed=True))
             progress["strikes"] = 0
         session.execute(update(RunRecord).where(RunRecord.id == claim.run_id).values(progress))
 
-    def _upsert(self, session: Session, table: Any, key: dict[str, Any], values: dict[str, Any]) -> None:
-        insert = self._database.insert(table).values(**key, **values)
-        session.execute(insert.on_conflict_do_update(index_elements=list(key), set_=values))
+    def _upsert(self, session: Session, table: type[Base], key: tuple[str, ...], rows: list[dict[str, Any]]) -> None:
+        """Write rows of the same columns, in one statement; a row with the same key is replaced."""
+        if not rows:
+            return
+        insert = self._database.insert(table)
+        changed = {name: insert.excluded[name] for name in rows[0].keys() - set(key)}
+        session.execute(insert.on_conflict_do_update(index_elements=key, set_=changed), rows)
 
 
 def _enqueue(session: Session, prepared: Mapping[str, tuple[dict[str, Any], str | None]]) -> Iterator[tuple[str, int]]:

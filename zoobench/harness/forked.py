@@ -22,7 +22,7 @@ KILL = b"kill"
 PIDS, CODE = struct.Struct("qq"), struct.Struct("q")
 
 _PATIENCE_SECONDS = 60.0  # for the server to load and to answer
-_KERNEL_SECONDS = 20.0  # for a branch to load kernels, too: less than a lease, which is not renewed meanwhile
+_KERNEL_SECONDS = 300.0  # for a branch to load kernels, too, or to compile them
 _LOOK_SECONDS = 0.2
 
 
@@ -81,7 +81,7 @@ def fork(
         requests: to the fork server.
         command: as for `subprocess.Popen`.
         spec: of the run that it is to do, whose kernels it is to have; if they cannot be had soon, it has none.
-        is_wanted: asked while the server is waited for.
+        is_wanted: asked several times a second while the server is waited for; what it raises ends the waiting.
     """
     if tuple(command[:2]) != (sys.executable, "-m"):
         return None

@@ -10,7 +10,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,7 +36,7 @@ def gather() -> dict[str, Any]:
     return {
         "zoobench": __version__,
         "code": _code(Path(zoobench.__file__).parent),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": _versions(tuple(_changed_at(Path(place)) for place in sys.path)),
         "python": platform.python_version(),
         "implementation": platform.python_implementation(),
         "platform": platform.platform(),
@@ -132,6 +132,17 @@ def _module_hash(module: str) -> str | None:
         return None
     path = Path(found.origin)
     return sources(path.parent) if found.submodule_search_locations else hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _versions(installed: tuple[int, ...]) -> dict[str, str | None]:
+    """The versions of `PACKAGES`, which take long to read: anew only where something was `installed` since."""
+    return {name: _version(name) for name in PACKAGES}
+
+
+def _changed_at(folder: Path) -> int:
+    """When something was last added to a folder or taken away [ns]; 0 if there is none."""
+    return folder.stat().st_mtime_ns if folder.exists() else 0
 
 
 def _version(package: str) -> str | None:

@@ -1,8 +1,6 @@
 """A worker in this process, as a batch job or a container needs it: for some time, and until it is asked to stop."""
 
-import os
 import signal
-import socket
 import threading
 import time
 from collections.abc import Callable
@@ -13,8 +11,7 @@ from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.process import CHILD_COMMAND
-from zoobench.harness.provenance import THREAD_VARIABLES
-from zoobench.harness.worker import Shift, WorkerOrders, work
+from zoobench.harness.worker import Shift, WorkerOrders, settings_of_children, work
 
 _MARGIN_SECONDS = 60.0  # before the end, for the run in hand to reach a checkpoint, but no more than the share
 _MARGIN_SHARE = 0.2
@@ -41,15 +38,12 @@ def work_shift(orders: WorkerOrders, shift: Shift, on_run: Callable[[Store, int]
     """
     stop = threading.Event()
     before = {number: signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGTERM, signal.SIGINT)}
-    # One thread for each child: both faster and reproducible, as sums are added in one order.
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
     try:
-        with Store(orders.location, create=False) as store, ExitStack() as context:
+        with settings_of_children(), Store(orders.location, create=False) as store, ExitStack() as context:
             if orders.sweep is not None and not store.runs(sweep=orders.sweep):
                 raise UsageError(f"There is no sweep {orders.sweep} here. `zoobench run --no-wait` prints its number.")
             if orders.child == CHILD_COMMAND and can_fork():
-                server = context.enter_context(ForkServer())
-                orders = replace(orders, requests=socket.dup(server.requests.fileno()))
+                orders = replace(orders, requests=context.enter_context(ForkServer()).requests)
             work(store, orders, stop, shift, lambda run_id: on_run(store, run_id))
     finally:
         for number, handler in before.items():

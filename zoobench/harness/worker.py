@@ -1,32 +1,26 @@
-"""A worker: takes one run at a time from the queue and does it in a child process, until the queue is empty.
+"""A worker: takes one run at a time from the queue and does it in a child process, until the queue is empty."""
 
-`python -m zoobench.harness.worker` reads its orders, a `WorkerOrders` as JSON, from the first line of standard
-input and stops, its runs resumable, when that is closed. If the database fails it, it says so in one JSON line.
-"""
-
-import json
 import os
-import signal
 import socket
-import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Self
 
 from zoobench import registry
 from zoobench.cell.memory import allowed
 from zoobench.db.owner import Owner
+from zoobench.db.rows import Batch, Claim
 from zoobench.db.store import ClaimLostError, Store
-from zoobench.errors import ZoobenchError
-from zoobench.harness.lifeline import Lifeline
-from zoobench.harness.process import CHILD_COMMAND
+from zoobench.harness.process import CHILD_COMMAND, start
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
+from zoobench.harness.supervise import Limits, supervise
 from zoobench.inputs import named_runs
-from zoobench.spec import RunSpec
+from zoobench.sim.memory_budget import WORKERS_VARIABLE
+
+_RENEW_SECONDS = 5.0
 
 
 @dataclass(frozen=True)
@@ -37,7 +31,7 @@ class WorkerOrders:
         sweep: the runs that it may take; None for all.
         timeout: of one attempt [s], None for no limit.
         child: the command that does a run.
-        requests: descriptor of the socket to a fork server; None without.
+        requests: the socket to a fork server; None without.
         note: first line of the log of every attempt; empty for none.
     """
 
@@ -45,18 +39,8 @@ class WorkerOrders:
     sweep: int | None = None
     timeout: float | None = None
     child: tuple[str, ...] = CHILD_COMMAND
-    requests: int | None = None
+    requests: socket.socket | None = None
     note: str = ""
-
-    def to_json(self) -> str:
-        """One line of text."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, text: bytes) -> Self:
-        """The inverse of `to_json`."""
-        data: Mapping[str, Any] = json.loads(text)
-        return cls(**{**data, "child": tuple(data["child"])})
 
 
 @dataclass(frozen=True)
@@ -91,55 +75,54 @@ def work(
     Raises:
         StorageError: the database refuses; the run in hand can be resumed.
     """
-    from zoobench.harness.process import start
-    from zoobench.harness.supervise import Limits, supervise  # loads what the launcher need not have
-
-    requests = None if orders.requests is None else socket.socket(fileno=orders.requests)
     limits = Limits(orders.timeout, allowed(), shift.ask_at, shift.end_at, orders.note)
     taken = 0
     while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
         store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
+        has_plugins = registry.has_plugins()
+        plugins = plugins_of if has_plugins else None
+        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins, sweep=orders.sweep)
         if claim is None:
             return
         taken += 1
         on_run(claim.run_id)
-        spec = claim.spec if orders.child == CHILD_COMMAND and _may_share_kernels(claim.spec) else None
-        begin = partial(start, orders.child, requests, spec, lambda: not stop.is_set())
+        # kernels are shared by runs that need no more than their spec, and not beside plug-ins: these may do to a
+        # process what they like, and so before kernels are loaded
+        is_plain = not (has_plugins or named_runs(claim.spec.design, claim.spec.controller, claim.spec.method))
+        spec = claim.spec if is_plain and orders.child == CHILD_COMMAND else None
+        begin = partial(start, orders.child, orders.requests, spec, _held(store, claim, stop))
         with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run
             supervise(store, claim, begin, stop=stop, limits=limits)
         on_run(claim.run_id)
 
 
-def _may_share_kernels(spec: RunSpec) -> bool:
-    """Whether a run's kernels may be loaded for others, too: not if it needs more than its spec, nor beside plug-ins.
+def _held(store: Store, claim: Claim, stop: threading.Event) -> Callable[[], bool]:
+    """Whether a claimed run is still wanted: to be asked while its process is waited for, which renews the lease.
 
-    These may do to a process what they like, and so before kernels are loaded.
+    When asked it raises ClaimLostError, if the run was cancelled or taken over, and StorageError as `work` does.
     """
-    return not (registry.has_plugins() or named_runs(spec.design, spec.controller, spec.method))
+    renewed = time.monotonic()
+
+    def is_wanted() -> bool:
+        nonlocal renewed
+        if time.monotonic() - renewed > _RENEW_SECONDS:
+            store.commit(claim, Batch())
+            renewed = time.monotonic()
+        return not stop.is_set()
+
+    return is_wanted
 
 
-def main() -> int:
-    """Read the orders and work; the exit code is that of the error, if any."""
-    lifeline = Lifeline()
-    line = lifeline.line()
-    if line is None:
-        return 0
-    orders = WorkerOrders.from_json(line)
-    stop = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: stop.set())
-    lifeline.watch(on_line=lambda _: None, on_end=stop.set)
-    # One thread for each child: both faster and reproducible, as sums are added in one order.
+@contextmanager
+def settings_of_children() -> Iterator[None]:
+    """What is set in the environment for children within; one thread each, as it is faster, and sums have one order."""
+    before = {name: os.environ.get(name) for name in (*THREAD_VARIABLES, WORKERS_VARIABLE)}
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
     try:
-        with Store(orders.location, create=False) as store:
-            work(store, orders, stop)
-    except ZoobenchError as error:
-        print(json.dumps({"error": type(error).__name__, "message": str(error)}), flush=True)
-        return error.exit_code
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value

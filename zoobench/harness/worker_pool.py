@@ -1,33 +1,28 @@
 """A pool of workers that does a set of runs; the one on this machine."""
 
-import json
 import logging
-import subprocess
-import sys
+import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import replace
-from multiprocessing import connection
 from pathlib import Path
 from typing import Protocol, Self
 
-from zoobench import errors
-from zoobench.cell.memory import shared_among
+from zoobench.cell.memory import share_among
 from zoobench.db.lifecycle import LEASE_SECONDS, why_lost
 from zoobench.db.owner import Owner
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
-from zoobench.errors import StorageError, UsageError, ZoobenchError
+from zoobench.errors import UsageError
 from zoobench.harness.fork_server import ForkServer, can_fork
 from zoobench.harness.interruption import Interruption
 from zoobench.harness.process import CHILD_COMMAND, GRACE_SECONDS
-from zoobench.harness.worker import WorkerOrders
+from zoobench.harness.worker import WorkerOrders, settings_of_children, work
 
 _LOG = logging.getLogger(__name__)
 
 POLL_SECONDS = 0.5
-_WORKER_COMMAND = (sys.executable, "-m", "zoobench.harness.worker")
 _SILENT_SECONDS = 20.0  # without a renewed lease, until the user is told
 _PATIENCE_SECONDS = GRACE_SECONDS + 5.0  # for workers to stop their children and hand their runs back
 
@@ -105,81 +100,55 @@ def run_all(
                 pool.wait(POLL_SECONDS)
 
 
-class _Worker:
-    def __init__(self, orders: WorkerOrders, workers: int) -> None:
-        # A session of its own, so that Ctrl-C reaches `run` alone, which then stops its workers in order.
-        self.process = subprocess.Popen(
-            _WORKER_COMMAND,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            pass_fds=() if orders.requests is None else (orders.requests,),
-            env=shared_among(workers),
-        )
-        assert self.process.stdin is not None
-        with suppress(OSError):
-            self.process.stdin.write(orders.to_json().encode() + b"\n")
-            self.process.stdin.flush()
+class _Worker(threading.Thread):
+    """A thread that does runs until none is queued; `error` is what it met, if that ended it."""
 
-    def ask_to_stop(self) -> None:
-        assert self.process.stdin is not None
-        with suppress(OSError):
-            self.process.stdin.close()
+    def __init__(self, orders: WorkerOrders, stop: threading.Event, ended: threading.Event) -> None:
+        super().__init__(name="worker", daemon=True)  # the end of the process does not wait for a locked database
+        self._orders, self._stop_asked, self._ended = orders, stop, ended
+        self.error: BaseException | None = None
 
-    def error(self) -> ZoobenchError | None:
-        """The reason why an ended worker gave up; None if it was killed: then another takes its place."""
-        code = self.process.poll()
-        if not code or code < 0:
-            return None
-        said, trace = (text.decode(errors="replace").strip() for text in self.process.communicate())
-        if said:
-            told = json.loads(said.splitlines()[-1])
-            return _rebuild(told["error"], told["message"])
-        return ZoobenchError(f"A worker ended with exit code {code}. Please report this:\n{trace}")
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
-            assert stream is not None
-            with suppress(OSError):
-                stream.close()
+    def run(self) -> None:
+        """Work."""
+        try:
+            with Store(self._orders.location, create=False) as store:
+                work(store, self._orders, self._stop_asked)
+        except BaseException as error:
+            self.error = error
+        self._ended.set()
 
 
 class _LocalPool:
-    """Workers on this machine, and the fork server of their children; leaving the context stops them all."""
+    """Workers on this machine, threads of this process, and the fork server of their children.
+
+    What they do is to wait for children and for the database. Leaving the context stops them all.
+    """
 
     def __init__(self, orders: WorkerOrders) -> None:
         self._orders = orders
         self._workers: list[_Worker] = []
-        self._server = ExitStack()
+        self._stop, self._ended = threading.Event(), threading.Event()
+        self._context = ExitStack()
         self._is_silent = False
 
     def __enter__(self) -> Self:
+        self._context.enter_context(settings_of_children())
         if self._orders.child == CHILD_COMMAND and can_fork():
-            server = self._server.enter_context(ForkServer())
-            self._orders = replace(self._orders, requests=server.requests.fileno())
+            self._orders = replace(self._orders, requests=self._context.enter_context(ForkServer()).requests)
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._stop.set()
         try:
             deadline = time.monotonic() + _PATIENCE_SECONDS
             for worker in self._workers:
-                worker.ask_to_stop()
-            for worker in self._workers:
-                with suppress(subprocess.TimeoutExpired):
-                    worker.process.wait(timeout=max(deadline - time.monotonic(), 0.0))
+                worker.join(max(deadline - time.monotonic(), 0.0))
         finally:
-            _close(self._workers)
-            self._server.close()
+            self._context.close()
 
     def is_elsewhere(self, row: RunRow) -> bool:
         """Whether the run is in the hands of a worker that is not one of these."""
-        if row.state is not RunState.RUNNING or row.owner is None:
-            return False
-        owner = Owner.parse(row.owner)
-        return not (owner.is_here and owner.pid in {worker.process.pid for worker in self._workers})
+        return row.state is RunState.RUNNING and row.owner != str(Owner.current())
 
     def tell_of_silence(self, rows: Iterable[RunRow], database: str) -> None:
         """Say so, once, when nothing could be stored of the runs of these workers for long."""
@@ -195,37 +164,22 @@ class _LocalPool:
         self._is_silent = is_silent
 
     def wait(self, timeout: float) -> None:
-        """Wait until a worker ends, which closes its output, `timeout` [s] at most."""
-        outputs = [worker.process.stdout.fileno() for worker in self._workers if worker.process.stdout]
-        if outputs:
-            connection.wait(outputs, timeout)
-        else:
-            time.sleep(timeout)
+        """Wait until a worker ends, `timeout` [s] at most."""
+        self._ended.wait(timeout)
 
     def keep_at_work(self, count: int) -> None:
-        """Replace workers that were killed, so that `count` are at work.
+        """Replace workers that found nothing to do, so that `count` are at work.
 
         Raises:
-            ZoobenchError: a worker gave up, for the reason that the error tells.
+            StorageError: a worker gave up, as the database failed it.
         """
-        ended = [worker for worker in self._workers if worker.process.poll() is not None]
-        reasons = [reason for worker in ended if (reason := worker.error()) is not None]
-        _close(ended)
-        self._workers = [worker for worker in self._workers if worker not in ended]
-        if reasons:
-            raise reasons[0]
+        self._ended.clear()
+        for worker in self._workers:
+            if worker.error is not None:
+                raise worker.error
+        self._workers = [worker for worker in self._workers if worker.is_alive()]
+        if len(self._workers) < count:
+            share_among(count)
         while len(self._workers) < count:
-            self._workers.append(_Worker(self._orders, count))
-
-
-def _close(workers: Iterable[_Worker]) -> None:
-    for worker in workers:
-        worker.close()
-
-
-def _rebuild(name: str, message: str) -> ZoobenchError:
-    """The error that a worker met, as this process's own."""
-    kind = getattr(errors, name, None)
-    if isinstance(kind, type) and issubclass(kind, StorageError):
-        return kind(message)
-    return ZoobenchError(message)
+            self._workers.append(_Worker(self._orders, self._stop, self._ended))
+            self._workers[-1].start()

@@ -9,12 +9,15 @@ halves, the later one first, from a state in its middle.
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
 
+from zoobench.sim import runtime
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Part, halves, share
 from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter, memory
 from zoobench.sim.simulation import Simulation
@@ -37,8 +40,7 @@ class Adjoint:
         weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot
         self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""
-        self._actuation = np.zeros(rollout.actuation.shape)
-        self._membership = np.zeros(rollout.body["muscle_membership"].shape)
+        self._tension = np.zeros((rollout.frames, worlds, robot), runtime.host_real(real))
 
     def run(
         self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
@@ -48,19 +50,18 @@ class Adjoint:
         sim.set_body(rollout.body)
         for world in range(sim.worlds):
             sim.alive[world] = int(world not in rollout.divergences)
-        alive = sim.is_alive()[:, None, None]
-        seeds = [memory(sim.tensor(adjoint * alive)) for adjoint in (position_adjoint, velocity_adjoint)]
-        self._seed(*(seed[rollout.frames - rest] for seed in seeds))
+        seeds = self._seeds(position_adjoint, velocity_adjoint)
+        self._seed(seeds[rollout.frames - rest])
         for number, segment in reversed(list(enumerate(rollout.segments))):
             for frame in self._reversed(segment.start, self._parts(number), number):
                 # the loss acts on the state at the frame's beginning, and so does the feedback's actuation of the frame
                 self._look_for_fault(frame)
-                self._spread_tension(frame)
+                self._take_tension(frame)
                 if frame >= rest:
-                    self._seed(*(seed[frame - rest] for seed in seeds))
+                    self._seed(seeds[frame - rest])
                     if feedback is not None:
-                        more = feedback(frame - rest, self._actuation[frame])
-                        self._seed(*(memory(sim.tensor(adjoint * alive)) for adjoint in more))
+                        more = feedback(frame - rest, self._by_actuation(frame))
+                        self._seed(self._seeds(*more))
         return self._collect()
 
     def _parts(self, number: int) -> list[Part]:
@@ -115,14 +116,14 @@ class Adjoint:
 
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
-        sim.set_tension(self._rollout, part.frame)
+        sim.parameters.set_tension(self._rollout.tension[part.frame])
         sim.put_to_sleep(self._rollout.asleep[part.frame])
         sim.advance(states, first, part.counts, stride=stride, whole=self._counts[part.frame])
         sim.meter.recomputed += int(part.counts.sum())
 
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
-        sim.set_tension(self._rollout, part.frame)
+        sim.parameters.set_tension(self._rollout.tension[part.frame])
         for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         sim.put_to_sleep(self._rollout.asleep[part.frame])
@@ -130,15 +131,21 @@ class Adjoint:
         sim.launcher.reverse(self._tape.states, sim.parameters, plan, self._state, self._parameters)
         sim.meter.count("backward", plan.world_substeps, at_rest=part.frame < self._rollout.equilibration)
 
-    def _seed(self, positions: Any, velocities: Any) -> None:
-        """Add to the adjoint of the robot's present state, `[worlds, robot, 3]` each; see `memory`."""
-        state = self._state.memory[0, :, : self._sim.robot_count]
-        state[:, :, 0, :3] += positions
-        state[:, :, 1, :3] += velocities
+    def _seeds(self, positions: FloatArray, velocities: FloatArray) -> Any:
+        """Adjoints of places and velocities `[..., worlds, robot, 3]` as the state has them, 0 in worlds not alive."""
+        seeds = np.zeros((*positions.shape[:-1], 2, 4), self._tension.dtype)
+        seeds[..., 0, :3], seeds[..., 1, :3] = positions, velocities
+        seeds[..., self._sim.is_alive() == 0, :, :, :] = 0.0
+        return memory(self._sim.tensor(seeds))
+
+    def _seed(self, seeds: Any) -> None:
+        """Add to the adjoint of the robot's present state, `[worlds, robot, 2, 4]`; see `memory`."""
+        state = self._state.memory[0, :, : self._sim.robot_count, :2]
+        state += seeds
 
     def _look_for_fault(self, frame: int) -> None:
         """Note the first adjoint of the state, in the order of the backward pass, that is not finite."""
-        if self._fault or math.isfinite(self._state.memory.sum()):  # one look at all of them
+        if self._fault or self._is_finite():
             return
         for name in ("x", "v", "C", "F"):
             broken = ~torch.isfinite(getattr(self._state, name)[0]).flatten(2).all(2)
@@ -148,20 +155,27 @@ class Adjoint:
                 self._fault = f"adjoint of {name} by substep {step}, particle {particle}, world {world}"
                 return
 
-    def _spread_tension(self, frame: int) -> None:
-        """From the adjoint of a frame's tension, add to those of its actuation and of the muscle membership."""
-        sim, body = self._sim, self._rollout.body
-        if sim.muscle_count:
-            tension = self._parameters.memory[:, : sim.robot_count, 0, 3]
-            activity = np.array(tension if sim.alive.is_cpu else tension.cpu(), float)
-            activity *= sim.scene.robot.material.muscle_strength
-            self._actuation[frame] += np.einsum("wpk,wp->wk", body["muscle_membership"], activity)
-            self._membership += activity[:, :, None] * self._rollout.actuation[frame][:, None, :]
-            tension[...] = 0.0
+    def _is_finite(self) -> bool:
+        """Whether the adjoint of the state is finite for sure: one look at all of it, whose squares do not overflow."""
+        state = self._state.memory
+        return math.isfinite(np.vdot(state, state) if isinstance(state, np.ndarray) else state.sum())
+
+    def _take_tension(self, frame: int) -> None:
+        """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""
+        tension = self._parameters.memory[:, : self._sim.robot_count, 0, 3]
+        self._tension[frame] = tension if isinstance(tension, np.ndarray) else tension.cpu()
+        tension[...] = 0.0
+
+    def _by_actuation(self, frame: int) -> FloatArray:
+        """Derivative of the loss by the actuation of a frame `[worlds, muscles]`."""
+        if not self._sim.muscle_count:
+            return np.zeros(self._rollout.actuation.shape[1:])
+        membership = self._rollout.body["muscle_membership"]
+        return np.einsum("wpk,wp->wk", membership, _by_activity(self._tension[frame], self._sim.scene))
 
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body
-        count, robot = sim.robot_count, sim.scene.robot
+        count, robot, rest = sim.robot_count, sim.scene.robot, self._rollout.equilibration
 
         def array(tensor: torch.Tensor) -> np.ndarray:
             return tensor.cpu().double().numpy()
@@ -170,11 +184,11 @@ class Adjoint:
         mass = array(self._parameters.mass[:, :count]) * robot.volumes * robot.material.density
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(
-            actuation=self._actuation[self._rollout.equilibration :],
+            actuation=np.array([self._by_actuation(frame) for frame in range(rest, self._rollout.frames)]),
             stiffness=array(self._parameters.stiffness),
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),
-            muscle_membership=self._membership,
+            by_membership=partial(_by_membership, self._tension, self._rollout, sim.scene),
             fibres=array(self._parameters.fibre),
             fault=self._fault,
         )
@@ -197,3 +211,16 @@ class Adjoint:
             for world in range(sim.worlds):
                 np.add.at(displaced[world], medium.hosts[guests], shares[world])
         return displaced
+
+
+def _by_activity(tension: FloatArray, scene: Scene) -> FloatArray:
+    """Derivative of the loss by the activity of each particle `[worlds, robot]`, from that by its tension."""
+    return tension.astype(float) * scene.robot.material.muscle_strength
+
+
+def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene) -> FloatArray:
+    """Derivative of the loss by the muscle membership `[worlds, robot, muscles]`, from that by all tensions."""
+    found = np.zeros(rollout.body["muscle_membership"].shape)
+    for frame in reversed(range(rollout.frames if rollout.actuation.size else 0)):
+        found += _by_activity(tension[frame], scene)[:, :, None] * rollout.actuation[frame][:, None, :]
+    return found

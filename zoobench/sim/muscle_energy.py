@@ -1,6 +1,7 @@
 """Active energy of the muscles at frame boundaries, of many frames at a time."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.sim.model.rollout import Rollout
@@ -23,45 +24,49 @@ class MuscleEnergy:
         self._half = 0.5 * strength
         self._fibre: Array = np.zeros(0)
         self._energy: Array = np.zeros(0)
-        self._waiting: list[Array] = []
-        self._frames: list[int] = []
         self._rollout: Rollout | None = None
+        self._frames: list[int] = []
+        self._waiting: Array = np.zeros(0)
+        self._members: tuple[NDArray[np.int64], ...] = ()
 
     def set_body(self, parameters: Parameters) -> None:
         """Take fibres and volumes of the particles from here on."""
         count = parameters.robot
-        self._fibre = parameters.fibre.double().cpu().numpy()
+        self._fibre = parameters.fibre.double().cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
         self._energy = self._half * parameters.volume[:, :count].double().cpu().numpy()
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
         """Take the present state for that at the beginning of a frame; `finish` is to follow."""
+        columns = matter.on_host()[0, :, : matter.robot, 5:8]
         if rollout is not self._rollout:
             self.finish()
-        self._rollout = rollout
-        columns = matter.on_host()[0, :, : matter.robot, 5:8, :3].copy()
-        self._waiting.append(columns)
+            self._rollout, self._members = rollout, rollout.body["muscle_membership"].nonzero()
+            self._waiting = np.empty((max(1, _MOST_BYTES // columns.nbytes), *columns.shape), columns.dtype)
+        self._waiting[len(self._frames)] = columns
         self._frames.append(frame)
-        if len(self._frames) * columns.nbytes >= _MOST_BYTES:
-            self.finish()
+        if len(self._frames) == len(self._waiting):
+            self._write(rollout)
 
     def finish(self) -> None:
         """Write the potentials of all frames that were noted into their rollout."""
         if self._rollout is not None:
-            potential = self._potential(np.stack(self._waiting), self._rollout.body["muscle_membership"])
-            self._rollout.muscle_potential[self._frames] = potential
+            self._write(self._rollout)
             self._rollout = None
-            self._waiting.clear()
-            self._frames.clear()
 
-    def _potential(self, columns: Array, membership: Array) -> Array:
-        """Active energy per unit of activity `[frames, worlds, muscles]` [J]; see `Rollout.muscle_work`.
-
-        Args:
-            columns: of F `[frames, worlds, robot, 3, 3]`, the column before the row.
-        """
-        # sums and products of our own: the libraries' products are rounded by the processor's make
-        x, y, z = (columns[..., j, :] * self._fibre[..., j, None] for j in range(3))
-        stretched = (x + y + z) ** 2
-        square = stretched[..., 0] + stretched[..., 1] + stretched[..., 2]
-        density = self._energy * square
-        return np.asarray((membership * density[..., None]).sum(axis=2))
+    def _write(self, rollout: Rollout) -> None:
+        """Active energy per unit of activity `[worlds, muscles]` [J] of each frame; see `Rollout.muscle_work`."""
+        # of F by column and row `[3, 3, frames, worlds, robot]`
+        columns = self._waiting[: len(self._frames), ..., :3].transpose(3, 4, 0, 1, 2).astype(float, order="C")
+        # sums and products of our own, in this order: the libraries' products are rounded by the processor's make
+        stretched = columns[0] * self._fibre[0]
+        stretched += columns[1] * self._fibre[1]
+        stretched += columns[2] * self._fibre[2]
+        stretched *= stretched
+        density = self._energy * (stretched[0] + stretched[1] + stretched[2])
+        shares = rollout.body["muscle_membership"][self._members]
+        world, particle, muscle = self._members
+        count = rollout.muscle_potential[0].shape
+        for frame, each in zip(self._frames, density, strict=True):
+            energy = np.bincount(world * count[1] + muscle, shares * each[world, particle], count[0] * count[1])
+            rollout.muscle_potential[frame] = energy.reshape(count)
+        self._frames.clear()

@@ -95,7 +95,7 @@ class Simulation:
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""
-        return self._alive if self.alive.is_cpu else self.alive.cpu().numpy()
+        return self._alive if isinstance(self._alive, np.ndarray) else self._alive.cpu().numpy()
 
     def check_runtime(self) -> None:
         """Refuse to go on after the runtime was restarted.
@@ -193,10 +193,11 @@ class Simulation:
             self.parameters.mass[:, count:] = self.tensor(room * medium.material.density)
 
     def set_tension(self, rollout: Rollout, frame: int) -> None:
-        """Apply a control frame's actuation: the active stress of every robot particle."""
+        """Apply a control frame's actuation: the active stress of every robot particle, which is noted."""
         if self.muscle_count:
             share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
-            self.parameters.set_tension(share * self.scene.robot.material.muscle_strength)
+            rollout.tension[frame] = share * self.scene.robot.material.muscle_strength
+            self.parameters.set_tension(rollout.tension[frame])
 
     def record(self, rollout: Rollout, frame: int, *, goes_on: bool = False) -> None:
         """Write the robot's present state into the rollout as that at the beginning of a frame.

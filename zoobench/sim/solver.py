@@ -300,6 +300,7 @@ class Solver:
             positions=np.zeros(shape, kind),
             velocities=np.zeros(shape, kind),
             actuation=actuation.copy(),
+            tension=np.zeros((frames, self.worlds, self.robot_count), kind),
             muscle_potential=np.zeros((frames + 1, self.worlds, self.muscle_count)),
             body=arrays,
             divergences={},
@@ -347,6 +348,8 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
 
 
 def _trajectory_bytes(scene: Scene, fidelity: Fidelity, frames: int) -> int:
-    """Memory of the trajectory of one world, of its adjoints in double precision, and of what slept [bytes]."""
-    trajectory = 2 * (frames + 1) * scene.robot.particle_count * 3 * (fidelity.precision // 8 + 8)
+    """Memory of the trajectory of one world, of its adjoints in double precision, of tensions with theirs, and of what
+    slept [bytes]."""
+    number, per_particle = fidelity.precision // 8, (frames + 1) * scene.robot.particle_count
+    trajectory = per_particle * (2 * 3 * (number + 8) + 2 * number)
     return trajectory + (frames * scene.particle_count if fidelity.sleep else 0)

@@ -61,8 +61,8 @@ class StateRecorder:
             self._slots[stopped] += 1
 
     def _leave_tape_if_full(self, frame: int, counts: IntArray) -> None:
-        last = self._at_start + counts + int(frame < self._rollout.equilibration)  # a stop may follow
-        if self._tape is not None and not self._tape.fits(last[counts > 0]):
+        last = (self._at_start + counts)[counts > 0] + int(frame < self._rollout.equilibration)  # a stop may follow
+        if self._tape is not None and not self._tape.fits(last):
             if frame:
                 self._rollout.segments.append(Segment(frame, 0, self._tape.states.at(self._at_start)))
             self._tape = None

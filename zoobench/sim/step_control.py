@@ -108,9 +108,9 @@ class StepControl:
         rollout.counts[frame] = counts
         pending = counts
         self.recorder.begin()
-        while pending.any():
+        while substeps := sum(pending.tolist()):
             self.recorder.advance(frame, pending)
-            sim.meter.count("forward", int(pending.sum()), at_rest=frame < rollout.equilibration)
+            sim.meter.count("forward", substeps, at_rest=frame < rollout.equilibration)
             # one survey serves both the check of this frame and the step of the next: the stiffness that it reports is
             # that under the actuation to come
             coming = min(frame + 1, rollout.frames - 1)
@@ -118,11 +118,14 @@ class StepControl:
                 self._close_loop(coming)
             sim.set_tension(rollout, coming)
             self._conditions = self._diagnostics.survey()
-            pending = self._put_back(frame, self._failures(frame))
+            failures = self._failures(frame)
+            if not failures:
+                break
+            pending = self._put_back(frame, failures)
             if pending.any():
                 sim.set_tension(rollout, frame)
-        for world, condition in enumerate(self._conditions):
-            if counts[world]:
+        for world, (count, condition) in enumerate(zip(counts.tolist(), self._conditions, strict=True)):
+            if count:
                 self._check_tears(world, frame, condition)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
@@ -156,14 +159,14 @@ class StepControl:
 
     def _choose(self, frame: int) -> IntArray:
         """Substeps of every world in this frame, 0 for a dead one."""
-        sim, counts = self._sim, np.zeros(self._sim.worlds, np.int64)
-        for world in sim.is_alive().nonzero()[0]:
-            if self._schedule is not None:
-                counts[world] = self._schedule[frame, world]
-            else:
-                limit = step_now(sim.scene, sim.fidelity, sim.frame_seconds, self._conditions[world])
-                counts[world] = min(limit.substeps_per_frame, self._most)
-        return counts
+        sim = self._sim
+        if self._schedule is not None:
+            return np.where(sim.is_alive(), self._schedule[frame], 0).astype(np.int64)
+        limits = [
+            step_now(sim.scene, sim.fidelity, sim.frame_seconds, condition).substeps_per_frame if alive else 0
+            for alive, condition in zip(sim.is_alive().tolist(), self._conditions, strict=True)
+        ]
+        return np.minimum(limits, self._most)
 
     def _check_tears(self, world: int, frame: int, condition: Condition) -> None:
         """Note a world whose robot has torn.
@@ -184,11 +187,10 @@ class StepControl:
         """The finding of every world alive whose state after the frame is refused."""
         sim = self._sim
         failures = {}
-        alive = sim.is_alive()
-        for world, condition in enumerate(self._conditions):
-            if alive[world]:
-                dt = sim.frame_seconds / int(self._rollout.counts[frame, world])
-                finding = diagnose(condition, dt, sim.fidelity.grid_spacing)
+        states = zip(sim.is_alive().tolist(), self._rollout.counts[frame].tolist(), self._conditions, strict=True)
+        for world, (alive, count, condition) in enumerate(states):
+            if alive:
+                finding = diagnose(condition, sim.frame_seconds / count, sim.fidelity.grid_spacing)
                 if finding is not None:
                     failures[world] = finding
         return failures

@@ -41,7 +41,7 @@ class Tape:
 
     def fits(self, slots: IntArray) -> bool:
         """Whether the worlds can take so many slots `[worlds]` after the first."""
-        return int(slots.max(initial=0)) < self.slots
+        return max(slots.tolist(), default=0) < self.slots
 
     def begin(self, state: Matter, rollout: Rollout | None = None, segment: int = 0) -> None:
         """Write a state into the first slot, and note whose segment is to follow; no whole segment if None."""

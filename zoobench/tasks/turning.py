@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import UP, Motion, Task
+from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -44,12 +44,14 @@ def _tangential_velocity(motion: Motion) -> "Tensor":
     import torch
 
     relative = motion.positions[1:] - motion.centre_of_mass()[1:, :, None, :]
-    along = torch.linalg.cross(relative.new_tensor(UP).expand_as(relative), relative)
-    squared = (along**2).sum(dim=-1, keepdim=True)
+    x, z = relative[..., 0], relative[..., 2]  # e_y x r = (z, 0, -x)
+    squared = z**2 + x**2
     off_axis = squared > _AXIS_RADIUS**2
     # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
-    tangent = torch.where(off_axis, along / torch.where(off_axis, squared, 1.0).sqrt(), 0.0)
-    return motion.mean_over_existing((tangent * motion.velocities[1:]).sum(dim=-1))
+    distance = torch.where(off_axis, squared, 1.0).sqrt()
+    along_x, along_z = torch.where(off_axis, z / distance, 0.0), torch.where(off_axis, -x / distance, 0.0)
+    velocities = motion.velocities[1:]
+    return motion.mean_over_existing(along_x * velocities[..., 0] + along_z * velocities[..., 2])
 
 
 def net_rotation(motion: Motion) -> "Tensor":
@@ -60,10 +62,9 @@ def net_rotation(motion: Motion) -> "Tensor":
     """
     import torch
 
-    relative = (motion.positions - motion.centre_of_mass()[:, :, None, :])[..., [0, 2]]
-    before, after = relative[:-1], relative[1:]
-    masses = motion.masses[None]
+    centre, masses = motion.centre_of_mass(), motion.masses[None]
+    x, z = (motion.positions[..., axis] - centre[..., axis, None] for axis in (0, 2))
     # counter-clockwise from above takes x to -z
-    sine = ((before[..., 1] * after[..., 0] - before[..., 0] * after[..., 1]) * masses).sum(dim=2)
-    cosine = ((before * after).sum(dim=-1) * masses).sum(dim=2)
+    sine = ((z[:-1] * x[1:] - x[:-1] * z[1:]) * masses).sum(dim=2)
+    cosine = ((x[:-1] * x[1:] + z[:-1] * z[1:]) * masses).sum(dim=2)
     return torch.atan2(sine, cosine).sum(dim=0)

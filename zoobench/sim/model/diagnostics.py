@@ -30,14 +30,17 @@ class Finding:
     advice: str
 
 
+_TOO_FAST = "Matter moves too fast for the step: use a smaller Courant fraction."
+_SHEARS_TOO_FAST = "Matter shears too fast for the step: use a smaller Courant fraction."
+
+
 def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
     """The gravest finding in a world's condition after a frame of steps `dt` [s]; None for a healthy one."""
-    slower = "Matter {} too fast for the step: use a smaller Courant fraction."
     checks = (
         ("distance beyond the arena in cells", condition.beyond, LARGEST_ESCAPE, 2,
          "Widen the arena or shorten the episode."),
-        ("Courant number", condition.speed * dt / grid_spacing, LARGEST_COURANT, 0, slower.format("moves")),
-        ("velocity gradient times dt", condition.shear * dt, 2 * LARGEST_COURANT, 1, slower.format("shears")),
+        ("Courant number", condition.speed * dt / grid_spacing, LARGEST_COURANT, 0, _TOO_FAST),
+        ("velocity gradient times dt", condition.shear * dt, 2 * LARGEST_COURANT, 1, _SHEARS_TOO_FAST),
     )  # fmt: skip
     for _, value, limit, column, _ in checks:
         if not math.isfinite(value):

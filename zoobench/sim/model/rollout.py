@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -58,6 +59,7 @@ class Rollout:
     Attributes:
         positions, velocities: `[frames + 1, worlds, robot, 3]` of the robot at frame boundaries [m], [m/s].
         actuation: `[frames, worlds, muscles]` as it was applied.
+        tension: `[frames, worlds, robot]` active stress that follows from it [Pa]; 0 in frames that were not simulated.
         muscle_potential: `[frames + 1, worlds, muscles]` active energy per unit of activity at frame boundaries [J].
         divergences: the worlds that diverged; their remaining frames repeat the last healthy state.
         tears: the worlds whose robot tore, as it was first found; they were simulated on, in pieces.
@@ -75,6 +77,7 @@ class Rollout:
     positions: FloatArray
     velocities: FloatArray
     actuation: FloatArray
+    tension: FloatArray
     muscle_potential: NDArray[np.float64]
     body: dict[str, NDArray[np.float64]]
     divergences: dict[int, Divergence]
@@ -99,7 +102,7 @@ class Rollout:
         """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
         first, names = (
             self.equilibration,
-            ("positions", "velocities", "actuation", "muscle_potential", "counts", "stops", "asleep"),
+            ("positions", "velocities", "actuation", "tension", "muscle_potential", "counts", "stops", "asleep"),
         )
         return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
 
@@ -126,8 +129,8 @@ class Gradient:
     Attributes:
         actuation: `[frames, worlds, muscles]`.
         stiffness, density_ratio, occupancy: `[worlds, robot]`.
-        muscle_membership: `[worlds, robot, muscles]`.
         fibres: `[worlds, robot, 3]`.
+        by_membership: computes `muscle_membership`, which most callers need not have.
         fault: where the backward pass first met an adjoint that is not finite; empty if it never did.
     """
 
@@ -135,6 +138,11 @@ class Gradient:
     stiffness: NDArray[np.float64]
     density_ratio: NDArray[np.float64]
     occupancy: NDArray[np.float64]
-    muscle_membership: NDArray[np.float64]
     fibres: NDArray[np.float64]
+    by_membership: Callable[[], NDArray[np.float64]]
     fault: str = ""
+
+    @cached_property
+    def muscle_membership(self) -> NDArray[np.float64]:
+        """By the muscle membership `[worlds, robot, muscles]`."""
+        return self.by_membership()

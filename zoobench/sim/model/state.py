@@ -93,7 +93,8 @@ class Matter:
     robot: int
 
     def __post_init__(self) -> None:
-        self.memory, self._memory = memory(self.state), tuple(map(memory, self.tensors()))
+        self.memory = memory(self.state)
+        self._memory = tuple(memory(tensor) for tensor in self.tensors() if tensor.numel())
 
     @classmethod
     def zeros(
@@ -166,7 +167,7 @@ class Matter:
 
     def on_host(self) -> Array:
         """The state as an array, on the CPU without a copy."""
-        return self.memory if self.state.is_cpu else self.state.cpu().numpy()
+        return self.memory if isinstance(self.memory, np.ndarray) else self.memory.cpu().numpy()
 
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
@@ -280,7 +281,10 @@ class Parameters:
     def set_tension(self, value: Array) -> None:
         """Write the active stresses `[worlds, robot]` [Pa]."""
         tension = self.memory[:, : self.robot, 0, 3]
-        tension[...] = value if self.body.is_cpu else torch.as_tensor(value, dtype=tension.dtype, device=tension.device)
+        if isinstance(tension, np.ndarray):
+            tension[...] = value
+        else:
+            tension[...] = torch.as_tensor(value, dtype=tension.dtype, device=tension.device)
 
 
 @dataclass
@@ -302,6 +306,7 @@ class LaunchPlan:
     def __post_init__(self) -> None:
         self.world_substeps = int(self.slots[:, 1].sum())
         self._on_host = self.slots.cpu().numpy(), self.dt.cpu().numpy()  # on the CPU the memory of both itself
+        self._is_elsewhere = not self.slots.is_cpu
 
     @classmethod
     def none(cls, worlds: int, real: torch.dtype, device: str, particles: int = 0) -> Self:
@@ -315,11 +320,11 @@ class LaunchPlan:
         """Give every world its first slot, number of substeps and step [s], and whether a frame begins, `[worlds]`."""
         slots, steps = self._on_host
         slots[:, 0], slots[:, 1], slots[:, 3], steps[:] = first, counts, begins, dt
-        if not self.slots.is_cpu:
+        if self._is_elsewhere:
             put(self.slots[:, :2], slots[:, :2])
             put(self.slots[:, 3], slots[:, 3])
             put(self.dt, steps)
-        self.world_substeps = int(counts.sum())
+        self.world_substeps = sum(counts.tolist())
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Say which particles sleep `[worlds, particles]`; both kinds keep their order."""

@@ -186,7 +186,7 @@ def step_now(scene: Scene, fidelity: Fidelity, frame_seconds: float, condition: 
             limits["impact"] = SKIN_CROSSING * scene.ground.skin.thickness / condition.speed / courant
     if condition.shear > 0.0:
         limits["velocity gradient"] = room / condition.shear
-    matter = min(limits, key=lambda name: limits[name])
+    matter = min(limits, key=limits.__getitem__)
     count = whole_substeps(frame_seconds, courant * limits[matter])
     return StepLimit(limits[matter], matter, frame_seconds / count, count)
 
