@@ -92,6 +92,32 @@ def test_frame_that_fails_is_repeated_with_half_the_step(monkeypatch: pytest.Mon
     assert not np.array_equal(rollout.positions[2, 1], expected.positions[2, 1])
 
 
+@pytest.mark.parametrize("gradients", [False, True])
+@pytest.mark.parametrize("frame", [2, 3, 6])
+def test_a_repeated_frame_begins_with_the_state_before_it(
+    frame: int, gradients: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bit for bit: in equilibration, after it, and of matter that sleeps; as if its step had been chosen at once."""
+    scene = replace(scenes.medium_scene(), medium=scenes.medium_bed(first=5, cells=13))
+    solver = Solver(scene, replace(scenes.fidelity(), sleep=0.5), worlds=2, gradients=gradients)
+    actuation = scenes.actuation(solver, 4)
+    calls = iter(range(100))
+    diagnose = step_control.diagnose
+
+    def fail_once(condition: Condition, dt: float, grid_spacing: float) -> Finding | None:
+        is_broken = next(calls) == 2 * frame + 1
+        return diagnose(condition._replace(smallest_j=-1.0) if is_broken else condition, dt, grid_spacing)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(step_control, "diagnose", fail_once)
+        rollout = solver.run(actuation, equilibration=4)
+    assert rollout.retries.tolist() == [0, 1]
+    assert rollout.asleep.any()
+    straight = solver.run(actuation, replay=rollout, equilibration=4)
+    for name in ("positions", "velocities", "stops", "asleep", "muscle_potential"):
+        assert np.array_equal(getattr(rollout, name), getattr(straight, name)), name
+
+
 @pytest.mark.parametrize("strength", [1e8, 1e303])
 def test_hopeless_world_is_given_up_after_the_stated_retries(strength: float) -> None:
     """A sixteenth of the declared step, then a divergence; the world stays as it was before the frame."""

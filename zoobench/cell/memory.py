@@ -5,7 +5,8 @@ import sys
 
 import psutil
 
-from zoobench.sim.memory_budget import MEMORY_VARIABLE, WORKERS_VARIABLE, parse_size
+from zoobench.sim.memory_budget import MEMORY_VARIABLE, parse_size
+from zoobench.sim.memory_budget import WORKERS_VARIABLE as WORKERS_VARIABLE
 from zoobench.sim.memory_budget import allowed as allowed  # harness reads it here
 
 

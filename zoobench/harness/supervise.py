@@ -25,7 +25,7 @@ from zoobench.harness.messages import (
 from zoobench.harness.process import GRACE_SECONDS, ChildProcess, End, Event, LogLine, Process, Refused
 
 COMMIT_SECONDS = 1.0
-CHECKPOINT_SECONDS = 0.2  # between commits that a checkpoint asks for: iterations of a second are stored one by one
+CHECKPOINT_SECONDS = 0.5  # between commits that a checkpoint asks for: iterations of a second are stored one by one
 EXIT_SECONDS = 30.0  # for a child that has sent its last message and writes its compile cache
 REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which another computes, before it does so itself
 _POLL_SECONDS = 0.1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from zoobench import registry
-from zoobench.cell.memory import allowed
+from zoobench.cell.memory import WORKERS_VARIABLE, allowed
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Claim
 from zoobench.db.store import ClaimLostError, Store
@@ -18,7 +18,6 @@ from zoobench.harness.process import CHILD_COMMAND, start
 from zoobench.harness.provenance import THREAD_VARIABLES, gather, plugins_of
 from zoobench.harness.supervise import Limits, supervise
 from zoobench.inputs import named_runs
-from zoobench.sim.memory_budget import WORKERS_VARIABLE
 
 _RENEW_SECONDS = 5.0
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from zoobench.arrays import Array
 from zoobench.sim import runtime
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.scene import Scene
@@ -166,12 +167,12 @@ class Adjoint:
         self._tension[frame] = tension if isinstance(tension, np.ndarray) else tension.cpu()
         tension[...] = 0.0
 
-    def _by_actuation(self, frame: int) -> FloatArray:
+    def _by_actuation(self, frame: int) -> Array:
         """Derivative of the loss by the actuation of a frame `[worlds, muscles]`."""
         if not self._sim.muscle_count:
             return np.zeros(self._rollout.actuation.shape[1:])
         membership = self._rollout.body["muscle_membership"]
-        return np.einsum("wpk,wp->wk", membership, _by_activity(self._tension[frame], self._sim.scene))
+        return np.asarray(np.einsum("wpk,wp->wk", membership, _by_activity(self._tension[frame], self._sim.scene)))
 
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body
@@ -213,12 +214,12 @@ class Adjoint:
         return displaced
 
 
-def _by_activity(tension: FloatArray, scene: Scene) -> FloatArray:
+def _by_activity(tension: FloatArray, scene: Scene) -> Array:
     """Derivative of the loss by the activity of each particle `[worlds, robot]`, from that by its tension."""
     return tension.astype(float) * scene.robot.material.muscle_strength
 
 
-def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene) -> FloatArray:
+def _by_membership(tension: FloatArray, rollout: Rollout, scene: Scene) -> Array:
     """Derivative of the loss by the muscle membership `[worlds, robot, muscles]`, from that by all tensions."""
     found = np.zeros(rollout.body["muscle_membership"].shape)
     for frame in reversed(range(rollout.frames if rollout.actuation.size else 0)):

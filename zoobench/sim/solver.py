@@ -181,7 +181,7 @@ class Solver:
             control.frame(frame)
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
-            relaxation.damp(is_last=frame == frames - 1)
+            rollout.stops[frame] = relaxation.damp(is_last=frame == frames - 1)
         return self.matter.world(0)
 
     def start_at(self, state: Matter) -> None:
