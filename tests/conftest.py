@@ -1,5 +1,6 @@
 """The simulator's runtime is ended with the session, because only then the compiled kernels reach the cache."""
 
+import gc
 import os
 import signal
 import sys
@@ -40,6 +41,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     others = [item for group in groups.values() for item in group]
     share = max(len(items) // 2 - len(cells), 0)
     items[:] = cells + others[:share] + scenes + others[share:]
+
+
+def pytest_collection_finish() -> None:
+    """What was loaded and collected stays: to look through it again and again for garbage takes seconds."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

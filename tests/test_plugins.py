@@ -17,9 +17,7 @@ GOOD = '''
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
-
-import torch
+from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.designs.block import Block
 from zoobench.envs.base import LAND_ROBOT, OPEN_ARENA, Environment
@@ -27,6 +25,9 @@ from zoobench.methods.base import Incumbent, RunContext, Solution, keep, resume
 from zoobench.cell.problem import Problem
 from zoobench.registry import Kind, register
 from zoobench.tasks.base import Motion
+
+if TYPE_CHECKING:  # most commands need no tensors, and it takes them seconds to load
+    import torch
 
 
 @register(Kind.ENV, "moon", tags=("land",))
@@ -42,16 +43,16 @@ class Hopping:
 
     unit: ClassVar[str] = "m/s"
 
-    def reward(self, motion: Motion) -> torch.Tensor:
+    def reward(self, motion: Motion) -> "torch.Tensor":
         return motion.mean_over_existing(motion.velocities[1:])[..., 1]
 
-    def score(self, motion: Motion) -> torch.Tensor:
+    def score(self, motion: Motion) -> "torch.Tensor":
         return self.reward(motion).mean(dim=0)
 
-    def objective(self, motion: Motion) -> torch.Tensor:
+    def objective(self, motion: Motion) -> "torch.Tensor":
         return self.score(motion)
 
-    def metrics(self, motion: Motion) -> Mapping[str, tuple[torch.Tensor, str]]:
+    def metrics(self, motion: Motion) -> Mapping[str, tuple["torch.Tensor", str]]:
         return {}
 
 

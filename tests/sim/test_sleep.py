@@ -42,8 +42,8 @@ def _scene(slip: bool = False) -> Scene:
     return Scene(body, (0.0, 0.0, 0.0), SIZE, ground=Ground(0.5), medium=creeping)
 
 
-def _fidelity(sleep: float, transfer: Transfer = "apic", precision: int = 64) -> Fidelity:
-    return replace(scenes.fidelity(precision, transfer=transfer), sleep=sleep)
+def _fidelity(sleep: float, transfer: Transfer = "apic") -> Fidelity:
+    return replace(scenes.fidelity(transfer=transfer), sleep=sleep)
 
 
 def _run(scene: Scene, sleep: float, frames: int, **options: Any) -> tuple[Solver, Rollout]:
@@ -173,7 +173,7 @@ def test_gradient_is_exact_where_all_matter_wakes_and_another_part_falls_asleep(
 def _worlds(transfer: Transfer, slip: bool, **stored: int) -> tuple[Rollout, Gradient]:
     """Two worlds that come to rest first, in which other particles sleep, and their gradient; memory in states."""
     # what slips stirs less of the bed
-    fidelity = _fidelity(SLOW / 3 if slip else SLOW, transfer, precision=32)
+    fidelity = _fidelity(SLOW / 3 if slip else SLOW, transfer)
     options: dict[str, Any] = {"worlds": 2, "gradients": True}
     scene = _scene(slip)
     if "memory" in stored:

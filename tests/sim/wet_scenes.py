@@ -1,5 +1,7 @@
 """Small scenes of water on a grid that tests of the simulator share."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.sim.scenes import NO_GRAVITY, SPACING, muscle_body, passive_block
@@ -28,12 +30,18 @@ def muscles_in_water() -> Scene:
     return Scene(body, (0.0, 0.0, 0.0), SIZE, gravity=EARTH_GRAVITY, water=GridWater(velocities=stirred()))
 
 
+def _idle(body: ElasticBody) -> ElasticBody:
+    """The body with a muscle at rest, so that its kernels are those of the muscle cube: they take long to compile."""
+    material = replace(body.material, muscle_strength=1.0)
+    return replace(body, material=material, muscle_membership=np.ones((body.particle_count, 1)))
+
+
 def block_in_water(velocity: Array | None = None, density: float = 1000.0, cells: int = 3) -> Scene:
-    """A cube without muscles in the middle of still water."""
+    """A cube in the middle of still water, its muscle at rest."""
     lower = (5 * SPACING - cells * SPACING / 2, 4 * SPACING - cells * SPACING / 2, 4.5 * SPACING - cells * SPACING / 2)
     block = passive_block(lower, (cells, cells, cells), np.zeros(3) if velocity is None else velocity)
     block = ElasticBody(**{**vars(block), "material": ElasticMaterial(1e5, 0.2, density)})
-    return Scene(block, (0.0, 0.0, 0.0), SIZE, gravity=EARTH_GRAVITY, water=GridWater())
+    return Scene(_idle(block), (0.0, 0.0, 0.0), SIZE, gravity=EARTH_GRAVITY, water=GridWater())
 
 
 def empty_water(velocities: Array, spacing: float) -> Scene:
@@ -41,7 +49,7 @@ def empty_water(velocities: Array, spacing: float) -> Scene:
     size = tuple(spacing * count for count in velocities.shape[:3])
     speck = ElasticBody.passive(ElasticMaterial(1e4, 0.2, 1000.0), 0.5 * np.array([size]), np.array([1e-20]))
     return Scene(
-        speck, (0.0, 0.0, 0.0), (size[0], size[1], size[2]), gravity=NO_GRAVITY,
+        _idle(speck), (0.0, 0.0, 0.0), (size[0], size[1], size[2]), gravity=NO_GRAVITY,
         water=GridWater(velocities=velocities, viscosity=0.0),
     )  # fmt: skip
 

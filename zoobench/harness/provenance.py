@@ -121,8 +121,14 @@ def changed_plugins(specs: Iterable[RunSpec], stored: Collection[Mapping[str, An
 
 
 def _distribution_of(module: str) -> dict[str, str | None]:
-    name = next(iter(packages_distributions().get(module, [])), None)
+    name = next(iter(_distributions().get(module, [])), None)
     return {"distribution": name, "version": None if name is None else _version(name)}
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    """Distributions by top-level module; to read the lists of files of all that are installed takes a second."""
+    return packages_distributions()
 
 
 def _module_hash(module: str) -> str | None:

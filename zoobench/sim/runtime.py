@@ -1,31 +1,24 @@
 """Taichi's runtime in this process: one for both precisions, stopped so that the compile cache is written."""
 
-import ast
 import atexit
 import contextlib
-import functools
 import os
-import sys
-import textwrap
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
 import taichi as ti
 import torch
-from taichi.lang import impl, kernel_impl
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
+from taichi.lang import impl
 
 from zoobench.errors import UsageError
+from zoobench.sim import front_end
 
 Device = Literal["cpu", "cuda"]
 
 STALE_LOCK_SECONDS = 60.0
-
-_WHOLE_POSITION = ASTTransformerContext.get_pos_info
 
 _started: tuple[int, Device, bool] | None = None
 _generation = 0
@@ -118,8 +111,8 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
 
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
-    _remember_answers()
-    ASTTransformerContext.get_pos_info = _WHOLE_POSITION if debug else _position
+    front_end.quicken()
+    front_end.quote_positions(debug)
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
@@ -169,28 +162,6 @@ def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
         yield
     finally:
         settings.real_matrix_scalarize, settings.advanced_optimization = usual
-
-
-def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
-    """Where a syntax node is: file and line, quoted with the node underlined only where an error tells of it.
-
-    Taichi asks for the position of every node, and to quote them all takes half of its front end.
-    """
-    if sys.exc_info()[0] is not None:
-        return str(_WHOLE_POSITION(context, node))
-    return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
-
-
-@functools.cache
-def _remember_answers() -> None:
-    """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
-
-    Those are the source of a function, its lines without tabs, whether torch is there, and which of Taichi's types one
-    of torch's is.
-    """
-    for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
-        setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
-    kernel_impl.textwrap = SimpleNamespace(**vars(textwrap) | {"fill": functools.cache(textwrap.fill)})
 
 
 def _drop_stale_lock() -> None:

@@ -7,7 +7,7 @@ import taichi as ti
 
 
 @ti.func
-def lanes(a, b, c, d):
+def lanes(a: ti.template(), b: ti.template(), c: ti.template(), d: ti.template()):
     """A vector of four lanes."""
     return ti.Vector([a, b, c, d])
 
@@ -37,7 +37,7 @@ def cross(a, b):
 
 
 @ti.func
-def matrix(x, y, z):
+def matrix(x: ti.template(), y: ti.template(), z: ti.template()):
     """The matrix with these columns."""
     return ti.Struct(x=x, y=y, z=z)
 

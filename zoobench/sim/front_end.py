@@ -1,0 +1,101 @@
+"""Taichi's front end, which makes a kernel's intermediate representation of its Python, in less time.
+
+What it makes computes the same, with half as many variables: Taichi copies every argument of a function, and whatever
+is assigned twice. To lower the kernel, it goes through the whole of it once for each of them.
+"""
+
+import ast
+import functools
+import sys
+import textwrap
+from types import SimpleNamespace
+from typing import Any
+
+from taichi.lang import impl, kernel_impl
+from taichi.lang.ast.ast_transformer import ASTTransformer, build_stmt
+from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
+from taichi.lang.expr import Expr
+
+_WHOLE_POSITION = ASTTransformerContext.get_pos_info
+_COPY = impl.expr_init_func
+_IN_PLACE = Expr._augassign
+
+
+@functools.cache
+def quicken() -> None:
+    """Replace the slow parts by quick ones, once a process."""
+    _remember_answers()
+    impl.expr_init_func = _argument
+    Expr._augassign = _change
+    ASTTransformer.build_Assign = staticmethod(_assign)
+
+
+def quote_positions(whole: bool) -> None:
+    """Whether the syntax nodes of kernels that are compiled from now on are quoted, or only their lines named.
+
+    Taichi asks for the position of every node, and to quote them all takes half of its front end.
+    """
+    ASTTransformerContext.get_pos_info = _WHOLE_POSITION if whole else _position
+
+
+def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
+    """Where a syntax node is: file and line, quoted with the node underlined only where an error tells of it."""
+    if sys.exc_info()[0] is not None:
+        return str(_WHOLE_POSITION(context, node))
+    return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
+
+
+def _remember_answers() -> None:
+    """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
+
+    Those are the source of a function, its lines without tabs, whether torch is there, and which of Taichi's types one
+    of torch's is.
+    """
+    for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
+        setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
+    kernel_impl.textwrap = SimpleNamespace(**vars(textwrap) | {"fill": functools.cache(textwrap.fill)})
+
+
+def _is_variable(value: object) -> bool:
+    return isinstance(value, Expr) and value.ptr.is_lvalue() and not value.ptr.is_index_expr()
+
+
+def _argument(given: Any) -> Any:
+    """An argument of a function as it knows it: a variable itself, where Taichi would copy it.
+
+    So a function of a kernel must not assign to its arguments.
+    """
+    return given if _is_variable(given) else _COPY(given)
+
+
+def _change(target: Expr, by: Any, operation: str) -> None:
+    """`target += by` and the like: of a variable, which no other thread sees, without an atomic operation."""
+    if operation == "Add" and _is_variable(target):
+        target._assign(target + by)
+    elif operation == "Sub" and _is_variable(target):
+        target._assign(target - by)
+    else:
+        _IN_PLACE(target, by, operation)
+
+
+def _assign(context: ASTTransformerContext, node: ast.Assign) -> None:
+    """An assignment: a new variable is the copy that is made of its value, where Taichi would copy that again."""
+    build_stmt(context, node.value)
+    is_static = isinstance(node.value, ast.Call) and node.value.func.ptr is impl.static
+    value = node.value.ptr if is_static else impl.expr_init(node.value.ptr)
+    for target in node.targets:
+        if is_static or len(node.targets) > 1:
+            ASTTransformer.build_assign_unpack(context, target, value, is_static)
+        else:
+            _bind(context, target, value)
+
+
+def _bind(context: ASTTransformerContext, target: ast.expr, value: Any) -> None:
+    """Assign a value that nothing else refers to."""
+    if isinstance(target, ast.Tuple) and isinstance(value, (tuple, list)) and len(target.elts) == len(value):
+        for each, part in zip(target.elts, value, strict=True):
+            _bind(context, each, part)
+    elif isinstance(target, ast.Name) and not context.is_var_declared(target.id):
+        context.create_variable(target.id, value)
+    else:
+        ASTTransformer.build_assign_unpack(context, target, value, False)
