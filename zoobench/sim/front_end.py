@@ -80,9 +80,11 @@ def _change(target: Expr, by: Any, operation: str) -> None:
 
 def _assign(context: ASTTransformerContext, node: ast.Assign) -> None:
     """An assignment: a new variable is the copy that is made of its value, where Taichi would copy that again."""
-    build_stmt(context, node.value)
-    is_static = isinstance(node.value, ast.Call) and node.value.func.ptr is impl.static
-    value = node.value.ptr if is_static else impl.expr_init(node.value.ptr)
+    given: Any = node.value  # Taichi gives every node that it has built a `ptr`
+    build_stmt(context, given)
+    called: Any = given.func if isinstance(given, ast.Call) else None
+    is_static = called is not None and called.ptr is impl.static
+    value = given.ptr if is_static else impl.expr_init(given.ptr)
     for target in node.targets:
         if is_static or len(node.targets) > 1:
             ASTTransformer.build_assign_unpack(context, target, value, is_static)
