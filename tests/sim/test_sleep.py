@@ -155,17 +155,18 @@ def test_gradient_beside_matter_asleep_is_that_of_differences(
     direction = np.random.default_rng(7).uniform(-1.0, 1.0, probe.base[name].shape)
     # without the adjoint of what sleeps the error is 1e-6 to 1e-5: the robot feels little of it
     assert probe.error(gradient, name, direction, enough=1e-7) <= 1e-7
+    np.testing.assert_array_equal(probe.rollout.asleep, asleep)
 
 
 def test_gradient_is_exact_where_all_matter_wakes_and_another_part_falls_asleep(
-    probed: tuple[Probe, Gradient, NDArray[np.bool_]],
+    probed: tuple[Probe, Gradient, NDArray[np.bool_]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What one frame leaves of the adjoints at its nodes does not reach the matter asleep in another."""
     probe, _, asleep = probed
     near = np.arange(asleep.shape[2]) < asleep.shape[2] // 2
     chosen = np.zeros_like(asleep)
     chosen[1, 0, near] = chosen[3, 0, ~near] = chosen[4, 0] = True
-    probe.replay = replace(probe.rollout, asleep=chosen)
+    monkeypatch.setattr(probe, "replay", replace(probe.rollout, asleep=chosen))
     direction = np.random.default_rng(8).uniform(-1.0, 1.0, probe.base["actuation"].shape)
     assert probe.error(probe.gradient(), "actuation", direction, enough=1e-7) <= 1e-7
 

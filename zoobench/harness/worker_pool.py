@@ -70,7 +70,7 @@ def run_all(
         on_update: called about twice a second with the runs in progress and those whose state has changed, if there are
             any; the first time with all.
         child: the command that does one run.
-        engine: makes the workers' pool; None for processes of this machine.
+        engine: makes the workers' pool; None for threads of this process.
 
     Raises:
         StorageFullError, StorageError: the database refuses; what is stored is safe and the runs can be resumed.

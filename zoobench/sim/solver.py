@@ -121,7 +121,7 @@ class Solver:
                 first of the rollout, and its gradient is the derivative through them, too.
 
         Raises:
-            UsageError: an array of another shape, out of range or not finite.
+            UsageError: an array of another shape, out of range or not finite, or a rollout that cannot be replayed.
         """
         rollout, control = self.begin(actuation, body, replay, feedback, equilibration)
         relaxation = Relaxation(self.simulation)
@@ -181,7 +181,7 @@ class Solver:
             control.frame(frame)
             if rollout.divergences:
                 raise DivergenceError(next(iter(rollout.divergences.values())))
-            rollout.stops[frame] = relaxation.damp(is_last=frame == frames - 1)
+            relaxation.damp(is_last=frame == frames - 1)
         return self.matter.world(0)
 
     def start_at(self, state: Matter) -> None:

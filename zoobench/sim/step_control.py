@@ -13,9 +13,6 @@ from zoobench.sim.sleep import choose_sleepers
 from zoobench.sim.state_recorder import StateRecorder
 from zoobench.sim.tape import Tape
 
-_KEPT_EVERY = 4
-"""Frames after which the state is kept, from which a frame is repeated."""
-
 
 class Diagnostics:
     """The condition of all worlds at slot 0, and the particle behind each of its worst values."""
@@ -86,7 +83,7 @@ class StepControl:
         if replay is None and simulation.fidelity.step:
             self._schedule = np.full_like(rollout.counts, simulation.limit.substeps_per_frame)
         self._most = MOST_REFINEMENT * simulation.limit.substeps_per_frame
-        self._kept, self._kept_at = simulation.matter.copy_slot(0), 0
+        self._before = simulation.matter.copy_slot(0)
         self._diagnostics = Diagnostics(simulation)
         self._feedback = feedback
         self.ready(0)
@@ -103,9 +100,7 @@ class StepControl:
     def frame(self, frame: int) -> None:
         """One control frame of every world alive; one that diverges is put back to before it and marked dead."""
         sim, rollout = self._sim, self._rollout
-        if frame % _KEPT_EVERY == 0:
-            self._kept.load_slot(0, sim.matter)
-            self._kept_at = frame
+        self._before.load_slot(0, sim.matter)
         if frame >= rollout.equilibration:
             rollout.asleep[frame] = choose_sleepers(sim) if self._replay is None else self._replay.asleep[frame]
         sim.put_to_sleep(rollout.asleep[frame])
@@ -126,7 +121,8 @@ class StepControl:
             if not (failures := self._failures(frame)):
                 break
             pending = self._put_back(frame, failures)
-            sim.set_tension(rollout, frame if pending.any() else coming)
+            if pending.any():
+                sim.set_tension(rollout, frame)
         for world, (count, condition) in enumerate(zip(counts.tolist(), self._conditions, strict=True)):
             if count:
                 self._check_tears(world, frame, condition)
@@ -157,26 +153,8 @@ class StepControl:
                 step = int(rollout.counts[: frame + 1, world].sum())
                 rollout.divergences[world] = self._diagnostics.divergence(world, frame, step, finding)
                 sim.alive[world] = 0
-        self._return_to(frame, list(failures))
+            sim.matter.copy_world(world, self._before)
         return pending
-
-    def _return_to(self, frame: int, worlds: list[int]) -> None:
-        """Give some worlds the state that they had before a frame: from the one that is kept by the same substeps.
-
-        To copy the state before every frame takes a tenth of a frame's time where many worlds are simulated.
-        """
-        sim, rollout = self._sim, self._rollout
-        for world in worlds:
-            sim.matter.copy_world(world, self._kept)
-        for earlier in range(self._kept_at, frame):
-            counts = np.zeros(sim.worlds, np.int64)
-            counts[worlds] = rollout.counts[earlier, worlds]
-            sim.parameters.set_tension(rollout.tension[earlier])
-            sim.put_to_sleep(rollout.asleep[earlier])
-            sim.advance(sim.matter, np.zeros_like(counts), counts, stride=0)
-            for world in np.flatnonzero(rollout.stops[earlier] & (counts > 0)).tolist():
-                sim.matter.stop(0, world)
-        sim.put_to_sleep(rollout.asleep[frame])
 
     def _choose(self, frame: int) -> IntArray:
         """Substeps of every world in this frame, 0 for a dead one."""
