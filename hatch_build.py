@@ -1,4 +1,4 @@
-"""A hook of the build: the commit that a wheel or source distribution is built from goes into it."""
+"""A hook of the build: what a wheel holds beside the package, its commit and the leaderboards."""
 
 import json
 import subprocess
@@ -11,12 +11,19 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 TARGET = "zoobench/commit.json"
 
 
-class CommitHook(BuildHookInterface[Any]):
-    """Writes `zoobench/commit.json`, which `zoobench.harness.provenance` reads; not into the checkout."""
+class BuildHook(BuildHookInterface[Any]):
+    """Adds what a checkout has beside the package.
+
+    Those are `zoobench/commit.json`, which `zoobench.harness.provenance` reads, and the exports of the leaderboards,
+    whose best solutions `zoobench.db.published` reads; nothing is written into the checkout.
+    """
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Add the file, where there is a checkout and the package is not installed as an editable one."""
+        """Add the files, where the package is not installed as an editable one, and the commit of a checkout."""
         root = Path(self.root)
+        if version != "editable" and self.target_name == "wheel":
+            for export in sorted((root / "leaderboards").glob("*.json")):
+                build_data["force_include"][str(export)] = f"zoobench/leaderboards/{export.name}"
         if version == "editable" or not (root / ".git").exists():
             return  # what runs from its checkout is asked there; a source distribution has the file already
         commit = _git(root, "rev-parse", "HEAD")

@@ -86,7 +86,7 @@ def test_what_was_built_from_a_checkout_tells_its_commit(tmp_path: Path) -> None
 
 def test_the_build_writes_the_commit(tmp_path: Path) -> None:
     """The hook gives the file of a checkout to the wheel, and nothing to an editable installation."""
-    hook = runpy.run_path(str(ROOT / "hatch_build.py"))["CommitHook"]
+    hook = runpy.run_path(str(ROOT / "hatch_build.py"))["BuildHook"]
     for command in (["init", "-q"], [*IDENTITY, "commit", "-q", "--allow-empty", "-m", "first"]):
         subprocess.run(["git", "-C", str(tmp_path), *command], check=True)
     for kind, count in (("standard", 1), ("editable", 0)):

@@ -12,7 +12,8 @@ from tests.report.content import add_done, claim_new, make_spec
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, UsageError
-from zoobench.report.leaderboard import from_text, gather, to_text
+from zoobench.report.leaderboard import gather
+from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.spec import RunSpec
 
 

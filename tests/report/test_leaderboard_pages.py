@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.report.boards import CMAES, asked, board
-from zoobench.report.leaderboard import from_text, to_text
+from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.report.leaderboard_pages import csv_page, first_difference, markdown_page, pages
 
 

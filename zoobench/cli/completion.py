@@ -62,6 +62,14 @@ def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
     return [(str(row.id), f"{row.spec}, {row.state}") for row in found if str(row.id).startswith(incomplete)]
 
 
+def solutions(context: Context, incomplete: str) -> list[tuple[str, str]]:
+    """The newest runs, and the best ones of the published leaderboards."""
+    from zoobench.db import published
+
+    best = published.names() if incomplete else []  # there are more of them than fit a screen
+    return runs(context, incomplete) + [(name, "of a leaderboard") for name in starting(best, incomplete)]
+
+
 def _names(chosen: "Iterable[Kind]") -> list[str]:
     from zoobench import registry
 

@@ -1,17 +1,18 @@
 """`zoobench evaluate`: the solutions of runs in other environments, tasks or fidelities."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
 from zoobench.cli.output import Format, emit, say
+from zoobench.cli.solutions import NamedSolution, solution_named
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
-    from zoobench.db.rows import RunRow
     from zoobench.registry import Kind
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import TransferRow, TransferTargets
@@ -38,22 +39,23 @@ def evaluate(
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
-    from zoobench.db.store import Store
-    from zoobench.harness.starts import solution_of
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import STUDY, TransferTargets, stored
 
     targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
-    with Store(db, create=False) as store:
-        solutions = [(run, solution_of(store, run)) for run in map(store.run, runs)]
+    solutions = [solution_named(text, db) for text in runs]
+    own, published = ([each for each in solutions if (each.run is None) is kind] for kind in (False, True))
+    saved = save_each(db, STUDY, _all(own, targets), stored) if own else iter(())
     found = []
-    with Steps(sum(len(list(targets.of(run.spec))) for run, _ in solutions)) as steps:
-        for row in save_each(db, STUDY, _all(solutions, targets), stored):
+    with Steps(sum(len(list(targets.of(each.spec))) for each in solutions)) as steps:
+        for row in chain(saved, _all(published, targets)):
             found.append(row)
             score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
-            steps.end(f"run {row.run} in {Ref.parse(row.env).name}: {score}")
+            steps.end(f"{row.title} in {Ref.parse(row.env).name}: {score}")
+    if published:
+        say("Scores of published solutions are shown and not stored: the database does not have their runs.")
     columns = ("run", "found_in", "env", "task", "fidelity", "score", "unit")
     body = tuple(
         (row.run, *(Ref.parse(text).name for text in (row.home[0], row.env, row.task, row.fidelity)), row.score,
@@ -98,8 +100,8 @@ def _show(db: str, form: Format, others: list[str]) -> None:
         say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
 
 
-def _all(solutions: "list[tuple[RunRow, tuple[float, ...]]]", targets: "TransferTargets") -> "Iterator[TransferRow]":
+def _all(solutions: Iterable[NamedSolution], targets: "TransferTargets") -> "Iterator[TransferRow]":
     from zoobench.verify.transfer_study import transfer
 
-    for run, parameters in solutions:
-        yield from transfer(run.id, run.spec, parameters, targets)
+    for each in solutions:
+        yield from transfer(each.name if each.run is None else each.run.id, each.spec, each.params, targets)

@@ -37,16 +37,21 @@ DatabaseOption = Annotated[
 FormatOption = Annotated[Format, Option("--format", "-f", help="How to print.")]
 
 
-def _run_argument(text: str) -> Any:
+def _run_argument(text: str, offer: Any = completion.runs) -> Any:
     """An argument that names runs."""
-    return Argument(help=text, autocompletion=completion.runs)
+    return Argument(help=text, autocompletion=offer)
 
+
+_OR_BEST = "; or best:ENV/TASK/DESIGN, the best of a leaderboard."
 
 RunArgument = Annotated[str, _run_argument("A run, by its number or the start of its key.")]
 RunsArgument = Annotated[list[str] | None, _run_argument("Runs, by their numbers or the starts of their keys.")]
-DoneRunArgument = Annotated[str, _run_argument("A run that is done, by its number or the start of its key.")]
+DoneRunArgument = Annotated[
+    str, _run_argument(f"A run that is done, by its number or the start of its key{_OR_BEST}", completion.solutions)
+]
 DoneRunsArgument = Annotated[
-    list[str] | None, _run_argument("Runs that are done, by their numbers or the starts of their keys.")
+    list[str] | None,
+    _run_argument(f"Runs that are done, by their numbers or the starts of their keys{_OR_BEST}", completion.solutions),
 ]
 
 

@@ -10,9 +10,11 @@ from typer import Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunArgument
 from zoobench.cli.output import console, say
+from zoobench.cli.solutions import NamedSolution, solution_named
 from zoobench.db.rows import MilestoneRow
 from zoobench.errors import UsageError
 from zoobench.render.formats import Destination, FilmFormat
+from zoobench.spec import repeat_command
 
 ShowProgress = Callable[[str, int, int], None]
 """Shows progress: the name of the work, the steps that are done, and all steps."""
@@ -52,8 +54,6 @@ def render(
     A strip (--strip, .png) shows the best bodies after 1, 2, 4 and so on iterations, which the database keeps, by
     muscles and by stiffness; or the body within the last period of its muscles' activity, and that activity.
     """
-    from zoobench.db.store import Store
-    from zoobench.harness.starts import solution_of
     from zoobench.render.film import film
     from zoobench.render.film_files import check_tools, moments_of, write
     from zoobench.render.formats import destination
@@ -64,21 +64,18 @@ def render(
         print(target.path)
         return
     check_tools(target.form)
-    with Store(db, create=False) as store:
-        found = store.run(run)
-        params = solution_of(store, found)
-        score = next(final for final in store.finals(found.id) if final.name == "score")
+    found = solution_named(run, db)
     spec = found.spec
     moments = moments_of(target.form, spec.frames, every)
     with _progress() as step:
         step("simulating", 0, spec.frames)
-        episode = film(spec, params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
-        if episode.evaluation.score != score.value:
+        episode = film(spec, found.params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
+        if episode.evaluation.score != found.score:
             say(
-                f"The score of this simulation is {episode.evaluation.score:.6g}, and {score.value:.6g} is stored: "
+                f"The score of this simulation is {episode.evaluation.score:.6g}, and {found.score:.6g} is stored: "
                 "the run was done with other code or on another processor."
             )
-        title = f"run {found.id}: {spec}, {spec.fidelity.name}, score {score.value:.4g} {score.unit}"
+        title = f"{found.name}: {spec}, {spec.fidelity.name}, score {found.score:.4g} {found.unit}"
         write(
             episode,
             target,
@@ -96,35 +93,43 @@ def _draw_strip(text: str, strip: Strip, target: Destination, db: str) -> None:
     Raises:
         UsageError: the file is no .png, or the run has no solution, or what is asked for was not kept.
     """
-    from zoobench.db.store import Store
-    from zoobench.harness.starts import solution_of
     from zoobench.render.canvas import check_drawing
 
     if target.form is not FilmFormat.PNG:
         raise UsageError(f"A strip is a picture, and {target.path.name} is none. Let it end in .png.")
     check_drawing()
-    with Store(db, create=False) as store:
-        run = store.run(text)
-        params = solution_of(store, run)
-        finals = {final.name: final for final in store.finals(run.id)}
-        milestones = store.milestones(run.id)
-    score = finals["score"]
-    title = f"run {run.id}: {run.spec}"
+    found = solution_named(text, db)
     if strip is Strip.GAIT:
         from zoobench.render.film import film
         from zoobench.render.gait import draw_gait
 
         with _progress() as step:
-            frames = run.spec.frames
-            episode = film(run.spec, params, progress=lambda done: step("simulating", done, frames))
-        draw_gait(episode, target.path, title=f"{title}, score {score.value:.4g} {score.unit}")
-        return
+            frames = found.spec.frames
+            episode = film(found.spec, found.params, progress=lambda done: step("simulating", done, frames))
+        title = f"{found.name}: {found.spec}, score {found.score:.4g} {found.unit}"
+        draw_gait(episode, target.path, title=title)
+    else:
+        _draw_stages(found, target, db)
+
+
+def _draw_stages(found: NamedSolution, target: Destination, db: str) -> None:
+    """Draw the bodies of a run over its iterations.
+
+    Raises:
+        UsageError: they were not kept.
+    """
+    from zoobench.db.store import Store
     from zoobench.render.canvas import save
     from zoobench.render.stages import stages_image, stages_of
 
-    short = f"run {run.id}: {run.spec.env.name} x {run.spec.task.name}"  # there is little room
-    last = MilestoneRow(int(finals["iterations"].value), score.value, params)
-    save(stages_image(stages_of(run.spec, [*milestones, last], score.unit), short), target.path, colours=256)
+    if found.run is None:
+        raise UsageError(f"Of {found.name} only the best body is published. Do the run: {repeat_command(found.spec)}")
+    with Store(db, create=False) as store:
+        milestones = store.milestones(found.run.id)
+        iterations = next(final.value for final in store.finals(found.run.id) if final.name == "iterations")
+    short = f"{found.name}: {found.spec.env.name} x {found.spec.task.name}"  # there is little room
+    last = MilestoneRow(int(iterations), found.score, found.params)
+    save(stages_image(stages_of(found.spec, [*milestones, last], found.unit), short), target.path, colours=256)
 
 
 @contextmanager

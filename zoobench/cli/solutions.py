@@ -1,5 +1,6 @@
 """Runs as arguments of commands, and their solutions."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,52 @@ if TYPE_CHECKING:
     from zoobench.db.store import Store
     from zoobench.methods.archive import Archive
     from zoobench.render.bodies import Sampled
-    from zoobench.spec import Ref
+    from zoobench.spec import Ref, RunSpec
+
+
+@dataclass(frozen=True)
+class NamedSolution:
+    """What a run has found.
+
+    Attributes:
+        name: of the run, for people.
+        run: it, None if it is not of the database but published.
+        params: `[parameter_count]`.
+        score: in `unit`.
+    """
+
+    name: str
+    run: "RunRow | None"
+    spec: "RunSpec"
+    params: tuple[float, ...]
+    score: float
+    unit: str
+
+
+def solution_named(text: str, db: str) -> NamedSolution:
+    """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.
+
+    Raises:
+        UsageError: there is no such run, or it has no solution.
+        StorageError: the database or leaderboard cannot be read.
+    """
+    from zoobench.db import published
+    from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
+
+    if text.startswith(published.PREFIX):
+        best = published.named(text)
+        return NamedSolution(best.name, None, best.spec, best.params, best.score, best.unit)
+    with Store(db, create=False) as store:
+        run = store.run(text)
+        params = solution_of(store, run)
+        score = next(final for final in store.finals(run.id) if final.name == "score")
+    return NamedSolution(f"run {run.id}", run, run.spec, params, score.value, score.unit)
 
 
 def may_be_run(text: str) -> bool:
-    """Whether a text can only name a run: names of components do not begin with a digit."""
-    return text[:1].isdigit()
+    """Whether a text can only name a run: names of components do not begin with a digit, or with `best:`."""
+    return text[:1].isdigit() or ":" in text
 
 
 def names_run(text: str, db: str) -> bool:
@@ -54,12 +95,14 @@ def body_of_run(
         UsageError: the run or elite does not exist, or its solution, or the solution does not fit the fidelity.
     """
     from zoobench.db.store import Store
-    from zoobench.harness.starts import solution_of
     from zoobench.render.bodies import formed
 
+    if elite is None:
+        found = solution_named(text, db)
+        return formed(found.spec, found.params, fidelity), f"{found.name}, {found.spec.design.name}"
     with Store(db, create=False) as store:
         run = store.run(text)
-        parameters = solution_of(store, run) if elite is None else _elite(archive_of(store, run), elite)
+        parameters = _elite(archive_of(store, run), elite)
     return formed(run.spec, parameters, fidelity), f"run {run.id}, {run.spec.design.name}"
 
 

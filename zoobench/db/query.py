@@ -8,6 +8,7 @@ from typing import Any, Self
 from sqlalchemy import func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from zoobench.db import published
 from zoobench.db.digests import damage, unsealed
 from zoobench.db.engine import Database
 from zoobench.db.many import ManyReader
@@ -104,7 +105,7 @@ class Reader(ManyReader):
         return None if stored is None else decode_params(stored)
 
     def stored(self, key: str) -> Start | None:
-        """Settings and solution of the run whose key begins so; None unless it is here and done."""
+        """Settings and solution of the run whose key begins so; None unless it is here and done, or published."""
         with self._database.read() as session:
             return _load_stored(session, key)
 
@@ -201,7 +202,7 @@ def _load_stored(session: Session, key: str) -> Start | None:
     )
     found = session.execute(statement).first()
     if found is None:
-        return None
+        return published.start(key)
     milestones = tuple(row.params for row in _load_milestones(session, found[2]))
     return Start(spec_from(found[3], found[0]), decode_params(found[1]), milestones)
 

@@ -11,7 +11,7 @@ from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
 from zoobench.harness.imported import body_notes
 from zoobench.harness.narrowing import narrowed
-from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes
+from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes, stored_runs
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSelection, RunSpec
 
@@ -64,9 +64,7 @@ class RunRequest:
         look_in(location)
         cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
         if warm := [cell for cell in cells if isinstance(cell, RunSpec) and is_warm(cell)]:
-            from zoobench.db.query import Reader
-
-            with Reader(location, create=False) as reader:
+            with stored_runs(location) as reader:
                 for note in start_notes(warm, reader):
                     say(note)
         specs = [cell for cell in cells if isinstance(cell, RunSpec)]
@@ -108,9 +106,7 @@ class RunRequest:
         grid = self.grid()
         axes = ((Kind.DESIGN, grid.designs), (Kind.CONTROLLER, grid.controllers), (Kind.METHOD, grid.methods))
         if any(names_runs(kind, refs) for kind, refs in axes):
-            from zoobench.db.query import Reader
-
-            with Reader(location, create=False) as reader:
+            with stored_runs(location) as reader:
                 designs, controllers, methods = (
                     tuple(pinned(kind, ref, reader) for ref in refs) for kind, refs in axes
                 )

@@ -1,9 +1,13 @@
-"""Stored runs as they are typed: `diffphysics[start=12]` and `stored[run=12]` name a run of a database, by its key."""
+"""Stored runs as they are typed: `diffphysics[start=12]` and `stored[run=12]` name a run of a database, by its key, and
+`diffphysics[start=best:ground/turning/caterpillar]` one of a published leaderboard."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from zoobench import registry
+from zoobench.db import published
 from zoobench.errors import UsageError
 from zoobench.inputs import Start, StoredRun, find_with, named_run, named_runs, run_name
 from zoobench.registry import Kind
@@ -14,14 +18,57 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
 
 
+class StoredRuns(Protocol):
+    """What settings may name: the runs of a `Reader`, and published ones."""
+
+    def run(self, prefix: str) -> "RunRow":
+        """See `Reader.run`."""
+
+    def stored(self, key: str) -> Start | None:
+        """See `Reader.stored`."""
+
+    def solution(self, run_id: int) -> tuple[float, ...] | None:
+        """See `Reader.solution`."""
+
+
+@contextmanager
+def stored_runs(location: str) -> Iterator[StoredRuns]:
+    """The runs of the database at this location; without one there are published runs only.
+
+    Raises:
+        StorageError: the database cannot be read.
+    """
+    from zoobench.db.query import Reader
+
+    if "://" in location or Path(location).exists():
+        with Reader(location, create=False) as reader:
+            yield reader
+    else:
+        yield _PublishedRuns(location)
+
+
+class _PublishedRuns:
+    """The runs that can be named where no database is."""
+
+    def __init__(self, location: str) -> None:
+        self._location = location
+
+    def run(self, prefix: str) -> "RunRow":
+        raise UsageError(f"There is no database {self._location}, and so no run {prefix!r}. Choose another with --db.")
+
+    def stored(self, key: str) -> Start | None:
+        return published.start(key)
+
+    def solution(self, run_id: int) -> tuple[float, ...] | None:
+        return None
+
+
 def look_in(location: str) -> str:
     """Let settings name the runs of the database at this location, which is returned; it is opened when one does."""
 
     def find(name: str) -> Start | None:
-        from zoobench.db.query import Reader
-
-        with Reader(location, create=False) as reader:
-            return reader.stored(name.removeprefix("run-"))
+        with stored_runs(location) as runs:
+            return runs.stored(name.removeprefix("run-"))
 
     find_with(find)
     return location
@@ -32,7 +79,7 @@ def names_runs(kind: Kind, refs: Iterable[Ref]) -> bool:
     return any(_typed(kind, ref) for ref in refs)
 
 
-def pinned(kind: Kind, ref: Ref, reader: "Reader") -> Ref:
+def pinned(kind: Kind, ref: Ref, reader: StoredRuns) -> Ref:
     """The component with the runs that it names named by their keys.
 
     Raises:
@@ -41,13 +88,16 @@ def pinned(kind: Kind, ref: Ref, reader: "Reader") -> Ref:
     """
     names = {}
     for key, text in _typed(kind, ref).items():
+        if text.startswith(published.PREFIX):
+            names[key] = run_name(published.named(text).spec.key())
+            continue
         run = reader.run(text.removeprefix("run-"))
         solution_of(reader, run)
         names[key] = run_name(run.key)
     return Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **names}.items())))
 
 
-def start_notes(specs: Iterable[RunSpec], reader: "Reader") -> Iterator[str]:
+def start_notes(specs: Iterable[RunSpec], reader: StoredRuns) -> Iterator[str]:
     """For each cell with a start, a line that says what it takes of it.
 
     Raises:
@@ -91,7 +141,7 @@ def run_and_its_starts(reader: "Reader", run: "RunRow") -> Sequence[RunSpec]:
     return list(found.values())
 
 
-def solution_of(reader: "Reader", run: "RunRow") -> tuple[float, ...]:
+def solution_of(reader: StoredRuns, run: "RunRow") -> tuple[float, ...]:
     """The parameters that a run has found.
 
     Raises:

@@ -1,25 +1,18 @@
-"""A leaderboard: the runs of a suite with their results, and its export, which holds all of them.
+"""A leaderboard: the runs of a suite with their results."""
 
-The export is JSON in one canonical form: a line for each provenance, component and run, keys sorted; seeds of a cell
-that no run exists for share a line. Equal content is equal text, so that what is committed can be compared byte for
-byte.
-"""
-
-import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
 from zoobench.report.run_results import SMOKE, RunResult
-from zoobench.spec import AXES, RunSpec, canonical_json
+from zoobench.spec import AXES, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
-FORMAT = 1
 MISSING = "missing"
 _OF_PROVENANCE = ("code", "cpu", "gpus", "memory", "packages", "python")
 """The parts of a provenance that an export holds; not the name of the machine."""
@@ -45,6 +38,7 @@ class BoardRow:
         reason: why it has no score, or cannot be done.
         seconds: wall time of its attempts [s]; 0 while it has not ended.
         attempts: those that its result came from.
+        solution: its parameters, if it is the best run of its cell over methods and seeds.
     """
 
     spec: RunSpec
@@ -53,6 +47,12 @@ class BoardRow:
     seconds: float = 0.0
     finals: Mapping[str, FinalRow] = field(default_factory=dict)
     attempts: tuple[Attempt, ...] = ()
+    solution: tuple[float, ...] | None = None
+
+    @property
+    def score(self) -> float:
+        """Its score, or minus infinity without one."""
+        return self.finals["score"].value if "score" in self.finals else -math.inf
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,9 @@ class Leaderboard:
     def completed(self, earlier: "Leaderboard") -> "Leaderboard":
         """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
         known = earlier.ended()
-        rows = (_better(row, known.get(row.spec.key(), row)) for row in self.rows)
-        return replace(self, rows=tuple(rows))
+        rows = [_better(row, known.get(row.spec.key(), row)) for row in self.rows]
+        best = set(map(id, best_of_cells(rows)))
+        return replace(self, rows=tuple(row if id(row) in best else replace(row, solution=None) for row in rows))
 
     def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
         """The ended runs of an earlier export that this one does not ask for."""
@@ -94,6 +95,16 @@ class Leaderboard:
     def ended(self) -> dict[str, BoardRow]:
         """The runs that have come to an end, by key."""
         return {row.spec.key(): row for row in self.rows if row.state in _ENDED}
+
+
+def best_of_cells(rows: Iterable[BoardRow]) -> list[BoardRow]:
+    """Of each cell the run with the highest score, over methods and seeds; the first of equal ones."""
+    best: dict[tuple[Any, ...], BoardRow] = {}
+    for row in rows:
+        cell = tuple(getattr(row.spec, axis) for axis in AXES if axis != "method")
+        if row.score > -math.inf and (cell not in best or row.score > best[cell].score):
+            best[cell] = row
+    return list(best.values())
 
 
 def gather(
@@ -118,58 +129,14 @@ def gather(
         )
     ids = [run.id for run in known.values() if run.state is RunState.DONE]
     finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
-    rows = (
+    rows = [
         BoardRow(spec, None if why is None else RunState.SKIPPED, why)
         if (run := known.get(spec.key())) is None
         else _board_row(run, finals.get(run.id, []), attempts.get(run.id, []))
         for spec, why in counted
-    )
-    return Leaderboard(name, source, summary, tuple(rows))
-
-
-def to_text(board: Leaderboard) -> str:
-    """The export."""
-    documents: list[Mapping[str, Any]] = []
-    components: list[Mapping[str, Any]] = []
-    runs: list[dict[str, Any]] = []
-    for row in board.rows:
-        cell = _cell(row.spec, components)
-        if row.state is not None:
-            runs.append(_record(row, cell, documents))
-        elif runs and runs[-1]["state"] == MISSING and runs[-1]["spec"] == cell:
-            runs[-1]["seeds"].append(row.spec.seed)
-        else:
-            runs.append({"spec": cell, "state": MISSING, "seeds": [row.spec.seed]})
-    suite = {"name": board.name, "source": board.source, "summary": board.summary}
-    lines = [
-        f'"format":{FORMAT}',
-        f'"suite":{canonical_json(suite)}',
-        f'"provenance":{_lines(documents)}',
-        f'"components":{_lines(components)}',
-        f'"runs":{_lines(runs)}',
     ]
-    return "{" + ",\n".join(lines) + "}\n"
-
-
-def from_text(text: str, where: str) -> Leaderboard:
-    """The inverse of `to_text`; `where` names the file in messages.
-
-    Raises:
-        UsageError: this is no export, or one of another format, or a run's key is not that of its settings.
-    """
-    try:
-        document = json.loads(text, parse_constant=_refuse_constant)
-        if document["format"] != FORMAT:
-            raise UsageError(f"its format is {document['format']!r}, and this zoobench reads {FORMAT}")
-        suite, documents, components = document["suite"], document["provenance"], document["components"]
-        rows = tuple(row for record in document["runs"] for row in _rows_of(record, documents, components))
-        _check_rows(rows)
-        return Leaderboard(str(suite["name"]), str(suite["source"]), str(suite["summary"]), rows)
-    except (UsageError, ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
-        what = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise UsageError(
-            f"{where} is no export of a leaderboard: {what}. `zoobench leaderboard publish SUITE DIR` writes one."
-        ) from None
+    solutions = {id(row): reader.solution(known[row.spec.key()].id) for row in best_of_cells(rows)}
+    return Leaderboard(name, source, summary, tuple(replace(row, solution=solutions.get(id(row))) for row in rows))
 
 
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:
@@ -191,109 +158,6 @@ def _board_row(run: RunRow, finals: Iterable[FinalRow], attempts: Iterable[Attem
     )
     seconds = run.seconds if run.state in _ENDED else 0.0
     return BoardRow(run.spec, run.state, run.reason, seconds, {final.name: final for final in finals}, made)
-
-
-def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
-    """A spec without its seed; each component is its place in the list, which grows."""
-    plain = spec.to_dict()
-    del plain["seed"]
-    return plain | {axis: _place(plain[axis], components) for axis in AXES}
-
-
-def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> dict[str, Any]:
-    """A run that exists as JSON data; its provenance is the place of a document in the list, which grows."""
-    return {
-        "key": row.spec.key(),
-        "spec": cell,
-        "seed": row.spec.seed,
-        "state": str(row.state),
-        "reason": row.reason,
-        "seconds": round(row.seconds, 3),
-        "finals": {
-            # JSON holds no NaN and no infinity: such a value is null.
-            name: {"value": final.value if math.isfinite(final.value) else None, "unit": final.unit}
-            for name, final in row.finals.items()
-        },
-        "attempts": [
-            {
-                "started_at": round(attempt.started_at, 3),
-                "ended_at": None if attempt.ended_at is None else round(attempt.ended_at, 3),
-                "resumed": attempt.resumed,
-                "provenance": _place(attempt.provenance, documents),
-            }
-            for attempt in row.attempts
-        ],
-    }
-
-
-def _rows_of(
-    record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]], components: Sequence[Mapping[str, Any]]
-) -> Iterator[BoardRow]:
-    """The runs of a line: one that exists, or those that do not."""
-    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in AXES}
-    if record["state"] == MISSING:
-        yield from (BoardRow(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
-    else:
-        yield _row_of(record, RunSpec.from_dict({**cell, "seed": record["seed"]}), documents)
-
-
-def _row_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mapping[str, Any]]) -> BoardRow:
-    if spec.key() != record["key"]:
-        raise UsageError(f"the key {str(record['key'])[:12]} is not that of {spec}")
-    state = RunState(record["state"])
-    finals = {
-        name: FinalRow(name, math.nan if item["value"] is None else float(item["value"]), str(item["unit"]))
-        for name, item in record["finals"].items()
-    }
-    attempts = tuple(
-        Attempt(
-            float(item["started_at"]),
-            None if item["ended_at"] is None else float(item["ended_at"]),
-            item["resumed"],
-            _checked_origin(documents[item["provenance"]]),
-        )
-        for item in record["attempts"]
-    )
-    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts)
-
-
-def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    kinds = {"code": dict, "cpu": dict, "packages": dict, "gpus": list}
-    for name, kind in kinds.items():
-        if not isinstance(document.get(name, kind()), kind):
-            raise UsageError(f"the origin has {name} {document[name]!r}")
-    return document
-
-
-def _check_rows(rows: Iterable[BoardRow]) -> None:
-    seen: set[str] = set()
-    for row in rows:
-        key, _ = row.spec.key(), hash(row.spec)  # TypeError: a parameter is no plain value
-        if key in seen:
-            raise UsageError(f"{row.spec} comes twice")
-        if row.spec.fidelity.name == SMOKE:
-            raise UsageError(f"{row.spec} is a smoke run, whose numbers mean nothing")
-        if row.finals and row.state is not RunState.DONE:
-            raise UsageError(f"{row.spec} is {row.state or MISSING} and has results")
-        if row.state is RunState.DONE and not row.attempts:
-            raise UsageError(f"{row.spec} is done, and no attempt says where")
-        seen.add(key)
-
-
-def _place(document: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> int:
-    """Where a document is in the list, which grows if it is new."""
-    if document not in documents:
-        documents.append(document)
-    return documents.index(document)
-
-
-def _lines(items: Sequence[Any]) -> str:
-    """A JSON list with an item on each line."""
-    return "[\n" + ",\n".join(map(canonical_json, items)) + "\n]" if items else "[]"
-
-
-def _refuse_constant(name: str) -> None:
-    raise ValueError(f"{name} is no JSON")
 
 
 def _run_row(number: int, row: BoardRow) -> RunRow | None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from zoobench.errors import UsageError
 from zoobench.files import replace_files
-from zoobench.report.leaderboard import Leaderboard, from_text
+from zoobench.report.leaderboard import Leaderboard
+from zoobench.report.leaderboard_export import from_text
 from zoobench.report.leaderboard_pages import first_difference, pages
 
 INDEX = "index.html"

@@ -8,7 +8,8 @@ from typing import Any
 from zoobench.db.rows import RunState
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
-from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard, to_text
+from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
+from zoobench.report.leaderboard_export import to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
 from zoobench.report.provisional import footnotes
 from zoobench.report.table_forms import long_listing, table_listing

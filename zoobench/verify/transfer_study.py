@@ -22,7 +22,7 @@ class TransferRow:
     """One episode of a stored solution.
 
     Attributes:
-        run: number of the run that found the solution.
+        run: number of the run that found the solution, or its name if it is published.
         design, method, seed: of that run.
         home: environment, task and fidelity of that run.
         env, task, fidelity, frames: of the episode.
@@ -30,7 +30,7 @@ class TransferRow:
         reason: for the missing score, or empty.
     """
 
-    run: int
+    run: int | str
     design: str
     method: str
     seed: int
@@ -42,6 +42,11 @@ class TransferRow:
     score: float | None
     unit: str
     reason: str
+
+    @property
+    def title(self) -> str:
+        """The run, for people."""
+        return _title(self.run)
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,9 @@ class TransferTargets:
             yield replace(spec, env=env, task=task, fidelity=fidelity, budget=Budget("episodes", 1))
 
 
-def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: TransferTargets) -> Iterator[TransferRow]:
+def transfer(
+    run: int | str, spec: RunSpec, parameters: Sequence[float], targets: TransferTargets
+) -> Iterator[TransferRow]:
     """Try the solution of a run in every target, one episode each.
 
     Raises:
@@ -75,7 +82,7 @@ def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: Tran
         _check_senses(run, spec, problem)
         if problem.parameter_count != len(parameters):
             raise UsageError(
-                f"The {len(parameters)} parameters of run {run} do not fit {spec.design.name} at {cell.fidelity}, "
+                f"The {len(parameters)} parameters of {_title(run)} do not fit {spec.design.name} at {cell.fidelity}, "
                 f"where it takes {problem.parameter_count}. Keep to the run's own fidelity, {spec.fidelity}."
             )
         found = problem.evaluate(np.array(parameters))
@@ -95,18 +102,22 @@ def transfer(run: int, spec: RunSpec, parameters: Sequence[float], targets: Tran
         )
 
 
-def _check_senses(run: int, spec: RunSpec, problem: Problem) -> None:
+def _check_senses(run: int | str, spec: RunSpec, problem: Problem) -> None:
     """Raise UsageError if the controller would be given another observation than where it was found."""
     if problem.spec.task == spec.task:
         return
     home = Robot.of(spec.design, spec.controller, problem.fidelity, spec.task)
     if home.layout != problem.robot.layout:
         raise UsageError(
-            f"The controller {spec.controller.name} of run {run} observes {home.senses}; at "
+            f"The controller {spec.controller.name} of {_title(run)} observes {home.senses}; at "
             f"{problem.spec.task.name} it would be given {problem.robot.senses}. Keep to the task {spec.task.name}."
         )
 
 
+def _title(run: int | str) -> str:
+    return f"run {run}" if isinstance(run, int) else run
+
+
 def stored(row: TransferRow) -> StudyRow:
     """The row as the database keeps it."""
-    return StudyRow(f"run {row.run} in {row.env}", "DIVERGED" if row.score is None else "OK", asdict(row))
+    return StudyRow(f"{row.title} in {row.env}", "DIVERGED" if row.score is None else "OK", asdict(row))

@@ -1,0 +1,81 @@
+"""Solutions of published leaderboards where a command takes a run: `best:ENV/TASK/DESIGN`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from tests.conformance.cells import cell
+from zoobench.cell.problem import Problem
+from zoobench.db import published
+from zoobench.db.rows import FinalRow, RunState
+from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
+from zoobench.report.leaderboard_export import to_text
+
+SPEC = cell(design="block", controller="sine-basis", frames=3)
+NAME = "best:ground/movement-speed/block"
+
+
+@pytest.fixture(autouse=True)
+def score(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> float:
+    """The score of a published solution; the present folder has no database."""
+    problem = Problem(SPEC)
+    params = problem.initial(np.random.default_rng(0))
+    found = problem.evaluate(params).score
+    finals = {"score": FinalRow("score", found, "m/s")}
+    attempts = (Attempt(0.0, 1.0, False, {}),)
+    row = BoardRow(SPEC, RunState.DONE, finals=finals, attempts=attempts, solution=tuple(params.tolist()))
+    boards = tmp_path / "boards"
+    boards.mkdir()
+    (boards / "mine.json").write_text(to_text(Leaderboard("mine", "mine", "a test", (row,))))
+    monkeypatch.setattr(published, "folder", lambda: boards)
+    return found
+
+
+def test_it_is_evaluated_without_a_database(zoobench: Command, score: float) -> None:
+    """At home its score comes out to the last bit; nothing is stored."""
+    reply = zoobench("evaluate", NAME, "--env", "ground,ice", "--format", "json")
+    assert reply.code == 0, reply.err
+    rows = json.loads(reply.out)
+    assert [(row["run"], row["env"].partition("-")[0]) for row in rows] == [(NAME, "ground"), (NAME, "ice")]
+    assert rows[0]["score"] == score
+    assert "not stored" in reply.err
+    assert [path.name for path in Path.cwd().iterdir()] == ["boards"]
+
+
+def test_its_episode_is_filmed(zoobench: Command) -> None:
+    """As arrays, which need no extra."""
+    reply = zoobench("render", NAME, "-o", "film.npz")
+    assert reply.code == 0, reply.err
+    assert "The score of this simulation" not in reply.err
+    assert Path("film.npz").stat().st_size > 0
+
+
+def test_earlier_bodies_are_not_published(zoobench: Command) -> None:
+    """The refusal gives the command of the run."""
+    reply = zoobench("render", NAME, "-o", "bodies.png", "--strip", "iterations")
+    assert reply.code == 2
+    assert "only the best body is published" in reply.err
+    assert "zoobench run --env" in reply.err
+
+
+def test_a_run_starts_from_it(zoobench: Command) -> None:
+    """In a database that is new; its settings name the run by its key."""
+    words = ("--env", "ground", "--task", "movement-speed", "--design", "block", "--controller", "sine-basis")
+    method = f"cmaes[start={NAME},population=4]"
+    reply = zoobench("run", *words, "--method", method, "--smoke", "--frames", "3", "--seeds", "1")
+    assert reply.code == 0, reply.err
+    reply = zoobench("results", "--format", "json")
+    (run,) = json.loads(reply.out)
+    assert run["state"] == "done"
+    assert run["spec"]["method"]["params"]["start"] == f"run-{SPEC.key()[:16]}"
+
+
+@pytest.mark.parametrize("words", [("evaluate", "best:moon/turning/block"), ("render", "best:x", "-o", "film.npz")])
+def test_an_unknown_one_is_refused_with_those_that_exist(zoobench: Command, words: tuple[str, ...]) -> None:
+    """Exit code 2, and what could be meant."""
+    reply = zoobench(*words)
+    assert reply.code == 2
+    assert NAME in reply.err
