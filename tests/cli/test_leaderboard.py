@@ -70,6 +70,12 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     (command,) = [row["repeat"] for row in rows if row["n"] == "1"]
     ok(zoobench(*shlex.split(command)[1:], "--db", "again.db"))
     first = scores(ok(zoobench("results", "--format", "json")).out)
+
+    assert "at paper: score" in ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err
+    assert "at paper" not in ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err, "it is not done again"
+    ok(zoobench("leaderboard", "publish", "tiny.yaml"))
+    runs = json.loads((tmp_path / "leaderboards" / "tiny.json").read_text(encoding="utf-8"))["runs"]
+    assert [run["finer"]["fidelity"].partition("-")[0] for run in runs if run["state"] == "done"] == ["paper"]
     assert scores(ok(zoobench("results", "--format", "json", "--db", "again.db")).out) == first
     assert len(first) == 1
 

@@ -39,15 +39,16 @@ def evaluate(
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
+    from zoobench.db.rows import TRANSFER
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import STUDY, TransferTargets, stored
+    from zoobench.verify.transfer_study import TransferTargets, stored
 
     targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
     solutions = [solution_named(text, db) for text in runs]
     own, published = ([each for each in solutions if (each.run is None) is kind] for kind in (False, True))
-    saved = save_each(db, STUDY, _all(own, targets), stored) if own else iter(())
+    saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
     found = []
     with Steps(sum(len(list(targets.of(each.spec))) for each in solutions)) as steps:
         for row in chain(saved, _all(published, targets)):
@@ -75,16 +76,16 @@ def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
 
 def _show(db: str, form: Format, others: list[str]) -> None:
     """Print the transfer matrix of all that was evaluated."""
+    from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.report.provisional import footnotes
     from zoobench.report.transfer_table import transfer_matrix
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import STUDY
 
     if others:
         raise UsageError(f"Without runs, all that was evaluated is shown. Leave {' '.join(others)} out, or name runs.")
     with Store(db, create=False) as store:
-        documents = [row.document for study in store.studies(STUDY) for row in study.rows]
+        documents = [row.document for study in store.studies(TRANSFER) for row in study.rows]
         specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
     found = transfer_matrix(
         {**document, "controller": str(spec.controller), "budget": str(spec.budget)}

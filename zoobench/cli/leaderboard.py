@@ -9,6 +9,8 @@ from zoobench.cli import completion
 from zoobench.cli.listings import print_tables
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, say
+from zoobench.cli.steps import Steps
+from zoobench.cli.studies import save_each
 
 if TYPE_CHECKING:
     from zoobench.report.leaderboard import Leaderboard
@@ -37,6 +39,36 @@ def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: Form
     print_tables(tables, footer(tables, origins, command), form)
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
+
+
+@leaderboard.command("confirm")
+def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None:
+    """Evaluate the best solutions two fidelities finer.
+
+    One episode for each row and method; the scores are stored, and a publication tells in which rows the order of the
+    methods stands there. What was evaluated before is not done again.
+    """
+    from zoobench.db.rows import TRANSFER
+    from zoobench.db.store import Store
+    from zoobench.harness.starts import solution_of
+    from zoobench.report.leaderboard import best_of_rows
+    from zoobench.spec import Ref
+    from zoobench.verify.accuracy.plan import finer
+    from zoobench.verify.transfer_study import TransferTargets, stored, transfer
+
+    rows = [row for row in best_of_rows(_board_of(suite, db).rows, by_method=True) if row.finer is None]
+    with Store(db, create=False) as store:
+        chosen = [(run, solution_of(store, run)) for run in (store.run(row.spec.key()) for row in rows)]
+    scores = (
+        row
+        for run, params in chosen
+        for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[finer(run.spec.fidelity)]))
+    )
+    with Steps(len(chosen)) as steps:
+        for row in save_each(db, TRANSFER, scores, stored):
+            score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
+            steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {score}")
+    say("Everything was evaluated; `zoobench leaderboard publish` tells what stands.")
 
 
 @leaderboard.command("publish")

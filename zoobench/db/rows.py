@@ -210,6 +210,10 @@ class StudyRow:
     finished_at: float = 0.0
 
 
+TRANSFER = "transfer"
+"""The study of solutions evaluated elsewhere than where they were found."""
+
+
 @dataclass(frozen=True)
 class StudyRun:
     """One time that a study was carried out. Times are seconds since the epoch.

@@ -24,6 +24,7 @@ _LEGEND = (
     "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
     "what was spent less than 5 % apart"
 )
+_OVERTURNED = "§ wins here and not on a finer grid, where another method's best solution is better"
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Footer:
         provisional: the environments whose scores are not yet what they are called, and why.
         undecided: where differences are marked that the fidelity cannot decide.
         external: the agents that were trained elsewhere, and what that means.
+        overturned: what the mark at winners means that do not win on a finer grid; empty without one.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -56,6 +58,7 @@ class Footer:
     provisional: tuple[str, ...] = ()
     undecided: tuple[str, ...] = ()
     external: tuple[str, ...] = ()
+    overturned: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
@@ -63,6 +66,7 @@ class Footer:
             "cells": (_LEGEND,),
             **({"provisional": self.provisional} if self.provisional else {}),
             **({"undecided": self.undecided} if self.undecided else {}),
+            **({"overturned": self.overturned} if self.overturned else {}),
             **({"external": self.external} if self.external else {}),
             "commit": self.commits,
             "components": self.components,
@@ -92,7 +96,12 @@ def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], com
         superseded=_distinct(_superseded(tables)),
         provisional=footnotes({row.env for table in tables for row in table.rows}),
         external=_distinct(_external(tables)),
+        overturned=(_OVERTURNED,) if _has_overturned(tables) else (),
     )
+
+
+def _has_overturned(tables: Sequence[Table]) -> bool:
+    return any(cell is not None and cell.is_overturned for table in tables for row in table.rows for cell in row.cells)
 
 
 def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:

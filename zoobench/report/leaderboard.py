@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from zoobench.db.rows import AttemptRow, FinalRow, RunRow, RunState
+from zoobench.db.rows import TRANSFER, AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
 from zoobench.report.run_results import SMOKE, RunResult
-from zoobench.spec import AXES, RunSpec
+from zoobench.spec import AXES, Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -30,6 +30,14 @@ class Attempt:
 
 
 @dataclass(frozen=True)
+class FinerScore:
+    """What a solution scores on a finer grid; None where that simulation diverged."""
+
+    fidelity: Ref
+    score: float | None
+
+
+@dataclass(frozen=True)
 class BoardRow:
     """A run that the suite asks for.
 
@@ -38,7 +46,8 @@ class BoardRow:
         reason: why it has no score, or cannot be done.
         seconds: wall time of its attempts [s]; 0 while it has not ended.
         attempts: those that its result came from.
-        solution: its parameters, if it is the best run of its cell over methods and seeds.
+        solution: its parameters, if it is the best run of its row over methods and seeds.
+        finer: what its solution scores on the finest grid on which it was evaluated.
     """
 
     spec: RunSpec
@@ -48,6 +57,7 @@ class BoardRow:
     finals: Mapping[str, FinalRow] = field(default_factory=dict)
     attempts: tuple[Attempt, ...] = ()
     solution: tuple[float, ...] | None = None
+    finer: FinerScore | None = None
 
     @property
     def score(self) -> float:
@@ -84,7 +94,7 @@ class Leaderboard:
         """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
         known = earlier.ended()
         rows = [_better(row, known.get(row.spec.key(), row)) for row in self.rows]
-        best = set(map(id, best_of_cells(rows)))
+        best = set(map(id, best_of_rows(rows)))
         return replace(self, rows=tuple(row if id(row) in best else replace(row, solution=None) for row in rows))
 
     def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
@@ -97,11 +107,14 @@ class Leaderboard:
         return {row.spec.key(): row for row in self.rows if row.state in _ENDED}
 
 
-def best_of_cells(rows: Iterable[BoardRow]) -> list[BoardRow]:
-    """Of each cell the run with the highest score, over methods and seeds; the first of equal ones."""
+def best_of_rows(rows: Iterable[BoardRow], *, by_method: bool = False) -> list[BoardRow]:
+    """Of each row of the tables the run with the highest score over methods and seeds; the first of equal ones.
+
+    With `by_method`, one of each method.
+    """
     best: dict[tuple[Any, ...], BoardRow] = {}
     for row in rows:
-        cell = tuple(getattr(row.spec, axis) for axis in AXES if axis != "method")
+        cell = tuple(getattr(row.spec, axis) for axis in AXES if by_method or axis != "method")
         if row.score > -math.inf and (cell not in best or row.score > best[cell].score):
             best[cell] = row
     return list(best.values())
@@ -129,20 +142,42 @@ def gather(
         )
     ids = [run.id for run in known.values() if run.state is RunState.DONE]
     finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
+    finer = _finer_scores(reader, {run.id: run.spec for run in known.values()})
     rows = [
         BoardRow(spec, None if why is None else RunState.SKIPPED, why)
         if (run := known.get(spec.key())) is None
-        else _board_row(run, finals.get(run.id, []), attempts.get(run.id, []))
+        else replace(_board_row(run, finals.get(run.id, []), attempts.get(run.id, [])), finer=finer.get(run.id))
         for spec, why in counted
     ]
-    solutions = {id(row): reader.solution(known[row.spec.key()].id) for row in best_of_cells(rows)}
+    solutions = {id(row): reader.solution(known[row.spec.key()].id) for row in best_of_rows(rows)}
     return Leaderboard(name, source, summary, tuple(replace(row, solution=solutions.get(id(row))) for row in rows))
 
 
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:
-    """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended."""
+    """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended.
+
+    A score on a finer grid that is known there counts here, too.
+    """
     is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
-    return before if is_lost or now.state not in _ENDED else now
+    return before if is_lost or now.state not in _ENDED else replace(now, finer=now.finer or before.finer)
+
+
+def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, FinerScore]:
+    """Of the solutions of these runs, by id, that were evaluated on finer grids, the score on the finest."""
+    found: dict[int, FinerScore] = {}
+    for row in (row.document for study in reader.studies(TRANSFER) for row in study.rows):
+        home = specs.get(row["run"])
+        if home is None or (row["env"], row["task"], row["frames"]) != (str(home.env), str(home.task), home.frames):
+            continue
+        fidelity = Ref.parse(row["fidelity"])
+        coarser = found[row["run"]].fidelity if row["run"] in found else home.fidelity
+        if _spacing(fidelity) < _spacing(coarser):
+            found[row["run"]] = FinerScore(fidelity, row["score"])
+    return found
+
+
+def _spacing(fidelity: Ref) -> float:
+    return float(fidelity.kwargs.get("grid_spacing", math.inf))
 
 
 def _board_row(run: RunRow, finals: Iterable[FinalRow], attempts: Iterable[AttemptRow]) -> BoardRow:

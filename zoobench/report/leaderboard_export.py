@@ -12,9 +12,9 @@ from typing import Any
 
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
-from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, Leaderboard
+from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, FinerScore, Leaderboard
 from zoobench.report.run_results import SMOKE
-from zoobench.spec import AXES, RunSpec, canonical_json
+from zoobench.spec import AXES, Ref, RunSpec, canonical_json
 
 FORMAT = 1
 
@@ -73,7 +73,11 @@ def _cell(spec: RunSpec, components: list[Mapping[str, Any]]) -> dict[str, Any]:
 
 def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str, Any]]) -> dict[str, Any]:
     """A run that exists as JSON data; its provenance is the place of a document in the list, which grows."""
+    optional: dict[str, Any] = {} if row.solution is None else {"solution": row.solution}
+    if row.finer is not None:
+        optional["finer"] = {"fidelity": str(row.finer.fidelity), "score": row.finer.score}
     return {
+        **optional,
         "key": row.spec.key(),
         "spec": cell,
         "seed": row.spec.seed,
@@ -94,7 +98,7 @@ def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str,
             }
             for attempt in row.attempts
         ],
-    } | ({} if row.solution is None else {"solution": row.solution})
+    }
 
 
 def _rows_of(
@@ -126,7 +130,11 @@ def _row_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mappin
         for item in record["attempts"]
     )
     solution = None if (given := record.get("solution")) is None else tuple(map(float, given))
-    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution)
+    finer = None
+    if (given := record.get("finer")) is not None:
+        score = given["score"]
+        finer = FinerScore(Ref.parse(given["fidelity"]), None if score is None else float(score))
+    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution, finer)
 
 
 def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from zoobench.db.rows import RunState
+from zoobench.report.confirmation import confirmation_listing, finer_fidelities, mark_overturned
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
@@ -29,8 +30,8 @@ def pages(board: Leaderboard) -> dict[str, str]:
 
 
 def tables_of(board: Leaderboard) -> list[Table]:
-    """All tables of the suite, with what is missing."""
-    return score_tables(board.results(), board.missing())
+    """All tables of the suite, with what is missing, and marks at winners that do not win on a finer grid."""
+    return mark_overturned(score_tables(board.results(), board.missing()), board.rows)
 
 
 def without_empty_rows(tables: Iterable[Table]) -> list[Table]:
@@ -68,6 +69,7 @@ def markdown_page(board: Leaderboard) -> str:
     ]
     for table in tables:
         lines += ["", f"## Score: {in_markdown(table.title)}", "", to_markdown(table_listing(table))]
+        lines += _confirmation_lines(table, board)
     if lost := _without_score(board.rows):
         lines += ["", "## Without a score", "", to_markdown(reasons_listing(lost))]
     if tables:
@@ -112,6 +114,20 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
     lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
     return [*lines, *(f"- {note}" for note in footnotes(row.env for table in shown for row in table.rows))]
+
+
+def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
+    """The best solutions of a table's rows on a finer grid, as far as they were evaluated there."""
+    found = confirmation_listing(table, board.rows)
+    if not found.rows:
+        return []
+    where = ", ".join(ref.name for ref in finer_fidelities(board.rows))
+    stands = sum(row[-1] == "stands" for row in found.rows)
+    text = (
+        f"The best solution of each method, as it scores here → at {where}. The order of the methods stands in "
+        f"{stands} of {len(found.rows)} rows."
+    )
+    return ["", f"### On a finer grid: {where}", "", text, "", to_markdown(found)]
 
 
 def _without_score(runs: Iterable[BoardRow]) -> list[BoardRow]:

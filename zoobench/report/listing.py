@@ -94,7 +94,7 @@ def to_latex(listing: Listing) -> str:
 
 _LATEX = {
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\n": " ",
-    "±": r"$\pm$", "†": r"\dag{}", "‡": r"\ddag{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+    "±": r"$\pm$", "†": r"\dag{}", "‡": r"\ddag{}", "§": r"\S{}", **{sign: f"\\{sign}" for sign in "&%$#_{}"},
 }  # fmt: skip
 
 

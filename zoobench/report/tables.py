@@ -33,6 +33,7 @@ class TableCell:
         is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
         is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
             methods, and all of them have spent the same.
+        is_overturned: whether it wins and another method's best solution beats its own on a finer grid.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
         runs: the ids of those behind the mean.
@@ -51,6 +52,7 @@ class TableCell:
     missing: int = 0
     lacks: Mapping[str, int] = field(default_factory=dict)
     is_undecided: bool = False
+    is_overturned: bool = False
     runs: tuple[int, ...] = ()
     spent: float | None = None
     scores: tuple[float, ...] = ()
@@ -96,7 +98,7 @@ class TableCell:
         if self.interval is None:
             return "no score"
         spread = "" if self.interval.half_width is None else f" ± {self.interval.half_width:.2g}"
-        mark = " ‡" if self.is_undecided else ""
+        mark = " ‡" * self.is_undecided + " §" * self.is_overturned
         return f"{self.interval.mean:.4g}{spread} {self.unit}".rstrip() + mark
 
 

@@ -13,9 +13,6 @@ from zoobench.db.rows import StudyRow
 from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
 
-STUDY = "transfer"
-"""Name under which the rows are stored."""
-
 
 @dataclass(frozen=True)
 class TransferRow:

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from zoobench import registry
 from zoobench.errors import UsageError
 from zoobench.inputs import named_runs, run_name
+from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import DESIGNS, KNOBS, LAND_DESIGNS, StudyPlan, draws, evaluations, trainings
+from zoobench.verify.accuracy.plan import DESIGNS, KNOBS, LAND_DESIGNS, StudyPlan, draws, evaluations, finer, trainings
 
 PLAN = StudyPlan(levels=("standard", "draft", "paper"), gradients="standard")
 
@@ -66,3 +68,11 @@ def test_nothing_to_study_is_refused() -> None:
     """No environment."""
     with pytest.raises(UsageError, match="environment and a task"):
         trainings([], [Ref("turning")], PLAN)
+
+
+def test_two_levels_finer() -> None:
+    """With its usual settings, whatever those of the coarser one are; none where the ladder ends."""
+    assert finer(Ref.parse("draft-v2[precision=64]")) == registry.resolve(Kind.FIDELITY, Ref("paper"))
+    for name in ("fine", "smoke"):
+        with pytest.raises(UsageError, match=f"two steps finer than {name}"):
+            finer(Ref(name))

@@ -87,6 +87,18 @@ def other_transfer(level: str) -> str:
     return "aflip" if own == "apic" else "apic"
 
 
+def finer(fidelity: Ref) -> Ref:
+    """The level two steps finer, with its usual settings.
+
+    Raises:
+        UsageError: there is none.
+    """
+    place = LADDER.index(fidelity.name) + 2 if fidelity.name in LADDER else len(LADDER)
+    if place >= len(LADDER):
+        raise UsageError(f"No fidelity is known two steps finer than {fidelity.name}. Those are {', '.join(LADDER)}.")
+    return registry.resolve(Kind.FIDELITY, Ref(LADDER[place]))
+
+
 def trainings(
     envs: Sequence[Ref], tasks: Sequence[Ref], plan: StudyPlan, designs: Sequence[Ref] | None = None
 ) -> list[RunSpec]:

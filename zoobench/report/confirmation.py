@@ -1,0 +1,91 @@
+"""Whether the order of a leaderboard's methods stands on a finer grid, by the best solution of each."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from zoobench.report.labels import labels
+from zoobench.report.leaderboard import BoardRow
+from zoobench.report.listing import Listing
+from zoobench.report.provisional import marked
+from zoobench.report.tables import Row, Table, TableCell
+from zoobench.spec import Ref
+
+
+class Confirmed(NamedTuple):
+    """The score of a method's best solution, at home and on a finer grid; there None where it diverged."""
+
+    home: float
+    finer: float | None
+
+
+def mark_overturned(tables: Iterable[Table], rows: Sequence[BoardRow]) -> list[Table]:
+    """The tables, whose runs are places in `rows` from 1, with marks at winners that do not win on a finer grid."""
+    return [replace(table, rows=tuple(_marked(row, rows) for row in table.rows)) for table in tables]
+
+
+def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
+    """A line for each row of which several methods' best solutions were evaluated on a finer grid."""
+    chosen = [(row, found) for row in table.rows if len(found := _confirmed(row, rows)) > 1]
+    names = {axis: labels(getattr(row, axis) for row, _ in chosen) for axis in ("env", "task", "design")}
+    names["env"] = marked(names["env"])
+    methods = labels(table.methods)
+    body = tuple(
+        (
+            *(names[axis][getattr(row, axis)] for axis in names),
+            *(_text(found.get(place)) for place in range(len(table.methods))),
+            "stands" if _order(found, "home") == _order(found, "finer") else "another",
+        )
+        for row, found in chosen
+    )
+    return Listing((*names, *(methods[method] for method in table.methods), "order"), body)
+
+
+def finer_fidelities(rows: Iterable[BoardRow]) -> list[Ref]:
+    """Where solutions of these runs were evaluated."""
+    return sorted({row.finer.fidelity for row in rows if row.finer is not None}, key=str)
+
+
+def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
+    """By the place of the method: its best run, if that was evaluated on a finer grid."""
+    found = {}
+    for place, cell in enumerate(row.cells):
+        best = max((rows[run - 1] for run in _runs(cell)), key=lambda run: run.score, default=None)
+        if best is not None and best.finer is not None:
+            found[place] = Confirmed(best.score, best.finer.score)
+    return found
+
+
+def _runs(cell: TableCell | None) -> tuple[int, ...]:
+    return () if cell is None else cell.runs
+
+
+def _marked(row: Row, rows: Sequence[BoardRow]) -> Row:
+    found = _confirmed(row, rows)
+    first = next(iter(_order(found, "finer")), None)
+    cells = tuple(
+        replace(cell, is_overturned=True)
+        if cell is not None and cell.is_winner and len(found) > 1 and place in found and place != first
+        else cell
+        for place, cell in enumerate(row.cells)
+    )
+    return replace(row, cells=cells)
+
+
+def _order(found: Mapping[int, Confirmed], where: str) -> list[int]:
+    """The methods from the best to the worst; what diverged comes last."""
+
+    def rank(place: int) -> tuple[bool, float]:
+        score = getattr(found[place], where)
+        return score is None, -(score or 0.0)
+
+    return sorted(found, key=rank)
+
+
+def _text(found: Confirmed | None) -> str:
+    if found is None:
+        return ""
+    if found.finer is None:
+        return f"{found.home:.4g} → diverged"
+    share = f" ({found.finer / found.home:.0%})" if found.home > 0.0 else ""
+    return f"{found.home:.4g} → {found.finer:.4g}{share}"
