@@ -1,5 +1,6 @@
 """`zoobench report`: results as one page for a browser."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,6 @@ from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
-    from zoobench.db.query import Reader
     from zoobench.report.page.sections import Section, Still
     from zoobench.report.run_results import RunResult
 
@@ -40,20 +40,24 @@ def report(
     stills and films need `render` as well.
     """
     from zoobench.files import replace_files
+    from zoobench.render.canvas import check_drawing
     from zoobench.report.page.html import check_tools, page
     from zoobench.report.page.sections import Level
     from zoobench.verify.accuracy.tolerance import error_at, published
 
     check_tools()
-    if source is not None and (chosen != RunSelection() or stills or films):
-        raise UsageError("--from shows whole leaderboards, which hold no robots. Leave the other options out.")
+    if source is not None and chosen != RunSelection():
+        raise UsageError("--from shows whole leaderboards. Leave out what chooses runs of a database.")
+    if stills or films:
+        check_drawing()
     mark = ""
     if source is None:
         sections = [_database_section(db, chosen, output, stills, films)]
         command = sections[0].foot.command
     else:
-        sections, mark = _leaderboards(source)
-        command = f"zoobench report --from {source.name} --output {source.name}/{output.name}"
+        sections, mark = _leaderboards(source, stills, films)
+        flags = "".join(f" {word}" for word in _flags(stills, films))
+        command = f"zoobench report --from {source.name}{flags} --output {source.name}/{output.name}"
     levels = [
         Level(level.env, level.task, level.fidelity, level.error, level.seconds)
         for level in published().levels
@@ -74,13 +78,13 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
     """The chosen runs of a database.
 
     Raises:
-        UsageError: there is nothing to show, or no picture can be drawn.
+        UsageError: there is nothing to show.
         StorageError: the database cannot be read.
     """
     from dataclasses import replace
 
     from zoobench.db.store import Store
-    from zoobench.render.canvas import check_drawing
+    from zoobench.harness.starts import solution_of
     from zoobench.report.cells import read_cells
     from zoobench.report.footer import footer
     from zoobench.report.learning_curves import curves
@@ -90,8 +94,6 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
-    if stills or films:
-        check_drawing()
     with Store(db, create=False) as store:
         tables, left_out = fitted(mark_undecided(tables_of_cells(read_cells(store, chosen)), decides))
         if not tables:
@@ -100,34 +102,42 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
         if left_out:
             results = results_in(tables, results)
         origins = store.origins([run for table in tables for run in table.runs])
-        pictures = {"--stills": stills, "--films": films}
-        flags = [word for name, count in pictures.items() if count for word in (name, str(count))]
-        command = ["zoobench", "report", *chosen.options(), *flags]
+        command = ["zoobench", "report", *chosen.options(), *_flags(stills, films)]
         foot = replace(
             footer(tables, origins, [*command, "--output", output.name]), undecided=footnotes(tables, decides)
         )
         known = curves(store, results, "substeps")
         section = Section("Results", "", tables, results, 0, foot, known, left_out=left_out)
         best = best_runs(section)[: max(stills, films)]
-        shown = [_still(store, result, moves=number < films) for number, result in enumerate(best)]
-    return replace(section, stills=[still for still in shown if still is not None])
+        robots = ((f"run {each.run.id}: ", each, solution_of(store, each.run)) for each in best)
+        return replace(section, stills=_stills(robots, films))
 
 
-def _still(store: "Reader", result: "RunResult", *, moves: bool) -> "Still | None":
+def _flags(stills: int, films: int) -> list[str]:
+    pictures = {"--stills": stills, "--films": films}
+    return [word for name, count in pictures.items() if count for word in (name, str(count))]
+
+
+def _stills(robots: "Iterable[tuple[str, RunResult, tuple[float, ...]]]", films: int) -> "list[Still]":
+    """Pictures of the best episodes of runs, given with the beginning of a title and a solution; of the first films."""
+    found = (_still(*robot, moves=number < films) for number, robot in enumerate(robots))
+    return [still for still in found if still is not None]
+
+
+def _still(begin: str, result: "RunResult", params: tuple[float, ...], *, moves: bool) -> "Still | None":
     """A picture or a film of a run's best episode, simulated again; None, and a word, where this version cannot."""
     from zoobench.errors import ZoobenchError
-    from zoobench.harness.starts import solution_of
     from zoobench.render.film import film
     from zoobench.render.film_files import clip, sheet, sheet_moments
     from zoobench.report.page.sections import Still
 
-    run = result.run
-    title = f"run {run.id}: {run.spec}, score {result.finals['score'].value:.4g} {result.finals['score'].unit}"
+    run, score = result.run, result.finals["score"]
+    title = f"{begin}{run.spec}, score {score.value:.4g} {score.unit}"
     say(f"simulating {title}")
     try:
         frames = run.spec.frames
         moments = range(0, frames + 1, _FILM_EVERY) if moves else sheet_moments(frames)
-        episode = film(run.spec, solution_of(store, run), moments=moments)
+        episode = film(run.spec, params, moments=moments)
     except ZoobenchError as error:
         say(f"  left out: {error}")
         return None
@@ -138,11 +148,19 @@ def _still(store: "Reader", result: "RunResult", *, moves: bool) -> "Still | Non
     return Still(title, middle, moving)
 
 
-def _leaderboards(folder: Path) -> "tuple[list[Section], str]":
-    """The leaderboards of a folder, and the mark of their exports."""
+def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section], str]":
+    """The leaderboards of a folder, with so many robots of each, and the mark of their exports."""
+    from dataclasses import replace
+
     from zoobench.report.leaderboard_files import read_exports
-    from zoobench.report.page.sections import section_of
+    from zoobench.report.page.sections import best_runs, section_of
     from zoobench.verify.accuracy.tolerance import decides
 
     boards, mark = read_exports(folder)
-    return [section_of(board, decides) for board in boards], mark
+    sections = []
+    for board in boards:
+        section = section_of(board, decides)
+        solved = ((best, board.rows[best.run.id - 1].solution) for best in best_runs(section))
+        robots = [("", best, params) for best, params in solved if params is not None][: max(stills, films)]
+        sections.append(replace(section, stills=_stills(robots, films)))
+    return sections, mark
