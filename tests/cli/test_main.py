@@ -33,6 +33,7 @@ COMMANDS = (
     "evaluate",
     "logs",
     "render",
+    "watch",
     "doctor",
     "bench",
 )

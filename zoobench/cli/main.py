@@ -34,6 +34,7 @@ from zoobench.cli.stability import stability
 from zoobench.cli.status import status
 from zoobench.cli.submit import submit
 from zoobench.cli.validate import validate
+from zoobench.cli.watch import watch
 from zoobench.cli.work import work
 from zoobench.errors import ZoobenchError
 
@@ -83,6 +84,7 @@ app.command("report")(report)
 app.command("evaluate")(evaluate)
 app.command("logs")(logs)
 app.command("render")(render)
+app.command("watch")(watch)
 app.command("doctor")(doctor)
 app.command("bench")(bench)
 app.command("gradcheck")(gradcheck)
