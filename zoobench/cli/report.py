@@ -161,6 +161,7 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
     for board in boards:
         section = section_of(board, decides)
         solved = ((best, board.rows[best.run.id - 1].solution) for best in best_runs(section))
-        robots = [("", best, params) for best, params in solved if params is not None][: max(stills, films)]
-        sections.append(replace(section, stills=_stills(robots, films)))
+        robots = {best.spec.env: ("", best, params) for best, params in reversed(list(solved)) if params is not None}
+        shown = [robots[env] for env in reversed(robots)][: max(stills, films)]  # of each environment its first task
+        sections.append(replace(section, stills=_stills(shown, films)))
     return sections, mark
