@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 from zoobench.report.labels import labels
@@ -39,6 +40,23 @@ def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
         for row, found in chosen
     )
     return Listing((*names, *(methods[method] for method in table.methods), "order"), body)
+
+
+def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
+    """Of all pairs of solutions in one environment and task, how many keep their order, and how many there are.
+
+    One that diverges comes last; two that do are no pair.
+    """
+    places: dict[tuple[Ref, Ref], list[Confirmed]] = {}
+    for row in table.rows:
+        places.setdefault((row.env, row.task), []).extend(_confirmed(row, rows).values())
+    pairs = [pair for found in places.values() for pair in combinations(found, 2)]
+    compared = [(a.home > b.home, _above(a.finer, b.finer)) for a, b in pairs if (a.finer, b.finer) != (None, None)]
+    return sum(here == there for here, there in compared), len(compared)
+
+
+def _above(a: float | None, b: float | None) -> bool:
+    return a is not None and (b is None or a > b)
 
 
 def finer_fidelities(rows: Iterable[BoardRow]) -> list[Ref]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from zoobench.db.rows import RunState
-from zoobench.report.confirmation import confirmation_listing, finer_fidelities, mark_overturned
+from zoobench.report.confirmation import confirmation_listing, finer_fidelities, kept_orders, mark_overturned
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
@@ -123,9 +123,11 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
         return []
     where = ", ".join(ref.name for ref in finer_fidelities(board.rows))
     stands = sum(row[-1] == "stands" for row in found.rows)
+    kept, count = kept_orders(table, board.rows)
     text = (
         f"The best solution of each method, as it scores here → at {where}. The order of the methods stands in "
-        f"{stands} of {len(found.rows)} rows."
+        f"{stands} of {len(found.rows)} rows, and that of any two of these solutions in one environment and task in "
+        f"{kept} of {count} pairs."
     )
     return ["", f"### On a finer grid: {where}", "", text, "", to_markdown(found)]
 
