@@ -13,6 +13,7 @@ import pytest
 
 from tests.test_architecture import ROOT, imports_of
 from zoobench import rounding
+from zoobench.db import published
 from zoobench.harness import provenance
 
 IDENTITY = ("-c", "user.name=n", "-c", "user.email=e@example.org")
@@ -100,18 +101,24 @@ def test_the_build_writes_the_commit(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a checkout")
-def test_what_runs_from_a_wheel_names_the_commit(tmp_path: Path) -> None:
-    """Built from this checkout and unpacked elsewhere, it gives the commit that it was built from."""
+def test_what_runs_from_a_wheel_names_the_commit_and_has_the_best_solutions(tmp_path: Path) -> None:
+    """Built from this checkout and unpacked elsewhere, it gives the commit and leaderboards that it was built from."""
     from hatchling.builders.wheel import WheelBuilder
 
     (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
     site = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(site)
-    code = "import json; from zoobench.harness import provenance; print(json.dumps(provenance.gather()['code']))"
+    code = (
+        "import json; from zoobench.db import published; from zoobench.harness import provenance; "
+        "print(json.dumps([provenance.gather()['code'], str(published.folder()), published.names()]))"
+    )
     environ = {**os.environ, "PYTHONPATH": str(site)}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=tmp_path, env=environ, check=True)
     head = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout)["commit"] == head.stdout.strip()
+    found, folder, names = json.loads(done.stdout)
+    assert found["commit"] == head.stdout.strip()
+    assert (folder, names) == (str(site / "zoobench" / "leaderboards"), published.names())
+    assert names
 
 
 def test_every_library_that_makes_numbers_is_named() -> None:
@@ -125,6 +132,6 @@ def test_every_library_that_makes_numbers_is_named() -> None:
     }
     known = packages_distributions()
     distributions = {known[name][0].lower().replace("_", "-") for name in imported & known.keys()}
-    without_numbers = {"typing-extensions", "pyarrow"}  # files for other programs
+    without_numbers = {"typing-extensions", "pyarrow", "pygame"}  # files for other programs, and a window
     assert distributions - without_numbers <= {name.lower() for name in provenance.PACKAGES}
     assert {"cma", "neat-python", "ribs", "stable-baselines3", "gymnasium", "roma", "scipy"} <= distributions
