@@ -8,6 +8,7 @@ from zoobench.cli import completion
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, OneDesignOption, component_option
 from zoobench.cli.output import say
 from zoobench.cli.solutions import solution_named
+from zoobench.spec import FRAME_SECONDS
 
 
 def watch(
@@ -44,4 +45,4 @@ def watch(
             fidelity = str(found.fidelity)  # the parameters of a body depend on it
     problem = problem_of(env or "ground", body, task or "movement-speed", fidelity, frames, worlds=1)
     shown = play(problem, every, say)
-    say(f"{shown:,} control frames, {shown * 0.008:.1f} s of the robot's time")
+    say(f"{shown:,} control frames, {shown * FRAME_SECONDS:.1f} s of the robot's time")
