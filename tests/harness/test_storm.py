@@ -17,10 +17,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.harness.helpers import fake, numbers, spec, work_on_fakes
+from tests.harness.helpers import fake, launch_fakes, numbers, spec
 from tests.postgres import Server
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.db.store import Store
+from zoobench.harness import worker_pool
 
 SIGNALS = int(os.environ.get("ZOOBENCH_STORM", "1000"))
 _RESTARTS = 10  # of the database's server
@@ -144,7 +145,9 @@ def _wait_for_all(location: str, storm: _Storm) -> int:
 
 
 @pytest.mark.slow
-def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_storm_of_signals_changes_no_number(
+    location: str, tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Every run is done, its results are sealed, and every number is that of an undisturbed database, bit for bit."""
     server: Server | None = request.getfixturevalue("postgres") if "://" in location else None
     _queue_more(location)
@@ -164,7 +167,8 @@ def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, req
     print(f"{storm.sent.total()} signals {dict(storm.sent)}, {restarts - 1} restarts of the server, {count} runs")
     assert min(storm.sent[place] for place in ("launcher", "server", "child")) > SIGNALS // 40
     calm = str(tmp_path / "calm.db")
-    work_on_fakes(calm, count, child=_CALM)
+    monkeypatch.setattr(worker_pool, "CHILD_COMMAND", _CALM)  # forked, if they can be: there are hundreds
+    launch_fakes(calm, count, child=_CALM)
     with Store(location) as store:
         assert (store.check(), store.damage(), store.unsealed()) == ([], [], 0)
         assert sum(len(store.attempts(run_id)) for run_id in range(1, count + 1)) > count
