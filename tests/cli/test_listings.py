@@ -150,6 +150,7 @@ def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database
         connection.execute("UPDATE runs SET reason = char(27) || ']0;title' || char(7) WHERE reason IS NOT NULL")
         connection.execute("UPDATE logs SET text = char(27) || '[2J' || text")
         connection.execute("UPDATE attempts SET traceback = char(27) || '[2J' WHERE traceback IS NOT NULL")
+        connection.execute("UPDATE attempts SET reason = char(27) || '[2J'")  # is said on standard error
     connection.close()
     replies = [zoobench(*words) for words in (("results",), ("logs", "10"), ("show", "10"), ("logs", "\x1b[2J"))]
     for reply in replies:

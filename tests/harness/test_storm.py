@@ -1,5 +1,9 @@
-"""A storm of signals on launchers, fork servers and children, and restarts of the database's server."""
+"""A storm of signals on launchers, fork servers and children, and restarts of the database's server.
 
+1,000 of them, or as many as the environment variable ZOOBENCH_STORM says; `pytest -m slow -rP` shows which they were.
+"""
+
+import os
 import random
 import signal
 import subprocess
@@ -13,12 +17,13 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.harness.helpers import fake, numbers, spec, work_on_fakes
+from tests.harness.helpers import fake, launch_fakes, numbers, spec
 from tests.postgres import Server
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.db.store import Store
+from zoobench.harness import worker_pool
 
-SIGNALS = 1000
+SIGNALS = int(os.environ.get("ZOOBENCH_STORM", "1000"))
 _RESTARTS = 10  # of the database's server
 _FEWEST = 8  # open runs, before more are queued
 _CHILD = fake(iterations=200, pause=0.01)
@@ -38,7 +43,14 @@ worker_pool.run_all(location, ids, child=child)
 """
 _KINDS = (signal.SIGKILL, signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGSTOP)
 
-_SHARES = (4, 1, 8)  # of the signals, to launchers, fork servers and children
+_AIMS = {
+    ("forks", "launcher"): 2,
+    ("starts", "launcher"): 2,
+    ("forks", "server"): 1,
+    ("forks", "child"): 4,
+    ("starts", "child"): 4,
+}
+"""How often a signal is meant for a launcher, its fork server or a child."""
 
 
 class _Storm:
@@ -47,6 +59,7 @@ class _Storm:
     def __init__(self, location: str, seed: str) -> None:
         self._location, self._random = location, random.Random(seed)
         self._launchers: dict[str, subprocess.Popen[bytes]] = {}
+        self._aim = self._next_aim()
         self.sent: Counter[str] = Counter()
 
     def keep_launching(self) -> None:
@@ -57,22 +70,25 @@ class _Storm:
                 self._launchers[how] = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def strike(self) -> None:
-        """One signal to a random process, if there is one of the kind that chance has chosen."""
+        """One signal to a process of the kind that chance has chosen; until there is one, the choice stands."""
+        how, place = self._aim
         with suppress(psutil.NoSuchProcess):
-            how = self._random.choice(list(self._launchers))
-            launcher = psutil.Process(self._launchers[how].pid)
-            servers = launcher.children() if how == "forks" else []
-            children = [child for parent in servers or [launcher] for child in parent.children()]
-            families = {"launcher": [launcher], "server": servers, "child": children}
-            (place,) = self._random.choices(list(families), _SHARES)
-            if not families[place]:
+            victims = _family(psutil.Process(self._launchers[how].pid))
+            if place == "server" and not victims[place] and victims["child"]:
+                place = "launcher"  # its server is dead, and with a new launcher comes another
+            if not victims[place]:
                 return
-            victim, kind = self._random.choice(families[place]), self._random.choice(_KINDS)
+            victim, kind = self._random.choice(victims[place]), self._random.choice(_KINDS)
             victim.send_signal(kind)
             self.sent[place] += 1
+            self._aim = self._next_aim()
             if kind == signal.SIGSTOP:
                 time.sleep(self._random.uniform(0.1, 1.0))
                 victim.send_signal(signal.SIGCONT)
+
+    def _next_aim(self) -> tuple[str, str]:
+        (aim,) = self._random.choices(list(_AIMS), list(_AIMS.values()))
+        return aim
 
     def pause(self) -> None:
         time.sleep(self._random.uniform(0.05, 0.6))
@@ -84,6 +100,19 @@ class _Storm:
                     process.kill()
             launcher.kill()
             launcher.wait()
+
+
+def _family(launcher: psutil.Process) -> dict[str, list[psutil.Process]]:
+    """The living processes of a launcher by what they are; children are its own or those of its fork server."""
+    started = _living(launcher.children())
+    servers = [process for process in started if "zoobench.harness.fork_server" in process.cmdline()]
+    forked = [child for server in servers for child in _living(server.children())]
+    children = [process for process in started if process not in servers]
+    return {"launcher": _living([launcher]), "server": servers, "child": children + forked}
+
+
+def _living(processes: list[psutil.Process]) -> list[psutil.Process]:
+    return [process for process in processes if process.status() != psutil.STATUS_ZOMBIE]
 
 
 @contextmanager
@@ -116,7 +145,9 @@ def _wait_for_all(location: str, storm: _Storm) -> int:
 
 
 @pytest.mark.slow
-def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_storm_of_signals_changes_no_number(
+    location: str, tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Every run is done, its results are sealed, and every number is that of an undisturbed database, bit for bit."""
     server: Server | None = request.getfixturevalue("postgres") if "://" in location else None
     _queue_more(location)
@@ -133,9 +164,11 @@ def test_a_storm_of_signals_changes_no_number(location: str, tmp_path: Path, req
                 storm.pause()
                 server.start()
         count = _wait_for_all(location, storm)
+    print(f"{storm.sent.total()} signals {dict(storm.sent)}, {restarts - 1} restarts of the server, {count} runs")
     assert min(storm.sent[place] for place in ("launcher", "server", "child")) > SIGNALS // 40
     calm = str(tmp_path / "calm.db")
-    work_on_fakes(calm, count, child=_CALM)
+    monkeypatch.setattr(worker_pool, "CHILD_COMMAND", _CALM)  # forked, if they can be: there are hundreds
+    launch_fakes(calm, count, child=_CALM)
     with Store(location) as store:
         assert (store.check(), store.damage(), store.unsealed()) == ([], [], 0)
         assert sum(len(store.attempts(run_id)) for run_id in range(1, count + 1)) > count

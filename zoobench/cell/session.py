@@ -80,6 +80,7 @@ class Session:
         self._tasks = [problem.task] * solver.worlds
         self._history = History(problem.spec.frames, self._playback.rollout) if keeps_history else None
         self._starts = [self._start(world) for world in range(solver.worlds)]
+        self._joined: dict[tuple[int, ...], Motion] = {}
         self._begun = [self._weights.share @ start.positions[1, 0] for start in self._starts]
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)
@@ -157,6 +158,7 @@ class Session:
             tasks: by world, in place of the problem's; what they add to an observation must be as long.
         """
         chosen = range(self.worlds) if worlds is None else list(worlds)
+        self._joined.clear()
         self._playback.begin(chosen)
         for world in chosen:
             if world in lead_ins:
@@ -256,19 +258,32 @@ class Session:
         for world in worlds:
             alike.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
         for (_, frame), some in alike.items():
-            starts = [self._starts[world] for world in some]
+            begun = self._begun_together(tuple(some))
             motion = replace(
-                starts[0],
-                positions=torch.stack([torch.cat([start.positions[1] for start in starts]), positions[some]]),
-                velocities=torch.stack([torch.cat([start.velocities[1] for start in starts]), velocities[some]]),
-                masses=torch.cat([start.masses for start in starts]),
-                occupancy=torch.cat([start.existing for start in starts]),
+                begun,
+                positions=torch.stack([begun.positions, positions[some]]),
+                velocities=torch.stack([begun.velocities, velocities[some]]),
                 muscle_work=torch.as_tensor(work[:, some]),
                 numbers=torch.tensor([0, frame]),
             )
             with torch.inference_mode():
                 rewards[some] = self._tasks[some[0]].reward(motion)[-1].numpy()
         return rewards
+
+    def _begun_together(self, worlds: tuple[int, ...]) -> Motion:
+        """The starts of these worlds side by side; positions and velocities without the axis of frames."""
+        import torch
+
+        if worlds not in self._joined:
+            starts = [self._starts[world] for world in worlds]
+            self._joined[worlds] = replace(
+                starts[0],
+                positions=torch.cat([start.positions[1] for start in starts]),
+                velocities=torch.cat([start.velocities[1] for start in starts]),
+                masses=torch.cat([start.masses for start in starts]),
+                occupancy=torch.cat([start.existing for start in starts]),
+            )
+        return self._joined[worlds]
 
     def _evaluation(self, world: int) -> Evaluation:
         """Score and metrics of an episode that has reached its length."""

@@ -55,12 +55,21 @@ class SineBasis:
 
     def actuation(self, parameters: "Tensor", times: "Tensor", muscle_count: int) -> "Tensor":
         """Activity `[frames, worlds, muscle_count]`."""
+        return self.weighted(parameters, self.waves(times), muscle_count)
+
+    def waves(self, times: "Tensor") -> "Tensor":
+        """The waves `[frames, wave_count]`, slow ones first."""
         import torch
 
         offsets = times.new_tensor([2.0 * math.pi * phase / self.phases for phase in range(self.phases)])
         omegas = times.new_tensor([self.slow, self.fast])
         angles = times[:, None, None] * omegas[:, None] + offsets
-        waves = torch.sin(angles).reshape(len(times), self.wave_count)
+        return torch.sin(angles).reshape(len(times), self.wave_count)
+
+    def weighted(self, parameters: "Tensor", waves: "Tensor", muscle_count: int) -> "Tensor":
+        """Activity `[frames, worlds, muscle_count]` by these waves."""
+        import torch
+
         split = muscle_count * self.wave_count
         weights = parameters[:, :split].reshape(-1, muscle_count, self.wave_count)
         return torch.tanh(torch.einsum("fb,wkb->fwk", waves, weights) + parameters[:, split:])

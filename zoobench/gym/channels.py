@@ -1,7 +1,8 @@
 """Observation and action spaces of a policy, and their relation to observations and activity of a session."""
 
 import math
-from typing import Literal, get_args
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -13,11 +14,16 @@ from zoobench.controllers.base import PHASE_COUNT, WAVE_RATE
 from zoobench.controllers.sine_basis import SineBasis
 from zoobench.errors import UsageError
 
+if TYPE_CHECKING:
+    from torch import Tensor
+
 Floats = NDArray[np.float32]
 Action = Literal["waves", "muscles"]
 
 LARGEST = 100.0
 """Bound of an observation [body lengths] or [20 body lengths/s]: far beyond what a robot does without blowing up."""
+
+_BASIS = SineBasis()
 
 
 class Channels:
@@ -44,7 +50,7 @@ class Channels:
         if action not in get_args(Action):
             raise UsageError(f"Actions {action!r} are not offered. Choose one of {', '.join(get_args(Action))}.")
         self._muscle_count, self._action = muscle_count, action
-        count = SineBasis().parameter_count(muscle_count) if action == "waves" else muscle_count
+        count = _BASIS.parameter_count(muscle_count) if action == "waves" else muscle_count
         self.action_space = spaces.Box(-1.0, 1.0, (count,), np.float32)
         high = _bounds(layout)
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
@@ -65,10 +71,17 @@ class Channels:
         if self._action == "muscles":
             return clipped
         # one world at a time, as controllers are computed: no rounding may depend on the other worlds
-        pairs = zip(torch.as_tensor(clipped), torch.as_tensor(times), strict=True)
+        pairs = zip(torch.as_tensor(clipped), times.tolist(), strict=True)
         with torch.inference_mode():
-            rows = [SineBasis().actuation(row[None], time[None], self._muscle_count)[0, 0] for row, time in pairs]
+            rows = [_BASIS.weighted(row[None], _waves(time), self._muscle_count)[0, 0] for row, time in pairs]
         return torch.stack(rows).numpy()
+
+
+@lru_cache(maxsize=1024)  # every world and every episode asks for the same times
+def _waves(time: float) -> "Tensor":
+    import torch
+
+    return _BASIS.waves(torch.tensor([time], dtype=torch.float64))
 
 
 def _bounds(layout: Layout) -> Floats:

@@ -113,10 +113,9 @@ class StepControl:
             sim.meter.count("forward", substeps, at_rest=frame < rollout.equilibration)
             # one survey serves both the check of this frame and the step of the next: the stiffness that it reports is
             # that under the actuation to come
-            coming = min(frame + 1, rollout.frames - 1)
-            if coming > frame:
-                self._close_loop(coming)
-            sim.set_tension(rollout, coming)
+            if frame + 1 < rollout.frames:
+                self._close_loop(frame + 1)
+                sim.set_tension(rollout, frame + 1)
             self._conditions = self._diagnostics.survey()
             if not (failures := self._failures(frame)):
                 break
