@@ -21,13 +21,13 @@ from zoobench.tasks.base import Motion
 from zoobench.tasks.swimming_readings import swimming_readings
 from zoobench.verify.cases import CaseRecorder, case
 
-_WAVELENGTH = 4 / 3
+_WAVELENGTH = 1.0
 """Of the wave of muscle activity, by the body's length [-]."""
 
 _STRENGTH, _GROWTH = 2.0, 0.0
 """Parameters of the wave: muscles reach tanh(2) = 0.96 of their strength, all alike."""
 
-_PERIODS = 5
+_PERIODS = 4
 
 
 @dataclass(frozen=True)
