@@ -15,13 +15,14 @@ from zoobench.verify.validate import (
     mud,
     muscle_pulls,
     statics,
+    swimmers,
     swimming,
     waves,
 )
 
 _ALL = cases_of(
     conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, interface, granular,
-    mud, fluids, swimming, gradients,
+    mud, fluids, swimming, swimmers, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
