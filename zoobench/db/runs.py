@@ -1,7 +1,7 @@
 """Runs with their settings, and the outcomes of cells, read as tuples: there may be a hundred thousand of them."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -46,7 +46,7 @@ def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: Colu
     chosen = chosen or Choice()
     statement = _runs().where(*chosen.conditions, *conditions)
     spec_of = _reader(session)
-    for row in session.execute(statement.execution_options(yield_per=_AT_ONCE)):
+    for row in _rows(session, statement):
         key, seed, long = row[:3]
         spec = spec_of(key, seed, row[3:_SPEC_COUNT], long)
         if chosen.holds(spec):
@@ -75,7 +75,7 @@ def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Itera
     statement = statement.where(*chosen.conditions).order_by(RunRecord.id)
     cell_of = _reader(session).cell
     states = {str(state): state for state in RunState}
-    for row in session.execute(statement.execution_options(yield_per=_AT_ONCE)):
+    for row in _rows(session, statement):
         key, seed, long = row[:3]
         run_id, state, unit = row[_SPEC_COUNT : _SPEC_COUNT + 3]
         spec = cell_of(key, seed, row[3:_SPEC_COUNT], long)
@@ -88,9 +88,7 @@ def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[P
     forward, backward = aliased(FinalRecord), aliased(FinalRecord)
     statement = _past(_with_specs((_finished_seconds(), forward.value, backward.value)), forward, backward)
     cell_of = _reader(session).cell
-    for row in session.execute(
-        statement.where(*conditions).order_by(RunRecord.id).execution_options(yield_per=_AT_ONCE)
-    ):
+    for row in _rows(session, statement.where(*conditions).order_by(RunRecord.id)):
         key, seed, long = row[:3]
         seconds, substeps, others = row[_SPEC_COUNT:]
         if seconds:
@@ -128,6 +126,11 @@ def _past(statement: Any, forward: Any, backward: Any) -> Any:
 
 
 _SPEC_COUNT = 3 + len(CELL_COLUMNS)
+
+
+def _rows(session: Session, statement: Select[Any]) -> Iterable[Any]:
+    """The rows of a statement on columns, as the driver gives them: a session would put each together anew."""
+    return session.connection().execute(statement, execution_options={"yield_per": _AT_ONCE})
 
 
 def _with_specs(columns: tuple[Any, ...]) -> Select[Any]:
