@@ -33,8 +33,8 @@ _FAST = ("cmaes",)
 
 
 def _iterations(method: str) -> int:
-    """So many that a run lasts for some of the launcher's looks at it."""
-    return 60 if method in _FAST else 150
+    """So many that a run lasts for some of the launcher's looks at it, and for long after its kill was decided upon."""
+    return 240 if method in _FAST else 150
 
 
 @pytest.fixture(autouse=True)
