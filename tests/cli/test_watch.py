@@ -1,5 +1,6 @@
 """`zoobench watch`: which robot is shown, and where."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,6 +51,15 @@ def test_a_design_is_shown_anywhere(zoobench: Command, shown: list[RunSpec]) -> 
         ("ground", "movement-speed", "caterpillar", "draft"),
         ("ice", "movement-speed", "block", "smoke"),
     ]
+
+
+def test_a_missing_extra_is_named_before_anything_is_built(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Instead of a traceback."""
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    monkeypatch.delitem(sys.modules, "zoobench.gym.keyboard")
+    reply = zoobench("watch")
+    assert reply.code == 2
+    assert "pip install 'zoobench[watch]'" in reply.err
 
 
 def test_the_body_of_a_run_is_shown_where_it_was_found(zoobench: Command, shown: list[RunSpec]) -> None:

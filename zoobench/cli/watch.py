@@ -5,9 +5,16 @@ from typing import Annotated
 from typer import Argument, Option
 
 from zoobench.cli import completion
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, OneDesignOption, component_option
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    OneDesignOption,
+    OneFidelityOption,
+    component_option,
+)
 from zoobench.cli.output import say
 from zoobench.cli.solutions import solution_named
+from zoobench.errors import extra
 from zoobench.spec import FRAME_SECONDS
 
 
@@ -19,7 +26,7 @@ def watch(
     env: Annotated[str, component_option("envs", "--env", "The environment; the run's, or ground.")] = "",
     task: Annotated[str, component_option("tasks", "--task", "The task; the run's, or movement-speed.")] = "",
     design: OneDesignOption = "caterpillar",
-    fidelity: Annotated[str, component_option("fidelities", "--fidelity", "How finely to simulate.")] = "draft",
+    fidelity: OneFidelityOption = "draft",
     every: Annotated[int, Option("--every", min=1, help="Show every n-th control frame.")] = 2,
     frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 1000,
     db: DatabaseOption = DEFAULT_DATABASE,
@@ -31,8 +38,10 @@ def watch(
     the extra `watch`.
     """
     from zoobench import registry
-    from zoobench.gym.keyboard import play
-    from zoobench.gym.worlds import problem_of
+
+    with extra("watch", "A window needs"):
+        from zoobench.gym.keyboard import play
+        from zoobench.gym.worlds import problem_of
     from zoobench.inputs import run_name
     from zoobench.registry import Kind
 

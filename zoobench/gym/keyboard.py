@@ -1,15 +1,18 @@
 """A robot in a window, whose muscles are moved by keys: to see whether a body can be controlled."""
 
+import os
 from collections.abc import Callable, Container, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
-from zoobench.errors import UsageError, extra
+from zoobench.errors import UsageError
 from zoobench.gym.worlds import Worlds
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # it greets on standard output, which is for data
+import pygame
 
 CONTRACT, EXTEND = "asdfghjkl;zxcvbnm,./", "qwertyuiop1234567890"
 """The keys of each muscle, from the first on."""
@@ -47,13 +50,12 @@ class Window:
     """A window that shows pictures and knows which keys are held; it must be closed.
 
     Raises:
-        UsageError: the extra `watch` is not installed, or there is no screen.
+        UsageError: there is no screen.
     """
 
     def __init__(self, legend: Sequence[str]) -> None:
-        self._pygame = pygame = _pygame()
         self._legend = [*legend, "enter  begin again", "esc  leave"]
-        self._screen: Any = None
+        self._screen: pygame.Surface | None = None
         self.pressed: set[str] = set()
         self.is_left = self.is_again = False
         try:
@@ -65,7 +67,6 @@ class Window:
 
     def listen(self) -> None:
         """Take note of the keys that were pressed and released since the last call."""
-        pygame = self._pygame
         self.is_again = False
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -80,7 +81,6 @@ class Window:
 
     def show(self, picture: NDArray[np.uint8], text: str) -> None:
         """Show a picture `[height, width, 3]` with the keys beside it and a line of text below them."""
-        pygame = self._pygame
         height, width, _ = picture.shape
         if self._screen is None:
             self._screen = pygame.display.set_mode((width + _MARGIN, height))
@@ -95,7 +95,7 @@ class Window:
 
     def close(self) -> None:
         """Close the window."""
-        self._pygame.display.quit()
+        pygame.display.quit()
 
 
 def play(problem: Problem, every: int, tell: Callable[[str], None]) -> int:
@@ -132,9 +132,3 @@ def play(problem: Problem, every: int, tell: Callable[[str], None]) -> int:
         worlds.close()
         window.close()
     return frames
-
-
-def _pygame() -> Any:
-    with extra("watch", "A window needs"):
-        import pygame
-    return pygame
