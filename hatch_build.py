@@ -21,11 +21,13 @@ class BuildHook(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Add the files, where the package is not installed as an editable one, and the commit of a checkout."""
         root = Path(self.root)
-        if version != "editable" and self.target_name == "wheel":
+        if version == "editable":
+            return  # what runs from its checkout looks there
+        if self.target_name == "wheel":
             for export in sorted((root / "leaderboards").glob("*.json")):
                 build_data["force_include"][str(export)] = f"zoobench/leaderboards/{export.name}"
-        if version == "editable" or not (root / ".git").exists():
-            return  # what runs from its checkout is asked there; a source distribution has the file already
+        if not (root / ".git").exists():
+            return  # a source distribution has the file already
         commit = _git(root, "rev-parse", "HEAD")
         if commit is None:
             return

@@ -4,6 +4,7 @@ Settings name them by the key of their run, as they name runs of a database.
 """
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,16 +19,15 @@ PREFIX = "best:"
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """The best run of a cell of a leaderboard, over methods and seeds.
+    """The best run of a row of a leaderboard, over methods and seeds.
 
     Attributes:
-        board: name of the leaderboard.
-        spec: of the run.
+        key, spec: of the run.
         params: its solution, `[parameter_count]`.
         score: in `unit`.
     """
 
-    board: str
+    key: str
     spec: RunSpec
     params: tuple[float, ...]
     score: float
@@ -71,7 +71,7 @@ def start(key: str) -> Start | None:
     Raises:
         StorageError: a leaderboard cannot be read.
     """
-    return next((Start(each.spec, each.params) for each in _all(folder()) if each.spec.key().startswith(key)), None)
+    return next((Start(each.spec, each.params) for each in _all(folder()) if each.key.startswith(key)), None)
 
 
 @cache
@@ -80,23 +80,27 @@ def _all(where: Path) -> tuple[PublishedRun, ...]:
     return tuple(each for path in sorted(where.glob("*.json")) for each in _solutions(path))
 
 
+def cell_of(record: Mapping[str, Any], components: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The settings but the seed of a run in an export, which names components by their places."""
+    return {**record["spec"], **{axis: components[record["spec"][axis]] for axis in AXES}}
+
+
 def _solutions(path: Path) -> list[PublishedRun]:
     try:
         document = json.loads(path.read_text())
         components = document["components"]
-        return [_published(path.stem, record, components) for record in document["runs"] if "solution" in record]
+        return [_published(record, components) for record in document["runs"] if "solution" in record]
     except (OSError, ValueError, LookupError, TypeError, UsageError) as error:
         raise StorageError(
             f"The leaderboard {path.name} of this zoobench cannot be read: {error}. Install the package again."
         ) from None
 
 
-def _published(board: str, record: dict[str, Any], components: list[Any]) -> PublishedRun:
-    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in AXES}
+def _published(record: Mapping[str, Any], components: Sequence[Mapping[str, Any]]) -> PublishedRun:
     score = record["finals"]["score"]
     return PublishedRun(
-        board,
-        RunSpec.from_dict({**cell, "seed": record["seed"]}),
+        str(record["key"]),
+        RunSpec.from_dict({**cell_of(record, components), "seed": record["seed"]}),
         tuple(map(float, record["solution"])),
         float(score["value"]),
         str(score["unit"]),

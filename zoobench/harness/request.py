@@ -11,7 +11,7 @@ from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
 from zoobench.harness.imported import body_notes
 from zoobench.harness.narrowing import narrowed
-from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes, stored_runs
+from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSelection, RunSpec
 
@@ -64,9 +64,8 @@ class RunRequest:
         look_in(location)
         cells = self._part_of_suite() if self.suite else self._cells_of_grid(location, choose, say)
         if warm := [cell for cell in cells if isinstance(cell, RunSpec) and is_warm(cell)]:
-            with stored_runs(location) as reader:
-                for note in start_notes(warm, reader):
-                    say(note)
+            for note in start_notes(warm, location):
+                say(note)
         specs = [cell for cell in cells if isinstance(cell, RunSpec)]
         for note in (*gait_notes(specs), *body_notes(specs)):
             say(note)
@@ -106,10 +105,7 @@ class RunRequest:
         grid = self.grid()
         axes = ((Kind.DESIGN, grid.designs), (Kind.CONTROLLER, grid.controllers), (Kind.METHOD, grid.methods))
         if any(names_runs(kind, refs) for kind, refs in axes):
-            with stored_runs(location) as reader:
-                designs, controllers, methods = (
-                    tuple(pinned(kind, ref, reader) for ref in refs) for kind, refs in axes
-                )
+            designs, controllers, methods = (tuple(pinned(kind, ref, location) for ref in refs) for kind, refs in axes)
             grid = replace(grid, designs=designs, controllers=controllers, methods=methods)
         if self.tolerance is None and self.decide is None:
             return expand(grid)

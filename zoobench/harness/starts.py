@@ -2,9 +2,8 @@
 `diffphysics[start=best:ground/turning/caterpillar]` one of a published leaderboard."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from zoobench import registry
 from zoobench.db import published
@@ -18,59 +17,31 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
 
 
-class StoredRuns(Protocol):
-    """What settings may name: the runs of a `Reader`, and published ones."""
-
-    def run(self, prefix: str) -> "RunRow":
-        """See `Reader.run`."""
-
-    def stored(self, key: str) -> Start | None:
-        """See `Reader.stored`."""
-
-    def solution(self, run_id: int) -> tuple[float, ...] | None:
-        """See `Reader.solution`."""
+def has_database(location: str) -> bool:
+    """Whether a database may be at this location: a file, or that of a server."""
+    return "://" in location or Path(location).exists()
 
 
-@contextmanager
-def stored_runs(location: str) -> Iterator[StoredRuns]:
-    """The runs of the database at this location; without one there are published runs only.
+def stored(location: str, key: str) -> Start | None:
+    """The solution of the run whose key begins so, in the database at this location or published.
+
+    For a published one there need not be a database.
 
     Raises:
         StorageError: the database cannot be read.
     """
     from zoobench.db.query import Reader
 
-    if "://" in location or Path(location).exists():
-        with Reader(location, create=False) as reader:
-            yield reader
-    else:
-        yield _PublishedRuns(location)
-
-
-class _PublishedRuns:
-    """The runs that can be named where no database is."""
-
-    def __init__(self, location: str) -> None:
-        self._location = location
-
-    def run(self, prefix: str) -> "RunRow":
-        raise UsageError(f"There is no database {self._location}, and so no run {prefix!r}. Choose another with --db.")
-
-    def stored(self, key: str) -> Start | None:
+    if not has_database(location):
         return published.start(key)
-
-    def solution(self, run_id: int) -> tuple[float, ...] | None:
-        return None
+    with Reader(location, create=False) as reader:
+        return reader.stored(key)
 
 
 def look_in(location: str) -> str:
     """Let settings name the runs of the database at this location, which is returned; it is opened when one does."""
 
-    def find(name: str) -> Start | None:
-        with stored_runs(location) as runs:
-            return runs.stored(name.removeprefix("run-"))
-
-    find_with(find)
+    find_with(lambda name: stored(location, name.removeprefix("run-")))
     return location
 
 
@@ -79,25 +50,30 @@ def names_runs(kind: Kind, refs: Iterable[Ref]) -> bool:
     return any(_typed(kind, ref) for ref in refs)
 
 
-def pinned(kind: Kind, ref: Ref, reader: StoredRuns) -> Ref:
-    """The component with the runs that it names named by their keys.
+def pinned(kind: Kind, ref: Ref, location: str) -> Ref:
+    """The component with the runs that it names, of the database at this location or published, named by their keys.
 
     Raises:
         UsageError: there is no such run, or it has no solution.
         StorageError: the database cannot be read.
     """
-    names = {}
-    for key, text in _typed(kind, ref).items():
-        if text.startswith(published.PREFIX):
-            names[key] = run_name(published.named(text).spec.key())
-            continue
-        run = reader.run(text.removeprefix("run-"))
-        solution_of(reader, run)
-        names[key] = run_name(run.key)
+    names = {key: run_name(_key_named(text, location)) for key, text in _typed(kind, ref).items()}
     return Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **names}.items())))
 
 
-def start_notes(specs: Iterable[RunSpec], reader: StoredRuns) -> Iterator[str]:
+def _key_named(text: str, location: str) -> str:
+    """The key of a run as it was typed, which has a solution; the database is opened for its own runs only."""
+    from zoobench.db.query import Reader
+
+    if text.startswith(published.PREFIX):
+        return published.named(text).key
+    with Reader(location, create=False) as reader:
+        run = reader.run(text.removeprefix("run-"))
+        solution_of(reader, run)
+        return run.key
+
+
+def start_notes(specs: Iterable[RunSpec], location: str) -> Iterator[str]:
     """For each cell with a start, a line that says what it takes of it.
 
     Raises:
@@ -107,7 +83,7 @@ def start_notes(specs: Iterable[RunSpec], reader: StoredRuns) -> Iterator[str]:
     from zoobench.cell.warm_start import overlay_of
 
     for spec in {(spec.design, spec.controller, spec.method, spec.fidelity): spec for spec in specs}.values():
-        if start := reader.stored(named_run(spec.method)):
+        if start := stored(location, named_run(spec.method)):
             yield f"{spec.design.name} x {spec.method.name}, warm start: {overlay_of(start, spec).words}"
 
 
@@ -141,7 +117,7 @@ def run_and_its_starts(reader: "Reader", run: "RunRow") -> Sequence[RunSpec]:
     return list(found.values())
 
 
-def solution_of(reader: StoredRuns, run: "RunRow") -> tuple[float, ...]:
+def solution_of(reader: "Reader", run: "RunRow") -> tuple[float, ...]:
     """The parameters that a run has found.
 
     Raises:

@@ -1,5 +1,6 @@
 """Whether the order of a leaderboard's methods stands on a finer grid, by the best solution of each."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -9,15 +10,15 @@ from zoobench.report.labels import labels
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import marked
-from zoobench.report.tables import Row, Table, TableCell
+from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
 
 
 class Confirmed(NamedTuple):
-    """The score of a method's best solution, at home and on a finer grid; there None where it diverged."""
+    """The score of a method's best solution, at home and on a finer grid; there minus infinity where it diverged."""
 
     home: float
-    finer: float | None
+    finer: float
 
 
 def mark_overturned(tables: Iterable[Table], rows: Sequence[BoardRow]) -> list[Table]:
@@ -51,12 +52,8 @@ def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
     for row in table.rows:
         places.setdefault((row.env, row.task), []).extend(_confirmed(row, rows).values())
     pairs = [pair for found in places.values() for pair in combinations(found, 2)]
-    compared = [(a.home > b.home, _above(a.finer, b.finer)) for a, b in pairs if (a.finer, b.finer) != (None, None)]
-    return sum(here == there for here, there in compared), len(compared)
-
-
-def _above(a: float | None, b: float | None) -> bool:
-    return a is not None and (b is None or a > b)
+    kept = [(a.home > b.home) == (a.finer > b.finer) for a, b in pairs if max(a.finer, b.finer) > -math.inf]
+    return sum(kept), len(kept)
 
 
 def finer_fidelities(rows: Iterable[BoardRow]) -> list[Ref]:
@@ -68,14 +65,12 @@ def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
     """By the place of the method: its best run, if that was evaluated on a finer grid."""
     found = {}
     for place, cell in enumerate(row.cells):
-        best = max((rows[run - 1] for run in _runs(cell)), key=lambda run: run.score, default=None)
+        runs = () if cell is None else cell.runs
+        best = max((rows[run - 1] for run in runs), key=lambda run: run.score, default=None)
         if best is not None and best.finer is not None:
-            found[place] = Confirmed(best.score, best.finer.score)
+            score = best.finer.score
+            found[place] = Confirmed(best.score, -math.inf if score is None else score)
     return found
-
-
-def _runs(cell: TableCell | None) -> tuple[int, ...]:
-    return () if cell is None else cell.runs
 
 
 def _marked(row: Row, rows: Sequence[BoardRow]) -> Row:
@@ -91,19 +86,14 @@ def _marked(row: Row, rows: Sequence[BoardRow]) -> Row:
 
 
 def _order(found: Mapping[int, Confirmed], where: str) -> list[int]:
-    """The methods from the best to the worst; what diverged comes last."""
-
-    def rank(place: int) -> tuple[bool, float]:
-        score = getattr(found[place], where)
-        return score is None, -(score or 0.0)
-
-    return sorted(found, key=rank)
+    """The methods from the best to the worst."""
+    return sorted(found, key=lambda place: getattr(found[place], where), reverse=True)
 
 
 def _text(found: Confirmed | None) -> str:
     if found is None:
         return ""
-    if found.finer is None:
+    if found.finer == -math.inf:
         return f"{found.home:.4g} → diverged"
     share = f" ({found.finer / found.home:.0%})" if found.home > 0.0 else ""
     return f"{found.home:.4g} → {found.finer:.4g}{share}"

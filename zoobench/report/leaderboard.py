@@ -94,8 +94,8 @@ class Leaderboard:
         """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
         known = earlier.ended()
         rows = [_better(row, known.get(row.spec.key(), row)) for row in self.rows]
-        best = set(map(id, best_of_rows(rows)))
-        return replace(self, rows=tuple(row if id(row) in best else replace(row, solution=None) for row in rows))
+        best = {row.spec for row in best_of_rows(rows)}
+        return replace(self, rows=tuple(row if row.spec in best else replace(row, solution=None) for row in rows))
 
     def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
         """The ended runs of an earlier export that this one does not ask for."""
@@ -112,9 +112,12 @@ def best_of_rows(rows: Iterable[BoardRow], *, by_method: bool = False) -> list[B
 
     With `by_method`, one of each method.
     """
-    best: dict[tuple[Any, ...], BoardRow] = {}
+    best: dict[tuple[str, ...], BoardRow] = {}
+    place = AXES.index("method")
     for row in rows:
-        cell = tuple(getattr(row.spec, axis) for axis in AXES if by_method or axis != "method")
+        cell = row.spec.cell()
+        if not by_method:
+            cell = cell[:place] + cell[place + 1 :]
         if row.score > -math.inf and (cell not in best or row.score > best[cell].score):
             best[cell] = row
     return list(best.values())
@@ -149,8 +152,8 @@ def gather(
         else replace(_board_row(run, finals.get(run.id, []), attempts.get(run.id, [])), finer=finer.get(run.id))
         for spec, why in counted
     ]
-    solutions = {id(row): reader.solution(known[row.spec.key()].id) for row in best_of_rows(rows)}
-    return Leaderboard(name, source, summary, tuple(replace(row, solution=solutions.get(id(row))) for row in rows))
+    solutions = {row.spec: reader.solution(known[row.spec.key()].id) for row in best_of_rows(rows)}
+    return Leaderboard(name, source, summary, tuple(replace(row, solution=solutions.get(row.spec)) for row in rows))
 
 
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:

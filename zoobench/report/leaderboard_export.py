@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from zoobench.db.published import cell_of
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
 from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, FinerScore, Leaderboard
@@ -105,7 +106,7 @@ def _rows_of(
     record: Mapping[str, Any], documents: Sequence[Mapping[str, Any]], components: Sequence[Mapping[str, Any]]
 ) -> Iterator[BoardRow]:
     """The runs of a line: one that exists, or those that do not."""
-    cell = record["spec"] | {axis: components[record["spec"][axis]] for axis in AXES}
+    cell = cell_of(record, components)
     if record["state"] == MISSING:
         yield from (BoardRow(RunSpec.from_dict({**cell, "seed": seed})) for seed in record["seeds"])
     else:

@@ -112,16 +112,12 @@ def swimming_fish(record: CaseRecorder) -> None:
     turned = _swim(4.0, -1.0)
     for frequency, swim in swims.items():
         figure.computed(f"{frequency:g} Hz", swim.times, np.concatenate([[0.0], swim.strides.cumsum()]))
-        above = frequency > 5.0
-        shortfall = Shortfall(_HARDLY, -0.05) if above else None
-        record.at_least(f"lengths per period at {frequency:g} Hz", swim.stride, 0.05, shortfall=shortfall)
+        stride, steady, lag = (Shortfall(_HARDLY, w) if frequency > 5.0 else None for w in (-0.05, 5.0, -math.pi))
+        at = f"at {frequency:g} Hz"
+        record.at_least(f"lengths per period {at}", swim.stride, 0.05, shortfall=stride)
         change = abs(swim.strides[-1] - swim.strides[-2]) / abs(swim.stride)
-        shortfall = Shortfall(_HARDLY, 5.0) if above else None
-        measure = f"change from the last period but one to the last at {frequency:g} Hz"
-        record.at_most(measure, change, 0.5, shortfall=shortfall)
-        shortfall = Shortfall(_HARDLY, -math.pi) if above else None
-        lag = f"lag of the tail behind the head at {frequency:g} Hz"
-        record.at_least(lag, swim.phase, math.pi, "rad", shortfall=shortfall)
+        record.at_most(f"change from the last period but one to the last {at}", change, 0.5, shortfall=steady)
+        record.at_least(f"lag of the tail behind the head {at}", swim.phase, math.pi, "rad", shortfall=lag)
         record.remark(f"{frequency:g} Hz: {swim.text}")
     figure.computed("4 Hz, to the head", turned.times, np.concatenate([[0.0], turned.strides.cumsum()]))
     ratio = turned.stride / swims[4.0].stride
