@@ -57,6 +57,13 @@ def test_show_a_component_states_its_parameters_and_defaults(zoobench: Command) 
     assert defaults == dict(registry.get(registry.Kind.METHOD, "diffphysics").defaults)
 
 
+def test_a_colon_in_a_setting_makes_no_run_of_a_component(zoobench: Command) -> None:
+    """Only `best:` names a solution."""
+    reply = zoobench("show", "external[policy=agent.py:act]", "--format", "json")
+    assert reply.code == 0, reply.err
+    assert [card["name"] for card in json.loads(reply.out)] == ["external"]
+
+
 def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     """For readers and for programs; firm ground is what it is called."""
     assert "provisional" in zoobench("show", "shallow-water").out

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
 from zoobench.cli.output import Format, emit, say
-from zoobench.cli.solutions import NamedSolution, solution_named
+from zoobench.cli.solutions import NamedSolution, names_published, solution_named, solution_of_run
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
@@ -40,21 +40,24 @@ def evaluate(
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
     from zoobench.db.rows import TRANSFER
+    from zoobench.db.store import Store
     from zoobench.registry import Kind
     from zoobench.report.listing import Listing
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import TransferTargets, stored
 
     targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
-    solutions = [solution_named(text, db) for text in runs]
-    own, published = ([each for each in solutions if (each.run is None) is kind] for kind in (False, True))
+    published = [solution_named(text, db) for text in runs if names_published(text)]
+    own = []
+    if typed := [text for text in runs if not names_published(text)]:
+        with Store(db, create=False) as store:
+            own = [solution_of_run(store, text) for text in typed]
     saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
     found = []
-    with Steps(sum(len(list(targets.of(each.spec))) for each in solutions)) as steps:
+    with Steps(sum(len(list(targets.of(each.spec))) for each in (*own, *published))) as steps:
         for row in chain(saved, _all(published, targets)):
             found.append(row)
-            score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
-            steps.end(f"{row.title} in {Ref.parse(row.env).name}: {score}")
+            steps.end(f"{row.title} in {Ref.parse(row.env).name}: {row.result}")
     if published:
         say("Scores of published solutions are shown and not stored: the database does not have their runs.")
     columns = ("run", "found_in", "env", "task", "fidelity", "score", "unit")

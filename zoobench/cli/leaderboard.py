@@ -58,16 +58,16 @@ def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None
 
     rows = [row for row in best_of_rows(_board_of(suite, db).rows, by_method=True) if row.finer is None]
     with Store(db, create=False) as store:
-        chosen = [(run, solution_of(store, run)) for run in (store.run(row.spec.key()) for row in rows)]
+        runs = [store.run(row.spec.key()) for row in rows]
+        chosen = [(run, solution_of(store, run), finer(run.spec.fidelity)) for run in runs]
     scores = (
         row
-        for run, params in chosen
-        for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[finer(run.spec.fidelity)]))
+        for run, params, fidelity in chosen
+        for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[fidelity]))
     )
     with Steps(len(chosen)) as steps:
         for row in save_each(db, TRANSFER, scores, stored):
-            score = row.reason if row.score is None else f"score {row.score:.4g} {row.unit}"
-            steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {score}")
+            steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {row.result}")
     say("Everything was evaluated; `zoobench leaderboard publish` tells what stands.")
 
 

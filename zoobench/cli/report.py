@@ -14,6 +14,7 @@ from zoobench.spec import RunSelection
 if TYPE_CHECKING:
     from zoobench.report.page.sections import Section, Still
     from zoobench.report.run_results import RunResult
+    from zoobench.spec import Ref
 
 
 _FILM_EVERY = 2  # control frames to a picture of a film
@@ -160,8 +161,10 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
     sections = []
     for board in boards:
         section = section_of(board, decides)
-        solved = ((best, board.rows[best.run.id - 1].solution) for best in best_runs(section))
-        robots = {best.spec.env: ("", best, params) for best, params in reversed(list(solved)) if params is not None}
-        shown = [robots[env] for env in reversed(robots)][: max(stills, films)]  # of each environment its first task
+        robots: dict[Ref, tuple[str, RunResult, tuple[float, ...]]] = {}  # of each environment that of its first task
+        for best in best_runs(section):
+            if (params := board.rows[best.run.id - 1].solution) is not None:
+                robots.setdefault(best.spec.env, ("", best, params))
+        shown = list(robots.values())[: max(stills, films)]
         sections.append(replace(section, stills=_stills(shown, films)))
     return sections, mark

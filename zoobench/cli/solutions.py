@@ -1,7 +1,6 @@
 """Runs as arguments of commands, and their solutions."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zoobench.errors import UsageError
@@ -42,27 +41,46 @@ def solution_named(text: str, db: str) -> NamedSolution:
     """
     from zoobench.db import published
     from zoobench.db.store import Store
-    from zoobench.harness.starts import solution_of
 
-    if text.startswith(published.PREFIX):
+    if names_published(text):
         best = published.named(text)
         return NamedSolution(best.name, None, best.spec, best.params, best.score, best.unit)
     with Store(db, create=False) as store:
-        run = store.run(text)
-        params = solution_of(store, run)
-        score = next(final for final in store.finals(run.id) if final.name == "score")
+        return solution_of_run(store, text)
+
+
+def solution_of_run(store: "Store", text: str) -> NamedSolution:
+    """The solution of a run of an open database.
+
+    Raises:
+        UsageError: there is no such run, or it has no solution.
+    """
+    from zoobench.harness.starts import solution_of
+
+    run = store.run(text)
+    params = solution_of(store, run)
+    score = next(final for final in store.finals(run.id) if final.name == "score")
     return NamedSolution(f"run {run.id}", run, run.spec, params, score.value, score.unit)
+
+
+def names_published(text: str) -> bool:
+    """Whether a text names a solution of a published leaderboard."""
+    from zoobench.db.published import PREFIX
+
+    return text.startswith(PREFIX)
 
 
 def may_be_run(text: str) -> bool:
     """Whether a text can only name a run: names of components do not begin with a digit, or with `best:`."""
-    return text[:1].isdigit() or ":" in text
+    return text[:1].isdigit() or names_published(text)
 
 
 def names_run(text: str, db: str) -> bool:
     """Whether a text names a run and no component: a number, or the start of a key if the database exists."""
+    from zoobench.harness.starts import has_database
+
     is_key = len(text) >= 4 and set(text.lower()) <= set("0123456789abcdef")
-    return may_be_run(text) or (is_key and ("://" in db or Path(db).exists()))
+    return may_be_run(text) or (is_key and has_database(db))
 
 
 def archive_of(store: "Store", run: "RunRow") -> "Archive":

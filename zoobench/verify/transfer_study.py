@@ -45,6 +45,11 @@ class TransferRow:
         """The run, for people."""
         return _title(self.run)
 
+    @property
+    def result(self) -> str:
+        """The score, or why there is none, for people."""
+        return self.reason if self.score is None else f"score {self.score:.4g} {self.unit}"
+
 
 @dataclass(frozen=True)
 class TransferTargets:
