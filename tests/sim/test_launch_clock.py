@@ -4,6 +4,7 @@ import json
 import os
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 import torch
 
-from tests.sim.scenes import fidelity, ground_scene
+from tests.sim.scenes import fidelity, ground_scene, medium_scene
 from zoobench.sim import launch_clock
 from zoobench.sim.launch_clock import VARIABLE, LaunchClock, LaunchTimes, watch
+from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import LaunchPlan
 from zoobench.sim.solver import Solver
 
@@ -82,11 +84,12 @@ def test_launches_of_no_substeps_are_not_among_the_calls() -> None:
     assert launcher.advanced.count(0) == len(clock.empty["advance"]) > 1
 
 
-def test_a_clock_changes_no_number() -> None:
-    """The launches of no substeps leave trajectory and gradient as they are, bit for bit."""
+@pytest.mark.parametrize(("scene", "sleep"), [(ground_scene(), 0.0), (medium_scene(), 0.5)], ids=["awake", "sleep"])
+def test_a_clock_changes_no_number(scene: Scene, sleep: float) -> None:
+    """The launches of no substeps leave trajectory and gradient as they are, bit for bit, also where matter sleeps."""
 
     def gradient(timed: bool) -> tuple[np.ndarray, np.ndarray, dict[str, object]]:
-        solver = Solver(ground_scene(), fidelity(), gradients=True)
+        solver = Solver(scene, replace(fidelity(), sleep=sleep), gradients=True)
         clock = LaunchClock(solver.launcher) if timed else None
         rollout = solver.run(np.full((3, 1, solver.muscle_count), 0.5))
         ones = np.ones_like(rollout.positions)

@@ -105,7 +105,8 @@ class LaunchClock:
     ) -> None:
         plans = [each for each in (*arguments, *named.values()) if isinstance(each, LaunchPlan)]
         if plans:
-            empty = LaunchPlan.none(len(plans[0].dt), plans[0].dt.dtype, str(plans[0].dt.device))
+            worlds, particles = plans[0].order.shape
+            empty = LaunchPlan.none(worlds, plans[0].dt.dtype, str(plans[0].dt.device), particles)
             emptied = [empty if isinstance(each, LaunchPlan) else each for each in arguments]
             also = {key: empty if isinstance(each, LaunchPlan) else each for key, each in named.items()}
             for _ in range(1 + _EMPTY_LAUNCHES):
