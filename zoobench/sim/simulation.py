@@ -149,7 +149,7 @@ class Simulation:
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Have some of the medium's particles `[worlds, sleepers]` sleep in the launches to come."""
         if self.sleepers:
-            self._plan.put_to_sleep(np.pad(asleep, ((0, 0), (self.robot_count, 0))))
+            self._plan.put_to_sleep(asleep)
 
     def advance(
         self, matter: Matter, first: IntArray, counts: IntArray, stride: int, whole: IntArray | None = None

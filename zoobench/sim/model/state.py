@@ -327,11 +327,15 @@ class LaunchPlan:
         self.world_substeps = sum(counts.tolist())
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
-        """Say which particles sleep `[worlds, particles]`; both kinds keep their order."""
+        """Say which of the last particles sleep `[worlds, sleepers]`; both kinds keep their order."""
+        first = self.order.shape[1] - asleep.shape[1]
+        slots = self._on_host[0]
         for world, sleeps in enumerate(asleep):
-            awake = np.flatnonzero(~sleeps)
-            put(self.slots[world, 2], np.asarray(len(awake)))
-            put(self.order[world], np.concatenate([awake, np.flatnonzero(sleeps)]))
+            awake, sleepers = np.flatnonzero(~sleeps), np.flatnonzero(sleeps)
+            slots[world, 2] = first + len(awake)
+            put(self.order[world, first:], first + np.concatenate([awake, sleepers]))
+        if self._is_elsewhere:
+            put(self.slots[:, 2], slots[:, 2])
 
 
 @dataclass(frozen=True)
