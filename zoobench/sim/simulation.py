@@ -1,6 +1,7 @@
 """The state of one scene in a number of worlds, and the primitive operations on it that need no choice."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -12,6 +13,7 @@ from zoobench.errors import UsageError
 from zoobench.sim import runtime
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
+from zoobench.sim.model.diagnostics import Neighbours
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import cover
 from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
@@ -92,6 +94,11 @@ class Simulation:
             self.parameters.cover[:] = self.tensor(covered)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self.set_body(BodyState().filled(scene, worlds))
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Of the robot's particles, absent ones too."""
+        return Neighbours(self.scene.robot.positions, self.fidelity.particle_edge)
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""

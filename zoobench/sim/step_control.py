@@ -4,7 +4,7 @@ import numpy as np
 import torch
 
 from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import Finding, diagnose, largest_separation, separation, torn
+from zoobench.sim.model.diagnostics import Finding, diagnose, torn
 from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
@@ -21,7 +21,7 @@ class Diagnostics:
         self._sim = simulation
         like = simulation.matter.x
         self._report = torch.zeros((simulation.worlds, len(Condition._fields)), dtype=like.dtype, device=like.device)
-        self._culprit = torch.zeros((simulation.worlds, 5), dtype=torch.int32, device=like.device)
+        self._culprit = torch.zeros((simulation.worlds, 4), dtype=torch.int32, device=like.device)
 
     def survey(self) -> list[Condition]:
         """The present condition of every world that is alive; that of a dead one is out of date."""
@@ -44,8 +44,9 @@ class Diagnostics:
 
     def divergence(self, world: int, frame: int, step: int, finding: Finding) -> Divergence:
         """The finding with its time, particle and place."""
-        sim = self._sim
-        particle = int(self._culprit[world, finding.column])
+        sim, particle = self._sim, finding.particle
+        if particle is None:
+            particle = int(self._culprit[world, finding.column])
         x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origin).tolist()
         return Divergence(
             world, frame, step, finding.quantity, finding.value, finding.limit, particle, (x, y, z), finding.advice
@@ -167,17 +168,13 @@ class StepControl:
         return np.minimum(limits, self._most)
 
     def _check_tears(self, world: int, frame: int, condition: Condition) -> None:
-        """Note a world whose robot has torn.
-
-        Distances are measured only where some F is stretched as far: neighbours do not part without that.
-        """
+        """Note a world whose robot has torn."""
         sim, rollout = self._sim, self._rollout
-        if world in rollout.tears or condition.stretch <= largest_separation(sim.fidelity):
+        if world in rollout.tears:
             return
-        present = rollout.body["occupancy"][world] > 0.5
-        now = sim.matter.x[0, world, : sim.robot_count].cpu().double().numpy()
-        growth = separation(sim.scene.robot.positions[present], now[present], sim.fidelity.particle_edge)
-        if finding := torn(growth, sim.fidelity):
+        now = sim.matter.on_host()[0, world, : sim.robot_count, 0, :3]
+        growth, particle = sim.neighbours.growth(now, rollout.body["occupancy"][world] > 0.5)
+        if finding := torn(growth, particle, condition.stretch, sim.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())
             rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
 

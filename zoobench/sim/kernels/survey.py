@@ -51,9 +51,9 @@ def survey(
 ):  # fmt: skip
     """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
 
-    `culprit[w]` holds the particle of each of the first four, where the first NaN is kept, and of the stretch.
-    Massless particles are left out. Of a variant only the medium's law and whether there is a skin make a difference,
-    so that scenes which differ in other things share the kernel.
+    `culprit[w]` holds the particle of each of the first four, where the first NaN is kept. Massless particles are left
+    out. Of a variant only the medium's law and whether there is a skin make a difference, so that scenes which differ
+    in other things share the kernel.
     """
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
@@ -61,7 +61,7 @@ def survey(
         nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
-        guarded, widest, square, robot, medium, viscosity, ground = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+        guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
         for p in range(state.shape[2] * alive[w]):
             q = body[w, p, 0]
             if q[MASS] > 0.0:
@@ -81,9 +81,7 @@ def survey(
                         guarded += 1
                     k = q[STIFFNESS]
                     stretched = largest_square(deformation)
-                    if stretched > square:
-                        square = stretched
-                        widest = p
+                    square = ti.max(square, stretched)
                     viscosity = ti.max(viscosity, scene.eta * per_mass)
                     if ti.static(skin):
                         ground = ti.max(ground, scene.skin_rate * per_mass)
@@ -102,7 +100,6 @@ def survey(
             report[w, c] = worst[c]
         for c in ti.static(range(4)):
             culprit[w, c] = who[c]
-        culprit[w, 4] = widest
         report[w, 3] = -worst[3]
         report[w, 4] = guarded
         report[w, 5] = ti.sqrt(square)
