@@ -269,10 +269,10 @@ class Session:
             alike.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
         for (_, frame), some in alike.items():
             motion, numbers = self._side_by_side(tuple(some))
+            motion.muscle_work.numpy()[:] = work if len(some) == self.worlds else work[:, some]
             if len(some) < self.worlds:
                 for place, all_places in ((motion.positions, self._positions), (motion.velocities, self._velocities)):
                     all_places.numpy().take(some, axis=1, out=place.numpy())
-            work.take(some, axis=1, out=motion.muscle_work.numpy())
             numbers[1] = frame
             motion.forget()
             with torch.inference_mode():

@@ -27,10 +27,15 @@ def heading(motion: Motion, first: int = 0) -> "Tensor":
     import torch
 
     labelled = motion.of_bodies("labelled", lambda: torch.nonzero((motion.head + motion.tail) > 0)[:, 0])
-    weights = motion.masses[:, labelled]  # [worlds, labelled]
-    total = weights.sum(dim=1)
-    share = (weights / torch.where(total > 0, total, 1.0)[:, None])[..., None]
-    positions, rest = motion.positions[first:, :, labelled], motion.rest[labelled]
+    weights = motion.of_bodies("labelled masses", lambda: motion.masses[:, labelled])  # [worlds, labelled]
+    total = motion.of_bodies("labelled mass", lambda: weights.sum(dim=1))
+
+    def shares() -> "Tensor":
+        return (weights / torch.where(total > 0, total, 1.0)[:, None])[..., None]
+
+    share = motion.of_bodies("shares of labelled mass", shares)
+    positions = motion.positions[first:, :, labelled]
+    rest = motion.of_bodies("labelled at rest", lambda: motion.rest[labelled])
     now = share * (positions - (share * positions).sum(dim=2, keepdim=True))
     moments = torch.stack([(now * rest[:, axis, None]).sum(dim=2) for axis in range(3)], dim=-1)
     turned = (rotation(moments) * motion.of_bodies("rest_heading", lambda: _rest_heading(motion))).sum(dim=-1)
