@@ -138,6 +138,18 @@ def test_a_lead_in_moves_no_other_world() -> None:
     assert told[0][1] == told[1][1]
 
 
+def test_a_world_that_begins_elsewhere_observes_from_there() -> None:
+    """After a lead-in the displacement is nothing, as in the world beside it that begins at rest."""
+    session = new_session(Problem(cell(task="waypoint-following", frames=4)), 2)
+    session.begin()
+    session.step(np.ones((2, session.muscle_count)))
+    assert session.step(np.ones((2, session.muscle_count))).observations[:, 3:6].any()
+    lead_in = np.random.default_rng(0).uniform(-1.0, 1.0, (3, session.muscle_count))
+    seen = session.begin(lead_ins={1: lead_in})
+    np.testing.assert_array_equal(seen[:, 3:6], 0.0)
+    assert seen[1, :3].any()
+
+
 def test_a_design_space_is_refused() -> None:
     """A policy needs a fixed body."""
     with pytest.raises(UsageError, match="is a design space"):

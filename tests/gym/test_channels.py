@@ -13,13 +13,14 @@ LAYOUT = (("body", 8), ("time_left", 1))
 TIMES = np.array([0.008, 0.0])
 
 
-def test_waves_are_those_of_the_sine_basis_at_every_worlds_own_time() -> None:
-    """The action is the basis' parameter vector, clipped to [-1, 1]."""
-    actions = np.random.default_rng(0).normal(size=(2, 9)).astype(np.float32)
-    activity = Channels(1, LAYOUT, "waves").activity(actions, TIMES)
+@pytest.mark.parametrize("muscles", [1, 4, 60])
+def test_waves_are_those_of_the_sine_basis_at_every_worlds_own_time(muscles: int) -> None:
+    """The action is the basis' parameter vector, clipped to [-1, 1]; bit for bit, for few muscles and many."""
+    actions = np.random.default_rng(0).normal(size=(2, 9 * muscles)).astype(np.float32)
+    activity = Channels(muscles, LAYOUT, "waves").activity(actions, TIMES)
     for world in range(2):
         weights = torch.as_tensor(actions[world : world + 1].astype(np.float64).clip(-1.0, 1.0))
-        expected = SineBasis().actuation(weights, torch.as_tensor(TIMES[world : world + 1]), 1)[0, 0]
+        expected = SineBasis().actuation(weights, torch.as_tensor(TIMES[world : world + 1]), muscles)[0, 0]
         np.testing.assert_array_equal(activity[world], expected.numpy())
 
 

@@ -15,12 +15,15 @@ from zoobench.sim.muscle_energy import MuscleEnergy
 _FRAMES, _WORLDS, _ROBOT = 7, 2, 37
 
 
-def _energy() -> MuscleEnergy:
-    rng = np.random.default_rng(1)
+def _parameters() -> Parameters:
     parameters = Parameters.zeros(_WORLDS, _ROBOT, _ROBOT + 3, torch.float32, "cpu")
-    parameters.body.numpy()[:] = rng.normal(size=parameters.body.shape)
+    parameters.body.numpy()[:] = np.random.default_rng(1).uniform(0.1, 1.0, parameters.body.shape)
+    return parameters
+
+
+def _energy() -> MuscleEnergy:
     energy = MuscleEnergy(strength=1e4)
-    energy.set_body(parameters)
+    energy.set_body(_parameters())
     return energy
 
 
@@ -71,3 +74,19 @@ def test_another_rollout_completes_the_one_before() -> None:
     np.testing.assert_array_equal(first.muscle_potential[0], second.muscle_potential[1])
     assert np.isfinite(first.muscle_potential[0]).all()
     assert np.isnan(second.muscle_potential[0]).all()
+
+
+def test_muscles_that_were_changed_in_place_count_for_the_next_body() -> None:
+    """Which particles are whose is found again when a body is set, though its array is the same."""
+    energy, rollout, state = _energy(), _rollout(2), _states()[0]
+    energy.note(rollout, 0, state)
+    energy.finish()
+    rollout.body["muscle_membership"][:, ::2] = 0.0
+    energy.set_body(_parameters())
+    energy.note(rollout, 1, state)
+    energy.finish()
+    anew = _energy()
+    anew.note(rollout, 2, state)
+    anew.finish()
+    np.testing.assert_array_equal(rollout.muscle_potential[1], rollout.muscle_potential[2])
+    assert (rollout.muscle_potential[0] > rollout.muscle_potential[1]).all()

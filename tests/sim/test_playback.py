@@ -1,5 +1,7 @@
 """Worlds with clocks of their own: the same states as in a run, whenever they are begun."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,28 @@ def test_frame_by_frame_is_the_same_to_the_last_bit() -> None:
             assert rollout.counts[0, world] == expected.counts[number, 0]
             assert playback.frames[world] == number + 1
             assert playback.substeps[world] == expected.counts[: number + 1].sum()
+
+
+def test_a_frame_that_goes_on_surveys_the_robot_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What else the step follows from is known from the end of the last frame, unless a world was begun or led in."""
+    playback = Playback(Solver(scenes.medium_scene(), scenes.fidelity(), worlds=2))
+    launcher = playback._sim.launcher
+    surveys: list[bool] = []
+    survey = launcher.survey
+
+    def watched(*arrays: Any, robot_only: bool = False) -> None:
+        surveys.append(robot_only)
+        survey(*arrays, robot_only=robot_only)
+
+    monkeypatch.setattr(launcher, "survey", watched)
+    still = np.zeros((2, scenes.MUSCLES))
+    for step in (
+        lambda: playback.frame(still), lambda: playback.frame(still),
+        lambda: playback.begin([1]), lambda: playback.frame(still),
+        lambda: playback.lead_in(0, still[:1]), lambda: playback.frame(still),
+    ):  # fmt: skip
+        step()
+    assert surveys == [False, False, True, False, *[False, False] * 3]
 
 
 def test_a_world_that_diverges_says_when_in_its_episode(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -172,3 +172,18 @@ def test_a_rollout_that_cannot_be_replayed_is_refused(changes: dict[str, np.ndar
     first = solver.run(scenes.actuation(solver, 3))
     with pytest.raises(UsageError, match=word):
         solver.run(scenes.actuation(solver, 3), replay=replace(first, **changes))
+
+
+@pytest.mark.parametrize("scene", [scenes.flight_scene(), scenes.medium_scene("snow"), scenes.wading_scene()])
+def test_a_renewed_condition_is_that_of_a_survey(scene: Scene) -> None:
+    """After another activity, of the robot alone and beside what it moves in, to the last bit."""
+    solver = Solver(scene, scenes.fidelity(), worlds=2)
+    rng = np.random.default_rng(0)
+    rollout = solver.run(rng.uniform(-1.0, 1.0, (3, 2, scenes.MUSCLES)))
+    diagnostics = step_control.Diagnostics(solver.simulation)
+    before = diagnostics.survey()
+    rollout.actuation[0] = 1.0
+    solver.simulation.set_tension(rollout, 0)
+    renewed = diagnostics.renew(before)
+    assert renewed == diagnostics.survey()
+    assert renewed != before

@@ -6,8 +6,11 @@ import pytest
 import torch
 
 from tests.tasks import motions
+from zoobench import registry
+from zoobench.registry import Kind
+from zoobench.spec import Ref
 from zoobench.tasks import turning
-from zoobench.tasks.base import Motion
+from zoobench.tasks.base import Motion, Task
 from zoobench.tasks.turning import Turning
 
 
@@ -48,3 +51,22 @@ def test_every_gradient_has_a_graph_of_its_own() -> None:
         gradients += torch.autograd.grad(Turning().objective(motion).sum(), motion.positions)
     assert torch.equal(*gradients)
     assert gradients[0].abs().max() > 0.0
+
+
+@pytest.mark.parametrize("task", ["movement-speed", "turning", "velocity-tracking", "waypoint-following"])
+def test_a_motion_in_memory_that_is_written_anew_has_the_rewards_of_a_new_one(task: str) -> None:
+    """Bit for bit, once it was told to forget; what was computed of the bodies alone is kept."""
+    first, second = _spinning(), _spinning()
+    second.positions[1] += torch.linspace(0.0, 0.02, second.positions[1].numel()).view_as(second.positions[1]) ** 2
+    second.velocities[1] *= -1.5
+    made: Task = registry.create(Kind.TASK, Ref(task))
+    with torch.no_grad():
+        before, expected = made.reward(first), made.reward(second)
+        first.positions[:], first.velocities[:] = second.positions, second.velocities
+        kept = dict(first._of_bodies)
+        first.forget()
+        again = made.reward(first)
+    assert torch.equal(again, expected)
+    assert not torch.equal(again, before)
+    assert kept
+    assert all(first._of_bodies[name] is value for name, value in kept.items())

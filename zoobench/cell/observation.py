@@ -30,7 +30,7 @@ def layout_of(muscle_count: int, task: Task | None) -> Layout:
 
     zero, *axes = torch.cat([torch.zeros(1, 3), torch.eye(3)]).double()
     anywhere = Situation(time=0.0, start=zero, centre=zero, ahead=axes[0], right=axes[2], length=1.0)
-    added = ((name, len(values)) for name, values in _observed(task, anywhere).items())
+    added = ((name, len(values)) for name, values in observed(task, anywhere).items())
     return (*body, *added, ("time_left", 1))
 
 
@@ -39,7 +39,8 @@ def seen_by(controller: Controller, task: Task) -> Task | None:
     return None if getattr(controller, "sees", "all") == "body" else task
 
 
-def _observed(task: Task, situation: Situation) -> "Mapping[str, Tensor]":
+def observed(task: Task, situation: Situation) -> "Mapping[str, Tensor]":
+    """What the task adds, if it does."""
     return task.observed(situation) if _adds(type(task)) else {}  # type: ignore[attr-defined]
 
 
@@ -117,7 +118,7 @@ class ObservationModel:
         """As `observe`, with the body's `weights` and the centre of mass at the start of the episode `[3]` [m]."""
         import torch
 
-        length = self._length
+        length = self.length
         axes, angle = _axes(weights, positions)
         centre, speed = weights.share @ positions, weights.share @ velocities
         apart = (weights.muscles @ positions - centre) @ axes.T - weights.rest
@@ -126,11 +127,12 @@ class ObservationModel:
         parts = [*own, (apart / length).reshape(-1), (faster / (WAVE_RATE * length)).reshape(-1)]
         if self.task is not None:
             situation = Situation(frame * FRAME_SECONDS, begun, centre, axes[0], axes[2], length)
-            parts += [*_observed(self.task, situation).values(), centre.new_tensor([1.0 - frame / self.frames])]
+            parts += [*observed(self.task, situation).values(), centre.new_tensor([1.0 - frame / self.frames])]
         return torch.cat(parts)
 
     @cached_property
-    def _length(self) -> float:
+    def length(self) -> float:
+        """Of the body at rest [m]."""
         return float(np.ptp(self.body.positions[:, 0]))
 
 

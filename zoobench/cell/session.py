@@ -14,14 +14,13 @@ from zoobench.cell.episode import Evaluation, evaluation_of
 from zoobench.cell.history import History
 from zoobench.cell.motion import motion_of
 from zoobench.cell.observation import Layout, ObservationModel, seen_by
+from zoobench.cell.observer import Observer
 from zoobench.cell.problem import Problem
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
-    from torch import Tensor
-
     from zoobench.sim.solver import Solver
 
 
@@ -75,13 +74,16 @@ class Session:
             )
         self._problem, self._solver = problem, solver
         self._playback = Playback(solver)
-        self._observation_models = [observation_model(problem)] * solver.worlds
-        self._weights = self._observation_models[0].weights(torch.as_tensor(problem.body.occupancy))
+        self._observation_model = observation_model(problem)
+        self._weights = self._observation_model.weights(torch.as_tensor(problem.body.occupancy))
         self._tasks = [problem.task] * solver.worlds
         self._history = History(problem.spec.frames, self._playback.rollout) if keeps_history else None
+        # of the robots' particles, at the start of the episode and now `[2, worlds, particle_count, 3]` [m], [m/s]
+        shape = (2, *self._playback.rollout.positions.shape[1:])
+        self._positions, self._velocities = (torch.zeros(shape, dtype=torch.float64) for _ in range(2))
         self._starts = [self._start(world) for world in range(solver.worlds)]
-        self._joined: dict[tuple[int, ...], Motion] = {}
-        self._begun = [self._weights.share @ start.positions[1, 0] for start in self._starts]
+        self._observers = [self._observer(world) for world in range(solver.worlds)]
+        self._joined: dict[tuple[int, ...], tuple[Motion, NDArray[np.int64]]] = {}
         self._over = np.ones(solver.worlds, dtype=bool)
         self._last = np.zeros(solver.worlds)
         self.failures = 0
@@ -99,12 +101,12 @@ class Session:
     @property
     def layout(self) -> Layout:
         """The parts of an observation."""
-        return self._observation_models[0].layout
+        return self._observation_model.layout
 
     @property
     def observation_count(self) -> int:
         """Length of an observation."""
-        return self._observation_models[0].count
+        return self._observation_model.count
 
     @property
     def times(self) -> Array:
@@ -164,17 +166,15 @@ class Session:
             if world in lead_ins:
                 with self._metered():
                     self._playback.lead_in(world, lead_ins[world])
-            task = tasks.get(world, self._problem.task)
-            if task is not self._tasks[world]:
-                self._tasks[world] = task
-                self._observation_models[world] = observation_model(self._problem, task)
-            self._starts[world] = start = self._start(world)
-            self._begun[world] = self._weights.share @ start.positions[1, 0]
+            self._tasks[world] = tasks.get(world, self._problem.task)
+            self._starts[world] = self._start(world)
+            self._observers[world] = self._observer(world)
             if self._history is not None:
                 self._history.note(world, 0, self._playback.rollout)
         self._over[chosen] = False
         self._last[chosen] = 0.0
-        return self._observations(*self._states())
+        self._take_states()
+        return self._observations()
 
     def step(self, activity: Array) -> Step:
         """Simulate a control frame in every world.
@@ -194,58 +194,68 @@ class Session:
                 f"The budget of {budget} does not suffice for another frame in {self.worlds} worlds: "
                 f"{meter.spent(budget.kind):,.6g} are spent. Give a larger budget."
             )
-        begun = int((self._playback.frames == 0).sum())
+        begun = self._playback.frames.tolist().count(0)
         with self._metered():
             self._playback.frame(activity)
         self._problem.meter.episodes += begun
         rollout, frames = self._playback.rollout, self._playback.frames
         failures = {**rollout.tears, **rollout.divergences}
         self.failures += len(failures)
-        terminated = np.array([world in failures for world in range(self.worlds)])
+        terminated = np.zeros(self.worlds, dtype=bool)
+        if failures:
+            terminated[list(failures)] = True
         truncated = ~terminated & (frames >= self._problem.spec.frames)
         work = rollout.muscle_work
         if self._history is not None:
             for world in range(self.worlds):
                 self._history.note(world, int(frames[world]), rollout, work[0, world])
-        states = self._states()
-        rewards = self._rewards(*states, work, np.flatnonzero(~terminated).tolist())
+        self._take_states()
+        rewards = self._rewards(work, np.flatnonzero(~terminated).tolist())
         for world in failures:
             rewards[world] = self._forgone(world)
         self._over, self._last = terminated | truncated, rewards
         evaluations = {world: self._evaluation(world) for world in np.flatnonzero(truncated).tolist() if self._history}
-        return Step(self._observations(*states), rewards.copy(), terminated, truncated, failures, evaluations)
+        return Step(self._observations(), rewards.copy(), terminated, truncated, failures, evaluations)
 
     @contextmanager
     def _metered(self) -> Iterator[None]:
         """Meter what is simulated within."""
         meter, own, rollout = self._problem.meter, self._solver.meter, self._playback.rollout
         meter.start_clock()
-        before, repeated = own.forward, int(rollout.retries.sum())
+        before, repeated = own.forward, sum(rollout.retries.tolist())
         yield
         meter.forward += own.forward - before
-        meter.retries += int(rollout.retries.sum()) - repeated
+        meter.retries += sum(rollout.retries.tolist()) - repeated
 
     def _start(self, world: int) -> Motion:
         """The motion of a world that is about to begin, whose last state is the present one."""
         problem, place = self._problem, slice(world, world + 1)
         return motion_of(self._playback.rollout, problem.body, problem.density, place)
 
-    def _observations(self, positions: "Tensor", velocities: "Tensor") -> Array:
+    def _observer(self, world: int) -> Observer:
+        """Of a world that is about to begin."""
+        task, model = self._tasks[world], self._observation_model
+        if task is not self._problem.task:
+            model = observation_model(self._problem, task)
+        begun = self._weights.share @ self._starts[world].positions[1, 0]
+        return Observer(model, self._weights, self._positions[1, world], self._velocities[1, world], begun)
+
+    def _observations(self) -> Array:
         """Of all worlds `[worlds, observation_count]`."""
         import torch
 
-        frames = self._playback.frames.tolist()
-        worlds = zip(self._observation_models, frames, positions, velocities, self._begun, strict=True)
+        seen = np.empty((self.worlds, self.observation_count))
         with torch.inference_mode():
-            seen = [model.observe_with(self._weights, frame, *state) for model, frame, *state in worlds]
-        return torch.stack(seen).numpy()
+            for observer, frame, row in zip(self._observers, self._playback.frames.tolist(), seen, strict=True):
+                observer.write(frame, row)
+        return seen
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""
         left = self._problem.spec.frames - int(self._playback.frames[world]) + 1
         return left * min(0.0, float(self._last[world]))
 
-    def _rewards(self, positions: "Tensor", velocities: "Tensor", work: Array, worlds: list[int]) -> Array:
+    def _rewards(self, work: Array, worlds: list[int]) -> Array:
         """Rewards of the last frame in these worlds `[all worlds]`, the others' being 0; `work` `[1, worlds, muscles]`.
 
         The motion has two states, start and present. Worlds at the same frame of the same task are computed at once,
@@ -258,31 +268,34 @@ class Session:
         for world in worlds:
             alike.setdefault((id(self._tasks[world]), int(self._playback.frames[world])), []).append(world)
         for (_, frame), some in alike.items():
-            begun = self._begun_together(tuple(some))
-            motion = replace(
-                begun,
-                positions=torch.stack([begun.positions, positions[some]]),
-                velocities=torch.stack([begun.velocities, velocities[some]]),
-                muscle_work=torch.as_tensor(work[:, some]),
-                numbers=torch.tensor([0, frame]),
-            )
+            motion, numbers = self._side_by_side(tuple(some))
+            motion.muscle_work.numpy()[:] = work if len(some) == self.worlds else work[:, some]
+            if len(some) < self.worlds:
+                for place, all_places in ((motion.positions, self._positions), (motion.velocities, self._velocities)):
+                    all_places.numpy().take(some, axis=1, out=place.numpy())
+            numbers[1] = frame
+            motion.forget()
             with torch.inference_mode():
                 rewards[some] = self._tasks[some[0]].reward(motion)[-1].numpy()
         return rewards
 
-    def _begun_together(self, worlds: tuple[int, ...]) -> Motion:
-        """The starts of these worlds side by side; positions and velocities without the axis of frames."""
+    def _side_by_side(self, worlds: tuple[int, ...]) -> tuple[Motion, NDArray[np.int64]]:
+        """The motion of these worlds from start to present, and its `numbers`; every frame writes them anew."""
         import torch
 
         if worlds not in self._joined:
-            starts = [self._starts[world] for world in worlds]
-            self._joined[worlds] = replace(
+            starts, shape = [self._starts[world] for world in worlds], (2, len(worlds), *self._positions.shape[2:])
+            is_all, numbers = len(worlds) == self.worlds, np.zeros(2, np.int64)
+            motion = replace(
                 starts[0],
-                positions=torch.cat([start.positions[1] for start in starts]),
-                velocities=torch.cat([start.velocities[1] for start in starts]),
+                positions=self._positions if is_all else torch.empty(shape, dtype=torch.float64),
+                velocities=self._velocities if is_all else torch.empty(shape, dtype=torch.float64),
                 masses=torch.cat([start.masses for start in starts]),
                 occupancy=torch.cat([start.existing for start in starts]),
+                muscle_work=torch.empty((1, len(worlds), self.muscle_count), dtype=torch.float64),
+                numbers=torch.from_numpy(numbers),
             )
+            self._joined[worlds] = motion, numbers
         return self._joined[worlds]
 
     def _evaluation(self, world: int) -> Evaluation:
@@ -291,13 +304,14 @@ class Session:
         motion = self._history.motion(world, self._problem.spec.frames, self._starts[world])
         return evaluation_of(self._tasks[world], motion)
 
-    def _states(self) -> "tuple[Tensor, Tensor]":
-        """Present positions [m] and velocities [m/s] of the robots' particles `[worlds, particle_count, 3]`."""
-        import torch
-
+    def _take_states(self) -> None:
+        """Take the present states of the robots, of worlds that begin for their starts, too."""
         rollout = self._playback.rollout
-        positions, velocities = rollout.positions[1], rollout.velocities[1]
-        return torch.tensor(positions, dtype=torch.float64), torch.tensor(velocities, dtype=torch.float64)
+        begin = self._playback.frames == 0
+        for taken, present in ((self._positions, rollout.positions), (self._velocities, rollout.velocities)):
+            taken.numpy()[1] = present[1]
+            if begin.any():
+                taken.numpy()[0, begin] = present[1, begin]
 
 
 def observation_model(problem: Problem, task: Task | None = None) -> ObservationModel:

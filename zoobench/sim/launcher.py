@@ -174,11 +174,21 @@ class Launcher:
             *matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self._modes, self._grid,
         )  # fmt: skip
 
-    def survey(self, matter: Matter, parameters: Parameters, alive: Tensor, report: Tensor, culprit: Tensor) -> None:
-        """Report the condition of every world at slot 0 (see `survey.survey`)."""
+    def survey(
+        self,
+        matter: Matter,
+        parameters: Parameters,
+        alive: Tensor,
+        report: Tensor,
+        culprit: Tensor,
+        *,
+        robot_only: bool = False,
+    ) -> None:
+        """Report the condition of every world, or of its robot, at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
+        count = matter.robot if robot_only else matter.state.shape[2]
         law, skin = self.variant.law, self.variant.skin
-        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, law, skin)
+        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, count, law, skin)
 
     def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
         """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""

@@ -1,5 +1,7 @@
 """Active energy of the muscles at frame boundaries, of many frames at a time."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,29 @@ from zoobench.sim.model.state import Matter, Parameters
 
 _MOST_BYTES = 1 << 18
 """Memory of the deformations that wait: what a processor's second cache holds."""
+
+
+class _Members(NamedTuple):
+    """The particles of all muscles in all worlds.
+
+    Attributes:
+        membership: of which they were found `[worlds, robot, muscles]` [-].
+        particles: their places among those of all worlds `[members]`.
+        bins: and of their muscles among those of all worlds.
+        shares: their memberships.
+    """
+
+    membership: Array
+    particles: NDArray[np.int64]
+    bins: NDArray[np.int64]
+    shares: Array
+
+    @classmethod
+    def of(cls, membership: Array) -> "_Members":
+        """Those with a membership above zero."""
+        _, robot, muscles = membership.shape
+        world, particle, muscle = found = membership.nonzero()
+        return cls(membership, world * robot + particle, world * muscles + muscle, membership[found])
 
 
 class MuscleEnergy:
@@ -27,21 +52,24 @@ class MuscleEnergy:
         self._rollout: Rollout | None = None
         self._frames: list[int] = []
         self._waiting: Array = np.zeros(0)
-        self._members: tuple[NDArray[np.int64], ...] = ()
+        self._members: _Members | None = None
 
     def set_body(self, parameters: Parameters) -> None:
         """Take fibres and volumes of the particles from here on."""
         count = parameters.robot
         self._fibre = parameters.fibre.double().cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
         self._energy = self._half * parameters.volume[:, :count].double().cpu().numpy()
+        self._members = None
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
         """Take the present state for that at the beginning of a frame; `finish` is to follow."""
         columns = matter.on_host()[0, :, : matter.robot, 5:8]
         if rollout is not self._rollout:
             self.finish()
-            self._rollout, self._members = rollout, rollout.body["muscle_membership"].nonzero()
-            self._waiting = np.empty((max(1, _MOST_BYTES // columns.nbytes), *columns.shape), columns.dtype)
+            self._rollout = rollout
+            room = max(1, _MOST_BYTES // columns.nbytes), *columns.shape
+            if self._waiting.shape != room:
+                self._waiting = np.empty(room, columns.dtype)
         self._waiting[len(self._frames)] = columns
         self._frames.append(frame)
         if len(self._frames) == len(self._waiting):
@@ -63,10 +91,14 @@ class MuscleEnergy:
         stretched += columns[2] * self._fibre[2]
         stretched *= stretched
         density = self._energy * (stretched[0] + stretched[1] + stretched[2])
-        shares = rollout.body["muscle_membership"][self._members]
-        world, particle, muscle = self._members
-        count = rollout.muscle_potential[0].shape
+        members, potential = self._members_of(rollout.body["muscle_membership"]), rollout.muscle_potential
         for frame, each in zip(self._frames, density, strict=True):
-            energy = np.bincount(world * count[1] + muscle, shares * each[world, particle], count[0] * count[1])
-            rollout.muscle_potential[frame] = energy.reshape(count)
+            energy = np.bincount(members.bins, members.shares * each.take(members.particles), potential[0].size)
+            potential[frame] = energy.reshape(potential[0].shape)
         self._frames.clear()
+
+    def _members_of(self, membership: Array) -> _Members:
+        """Those of the muscles of a rollout; frames that are recorded one by one share them."""
+        if self._members is None or self._members.membership is not membership:
+            self._members = _Members.of(membership)
+        return self._members

@@ -31,6 +31,7 @@ class Playback:
         self.rollout, self._step_control = solver.begin(np.zeros((1, solver.worlds, solver.muscle_count)), body)
         self.frames = np.zeros(solver.worlds, np.int64)
         self.substeps = np.zeros(solver.worlds, np.int64)
+        self._goes_on = False  # whether every world is where the last frame left it
         self.begin(range(solver.worlds))
 
     def begin(self, worlds: Iterable[int]) -> None:
@@ -40,6 +41,7 @@ class Playback:
             self.frames[world] = self.substeps[world] = 0
             self.rollout.divergences.pop(world, None)
             self.rollout.tears.pop(world, None)
+        self._goes_on = False
         self._sim.record(self.rollout, 1)
 
     def lead_in(self, world: int, actuation: FloatArray) -> None:
@@ -53,10 +55,12 @@ class Playback:
         alive = self._sim.alive.clone()
         self._sim.alive.zero_()
         self._sim.alive[world] = 1
+        self._goes_on = False
         for row in np.asarray(actuation):
             self.frame(np.tile(row, (self._solver.worlds, 1)))
         alive[world] = 1
         self._sim.alive.copy_(alive)
+        self._goes_on = False
         self.frames[world] = self.substeps[world] = 0
         if world in self.rollout.divergences or world in self.rollout.tears:
             self.begin([world])
@@ -75,8 +79,9 @@ class Playback:
         for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
             recorded[0] = recorded[1]
         known = [(found, set(found)) for found in (rollout.divergences, rollout.tears)]
-        self._step_control.ready(0)
+        self._step_control.ready(0, goes_on=self._goes_on)
         self._step_control.frame(0)
+        self._goes_on = True
         self._sim.record(rollout, 1)
         for found, earlier in known:
             for world in found.keys() - earlier:

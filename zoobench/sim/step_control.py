@@ -6,7 +6,7 @@ import torch
 from zoobench.errors import Divergence
 from zoobench.sim.model.diagnostics import Finding, diagnose, torn
 from zoobench.sim.model.rollout import Feedback, Rollout
-from zoobench.sim.model.state import IntArray
+from zoobench.sim.model.state import IntArray, memory
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.sleep import choose_sleepers
@@ -26,8 +26,7 @@ class Diagnostics:
     def survey(self) -> list[Condition]:
         """The present condition of every world that is alive; that of a dead one is out of date."""
         sim = self._sim
-        sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit)
-        conditions = [Condition(*row) for row in self._report.tolist()]
+        conditions = self._look()
         if not sim.scene.water:
             return conditions
         fastest = sim.matter.flow[0, :, :, :3].abs().amax((1, 2)).tolist()
@@ -37,10 +36,23 @@ class Diagnostics:
             for each, speed in zip(conditions, fastest, strict=True)
         ]
 
+    def renew(self, conditions: list[Condition]) -> list[Condition]:
+        """The conditions of the same states under another activity: the robot's stiffness alone depends on it."""
+        robots = self._look(robot_only=True)
+        return [
+            each._replace(robot_stiffness=robot.robot_stiffness) for each, robot in zip(conditions, robots, strict=True)
+        ]
+
     def limits(self) -> list[StepLimit]:
         """The step that every world could take now."""
         sim = self._sim
         return [step_now(sim.scene, sim.fidelity, sim.frame_seconds, condition) for condition in self.survey()]
+
+    def _look(self, *, robot_only: bool = False) -> list[Condition]:
+        """What the kernel finds."""
+        sim = self._sim
+        sim.launcher.survey(sim.matter, sim.parameters, sim.alive, self._report, self._culprit, robot_only=robot_only)
+        return [Condition(*row) for row in memory(self._report).tolist()]
 
     def divergence(self, world: int, frame: int, step: int, finding: Finding) -> Divergence:
         """The finding with its time, particle and place."""
@@ -87,16 +99,20 @@ class StepControl:
         self._before = simulation.matter.copy_slot(0)
         self._diagnostics = Diagnostics(simulation)
         self._feedback = feedback
+        self._conditions: list[Condition] = []
         self.ready(0)
 
-    def ready(self, frame: int) -> None:
+    def ready(self, frame: int, *, goes_on: bool = False) -> None:
         """Apply the actuation of a frame that is about to begin, and survey the state that its step follows from.
 
         `frame` does so itself at its end, for the frame after it.
+
+        Args:
+            goes_on: whether the state is that at the end of the last frame, in all worlds.
         """
         self._close_loop(frame)
         self._sim.set_tension(self._rollout, frame)
-        self._conditions = self._diagnostics.survey()
+        self._conditions = self._diagnostics.renew(self._conditions) if goes_on else self._diagnostics.survey()
 
     def frame(self, frame: int) -> None:
         """One control frame of every world alive; one that diverges is put back to before it and marked dead."""

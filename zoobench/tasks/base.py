@@ -1,9 +1,9 @@
 """The protocol of tasks: score, reward and objective as differentiable functions of the robot's motion, in torch."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -53,6 +53,7 @@ class Motion:
     numbers: "Tensor | None" = None
     swims: bool = False
     _known: "dict[str, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
+    _of_bodies: "dict[Hashable, Tensor]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, name: str, compute: "Callable[[], Tensor]") -> "Tensor":
         """A quantity that several readings of this motion share, by its name; computed once where no gradient is asked.
@@ -69,6 +70,20 @@ class Motion:
             self._known[name] = compute()
         return self._known[name]
 
+    def of_bodies(self, name: Hashable, compute: "Callable[[], Tensor]") -> "Tensor":
+        """As `once`, of a quantity that depends on masses, occupancy and labels alone: it survives `forget`."""
+        import torch
+
+        if torch.is_grad_enabled():
+            return compute()
+        if name not in self._of_bodies:
+            self._of_bodies[name] = compute()
+        return self._of_bodies[name]
+
+    def forget(self) -> None:
+        """Forget what was read of states that have been overwritten since."""
+        self._known.clear()
+
     @property
     def existing(self) -> "Tensor":
         """Occupancy `[worlds, particle_count]`; if none is given, 1 for particles with mass and 0 for the others."""
@@ -83,20 +98,36 @@ class Motion:
 
     def mean_over_existing(self, values: "Tensor") -> "Tensor":
         """Mean over the particles, the third axis of `values`, weighted by occupancy."""
-        existing = self.existing.reshape(1, *self.existing.shape, *(1,) * (values.dim() - 3))
-        return (values * existing).sum(dim=2) / existing.sum(dim=2)
+        shape = values.shape[3:]
+        ones = (1,) * len(shape)
+
+        def weights() -> "Tensor":
+            return self.existing.reshape(1, *self.existing.shape, *ones)
+
+        existing = self.of_bodies(("existing", shape), lambda: _like(weights(), shape))
+        return (values * existing).sum(dim=2) / self.of_bodies(("all", ones), lambda: weights().sum(dim=2))
 
     def centre_of_mass(self) -> "Tensor":
         """The centre of mass `[frames + 1, worlds, 3]` [m]."""
 
         def compute() -> "Tensor":
-            weights = self.masses / self.masses.sum(dim=1, keepdim=True)
-            return (self.positions * weights[None, :, :, None]).sum(dim=2)
+            return (self.positions * self.of_bodies("shares of mass", shares)).sum(dim=2)
+
+        def shares() -> "Tensor":
+            return _like((self.masses / self.masses.sum(dim=1, keepdim=True))[None, :, :, None], (3,))
 
         return self.once("centre_of_mass", compute)
 
 
-class Route(Protocol):
+def _like(weights: "Tensor", shape: Sequence[int]) -> "Tensor":
+    """Weights `[1, worlds, particle_count, 1, ...]`, where no gradient is asked repeated for values of that shape: a
+    product takes a third of the time then."""
+    import torch
+
+    return weights if torch.is_grad_enabled() else weights.expand(*weights.shape[:3], *shape).contiguous()
+
+
+class Route(Hashable, Protocol):
     """The path of a target, which begins at the robot's centre of mass; x is ahead at rest, z to the right."""
 
     def positions(self, times: Array) -> Array:
@@ -106,11 +137,33 @@ class Route(Protocol):
         """Their first derivative `[times, 3]` [m/s]."""
 
 
-@lru_cache(maxsize=1024)  # closed loops ask for the same times in every episode
-def route_at(route: Route, time: float) -> tuple[Array, Array]:
-    """Position [m] and velocity [m/s] of a target at a time from 0 [s], `[3]` each."""
-    times = np.array([time])
-    return route.positions(times)[0], route.velocities(times)[0]
+class Target(NamedTuple):
+    """A target at one time or several, its position [m] and velocity [m/s], `[3]` or `[times, 3]` each."""
+
+    position: "Tensor"
+    velocity: "Tensor"
+
+
+def targets_of(route: Route, motion: Motion) -> Target:
+    """The target at every state of a motion."""
+    return _targets(route, motion.clock().numpy().tobytes())
+
+
+@lru_cache(maxsize=1024)
+def target_at(route: Route, time: float) -> Target:
+    """The target at a time from 0 [s]."""
+    return Target(*(part[0] for part in _targets(route, np.array([time]).tobytes())))
+
+
+@lru_cache(maxsize=1024)  # every episode has the same times
+def _targets(route: Route, times: bytes) -> Target:
+    import torch
+
+    clock = np.frombuffer(times)
+    with torch.inference_mode(False):  # autograd may use them, whoever asks first
+        return Target(
+            *(torch.tensor(part, dtype=torch.float64) for part in (route.positions(clock), route.velocities(clock)))
+        )
 
 
 class Task(Protocol):
@@ -171,7 +224,7 @@ class Situation:
         """The components of a vector `[3]` ahead and to the right `[2]`."""
         import torch
 
-        return torch.stack([self.ahead @ vector, self.right @ vector])
+        return torch.mv(torch.stack([self.ahead, self.right]), vector)
 
 
 @runtime_checkable

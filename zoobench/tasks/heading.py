@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-def heading(motion: Motion) -> "Tensor":
-    """Unit vector of the heading in every state `[frames + 1, worlds, 3]`; differentiable.
+def heading(motion: Motion, first: int = 0) -> "Tensor":
+    """Unit vector of the heading in every state from the `first` on `[frames + 1 - first, worlds, 3]`; differentiable.
 
     At rest it is the horizontal direction from the centre of the tail to that of the head. It turns by the rotation of
     the head and tail particles from material to present space, which is the orthogonal factor of
@@ -26,14 +26,19 @@ def heading(motion: Motion) -> "Tensor":
     """
     import torch
 
-    labelled = (motion.head + motion.tail) > 0
-    weights = motion.masses[:, labelled]  # [worlds, labelled]
-    total = weights.sum(dim=1)
-    share = (weights / torch.where(total > 0, total, 1.0)[:, None])[..., None]
-    positions, rest = motion.positions[:, :, labelled], motion.rest[labelled]
+    labelled = motion.of_bodies("labelled", lambda: torch.nonzero((motion.head + motion.tail) > 0)[:, 0])
+    weights = motion.of_bodies("labelled masses", lambda: motion.masses[:, labelled])  # [worlds, labelled]
+    total = motion.of_bodies("labelled mass", lambda: weights.sum(dim=1))
+
+    def shares() -> "Tensor":
+        return (weights / torch.where(total > 0, total, 1.0)[:, None])[..., None]
+
+    share = motion.of_bodies("shares of labelled mass", shares)
+    positions = motion.positions[first:, :, labelled]
+    rest = motion.of_bodies("labelled at rest", lambda: motion.rest[labelled])
     now = share * (positions - (share * positions).sum(dim=2, keepdim=True))
     moments = torch.stack([(now * rest[:, axis, None]).sum(dim=2) for axis in range(3)], dim=-1)
-    turned = (rotation(moments) * _rest_heading(motion)).sum(dim=-1)
+    turned = (rotation(moments) * motion.of_bodies("rest_heading", lambda: _rest_heading(motion))).sum(dim=-1)
     return torch.where((total > 0)[:, None], turned, torch.nan)
 
 
@@ -46,7 +51,7 @@ def heading_error(motion: Motion, directions: "Tensor") -> "Tensor":
     """
     import torch
 
-    ahead = heading(motion)[1:]
+    ahead = heading(motion, first=1)
     wanted = directions.expand(len(ahead), 3)[:, None]
     sine = ahead[..., 2] * wanted[..., 0] - ahead[..., 0] * wanted[..., 2]
     cosine = ahead[..., 0] * wanted[..., 0] + ahead[..., 2] * wanted[..., 2]

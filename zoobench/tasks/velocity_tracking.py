@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, route_at
+from zoobench.tasks.base import Motion, Situation, target_at, targets_of
 from zoobench.tasks.heading import heading, heading_error
 from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
@@ -53,11 +53,11 @@ class VelocityTracking(PathTask):
 
     def targets(self, motion: Motion) -> "Tensor":
         """Velocity of the target at every state `[frames + 1, 3]` [m/s]."""
-        return motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))
+        return targets_of(self.route, motion).velocity
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """Velocity of the target [body lengths/s], ahead and right."""
-        velocity = situation.centre.new_tensor(route_at(self.route, situation.time)[1])
+        velocity = target_at(self.route, situation.time).velocity
         return {"target_velocity": situation.components(velocity) / situation.length}
 
     def reward(self, motion: Motion) -> "Tensor":
@@ -66,7 +66,7 @@ class VelocityTracking(PathTask):
 
         target = self.targets(motion)[1:, None]
         speed = torch.linalg.vector_norm(target, dim=-1)
-        ahead = heading(motion)[1:]
+        ahead = heading(motion, first=1)
         magnitude = (_speed_along(motion, ahead) - speed).abs()
         direction = speed - (ahead * target).sum(dim=-1)
         penalty: Tensor = (1.0 - self.direction_weight) * magnitude + self.direction_weight * direction
@@ -82,7 +82,7 @@ class VelocityTracking(PathTask):
 
         target = self.targets(motion)[1:]
         wanted = torch.linalg.vector_norm(target, dim=-1)[:, None]
-        speed = _speed_along(motion, heading(motion)[1:])
+        speed = _speed_along(motion, heading(motion, first=1))
         angle = heading_error(motion, target)
         error = (speed.mean(dim=0) - wanted.mean()).abs()
         success = (error <= _SPEED_TOLERANCE * wanted.mean()) & (angle <= _HEADING_TOLERANCE)

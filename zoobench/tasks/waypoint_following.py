@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, route_at
+from zoobench.tasks.base import Motion, Situation, target_at, targets_of
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
@@ -45,23 +45,22 @@ class WaypointFollowing(PathTask):
 
     def targets(self, motion: Motion) -> "Tensor":
         """The waypoint at every state `[frames + 1, worlds, 3]` [m]."""
-        path = motion.positions.new_tensor(self.route.positions(motion.clock().numpy()))
-        return motion.centre_of_mass()[0] + path[:, None]
+        return motion.centre_of_mass()[0] + targets_of(self.route, motion).position[:, None]
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """Position relative to the centre of mass [body lengths] and velocity [body lengths/s], ahead and right."""
-        place, velocity = (situation.centre.new_tensor(part) for part in route_at(self.route, situation.time))
-        away = situation.start + place - situation.centre
+        target = target_at(self.route, situation.time)
+        away = situation.start + target.position - situation.centre
         return {
             "target_position": situation.components(away) / situation.length,
-            "target_velocity": situation.components(velocity) / situation.length,
+            "target_velocity": situation.components(target.velocity) / situation.length,
         }
 
     def reward(self, motion: Motion) -> "Tensor":
         """The negated horizontal distance to the waypoint at the end of every frame `[frames, worlds]` [m]."""
         import torch
 
-        error = (motion.centre_of_mass() - self.targets(motion))[1:, :, [0, 2]]
+        error = (motion.centre_of_mass() - self.targets(motion))[1:, :, ::2].contiguous()
         distance: Tensor = torch.linalg.vector_norm(error, dim=-1)
         return -distance
 
@@ -74,7 +73,7 @@ class WaypointFollowing(PathTask):
         import torch
 
         distances = -self.reward(motion)
-        directions = motion.velocities.new_tensor(self.route.velocities(motion.clock().numpy()))[1:]
+        directions = targets_of(self.route, motion).velocity[1:]
         return {
             # the norm's root is exact; torch's own comes from a library that rounds by the processor's make
             "rms_error": (torch.linalg.vector_norm(distances, dim=0) / math.sqrt(len(distances)), "m"),

@@ -47,9 +47,10 @@ def medium_kappa(history, constants, law: ti.template()):
 @ti.kernel
 def survey(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
-    law: ti.template(), skin: ti.template(),
+    count: int, law: ti.template(), skin: ti.template(),
 ):  # fmt: skip
-    """Fill the `report` of every world alive with its `step_limits.Condition`, from slot 0.
+    """Fill the `report` of every world alive with the `step_limits.Condition` of its first `count` particles, from slot
+    0.
 
     `culprit[w]` holds the particle of each of the first four, where the first NaN is kept. Massless particles are left
     out. Of a variant only the medium's law and whether there is a skin make a difference, so that scenes which differ
@@ -62,7 +63,7 @@ def survey(
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for p in range(state.shape[2] * alive[w]):
+        for p in range(count * alive[w]):
             q = body[w, p, 0]
             if q[MASS] > 0.0:
                 place, speed, rate = state[0, w, p, X], state[0, w, p, V], columns(state, 0, w, p, C)

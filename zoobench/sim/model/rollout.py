@@ -119,7 +119,7 @@ class Rollout:
         particles (`muscle_potential`). The activity a is held through a frame, so that the work of that stress over it
         is -a times the change of Q, whatever the motion in between.
         """
-        return -self.actuation * np.diff(self.muscle_potential, axis=0)
+        return -self.actuation * (self.muscle_potential[1:] - self.muscle_potential[:-1])
 
 
 @dataclass(frozen=True)
