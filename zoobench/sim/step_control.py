@@ -2,6 +2,7 @@
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from zoobench.errors import Divergence
 from zoobench.sim.model.diagnostics import Finding, diagnose, torn
@@ -139,9 +140,10 @@ class StepControl:
             pending = self._put_back(frame, failures)
             if pending.any():
                 sim.set_tension(rollout, frame)
+        places = sim.matter.x[0, :, : sim.robot_count].cpu().numpy()
         for world, (count, condition) in enumerate(zip(counts.tolist(), self._conditions, strict=True)):
             if count:
-                self._check_tears(world, frame, condition)
+                self._check_tears(world, frame, condition, places[world])
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
 
@@ -183,13 +185,12 @@ class StepControl:
         ]
         return np.minimum(limits, self._most)
 
-    def _check_tears(self, world: int, frame: int, condition: Condition) -> None:
-        """Note a world whose robot has torn."""
+    def _check_tears(self, world: int, frame: int, condition: Condition, places: NDArray[np.floating]) -> None:
+        """Note a world whose robot has torn, of its particles' places `[robot, 3]`."""
         sim, rollout = self._sim, self._rollout
         if world in rollout.tears:
             return
-        now = sim.matter.on_host()[0, world, : sim.robot_count, 0, :3]
-        growth, particle = sim.neighbours.growth(now, rollout.body["occupancy"][world] > 0.5)
+        growth, particle = sim.neighbours.growth(places, rollout.body["occupancy"][world] > 0.5)
         if finding := torn(growth, particle, condition.stretch, sim.fidelity):
             step = int(rollout.counts[: frame + 1, world].sum())
             rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
