@@ -21,6 +21,7 @@ SPECS = [
 ]
 SCORES = (3.0, 2.9, 1.0, 1.1)
 FINE, COARSE = "fine-v2[grid_spacing=0.005]", "smoke-v2[grid_spacing=0.03]"
+DENSE = "fine-v2[grid_spacing=0.005,particles_per_cell=27]"
 
 
 def _row(store: Store, run: int, score: float | None, fidelity: str = FINE, env: str = "desert-v1") -> StudyRow:
@@ -78,6 +79,18 @@ def test_of_several_grids_the_finest_counts(tmp_path: Path) -> None:
         list(store.save_study(TRANSFER, rows, provenance={}))
         again = gather(store, "mine", "mine", "a test", [(spec, None) for spec in SPECS])
     assert board.rows[0].finer == again.rows[0].finer == FinerScore(Ref.parse(FINE), 2.0)
+
+
+def test_of_one_grid_the_score_with_more_particles_counts(tmp_path: Path) -> None:
+    """Where a robot tore with fewer; it is marked, and the mark explained."""
+    board = _board(tmp_path / "runs.db", {1: None, 4: 0.9})
+    assert "°" not in markdown_page(board)
+    with Store(tmp_path / "runs.db") as store:
+        list(store.save_study(TRANSFER, [_row(store, 1, 2.7, DENSE), _row(store, 1, None)], provenance={}))
+        text = markdown_page(gather(store, "mine", "mine", "a test", [(spec, None) for spec in SPECS]))
+    assert "| 3 → 2.7 (90%) ° | 1.1 → 0.9 (82%) | stands |" in text
+    assert "°: the robot tore there" in text
+    assert "### On a finer grid: fine\n" in text
 
 
 def test_a_finer_score_outlives_its_database(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from zoobench.cli.studies import save_each
 
 if TYPE_CHECKING:
     from zoobench.report.leaderboard import Leaderboard
+    from zoobench.spec import Ref, RunSpec
 
 FOLDER = Path("leaderboards")
 
@@ -46,29 +47,41 @@ def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None
     """Evaluate the best solutions two fidelities finer.
 
     One episode for each row and method; the scores are stored, and a publication tells in which rows the order of the
-    methods stands there. What was evaluated before is not done again.
+    methods stands there. What diverges is done again with 27 particles per cell, what has a score there is not.
     """
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
-    from zoobench.report.leaderboard import best_of_rows
     from zoobench.spec import Ref
-    from zoobench.verify.accuracy.plan import finer
     from zoobench.verify.transfer_study import TransferTargets, stored, transfer
 
-    rows = [row for row in best_of_rows(_board_of(suite, db).rows, by_method=True) if row.finer is None]
-    with Store(db, create=False) as store:
-        runs = [store.run(row.spec.key()) for row in rows]
-        chosen = [(run, solution_of(store, run), finer(run.spec.fidelity)) for run in runs]
-    scores = (
-        row
-        for run, params, fidelity in chosen
-        for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[fidelity]))
-    )
-    with Steps(len(chosen)) as steps:
-        for row in save_each(db, TRANSFER, scores, stored):
-            steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {row.result}")
+    while unconfirmed := _unconfirmed(_board_of(suite, db)):
+        with Store(db, create=False) as store:
+            runs = [(store.run(spec.key()), fidelity) for spec, fidelity in unconfirmed]
+            chosen = [(run, solution_of(store, run), fidelity) for run, fidelity in runs]
+        scores = (
+            row
+            for run, params, fidelity in chosen
+            for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[fidelity]))
+        )
+        with Steps(len(chosen)) as steps:
+            for row in save_each(db, TRANSFER, scores, stored):
+                steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {row.result}")
     say("Everything was evaluated; `zoobench leaderboard publish` tells what stands.")
+
+
+def _unconfirmed(board: "Leaderboard") -> "list[tuple[RunSpec, Ref]]":
+    """The best runs of the board's rows and methods without a finer score, each with where to evaluate it next."""
+    from zoobench.report.leaderboard import best_of_rows
+    from zoobench.verify.accuracy.plan import next_finer
+
+    found = []
+    for row in best_of_rows(board.rows, by_method=True):
+        tried = None if row.finer is None else row.finer.fidelity
+        is_open = row.finer is None or row.finer.score is None
+        if is_open and (fidelity := next_finer(row.spec.fidelity, tried)):
+            found.append((row.spec, fidelity))
+    return found
 
 
 @leaderboard.command("publish")

@@ -7,18 +7,25 @@ from itertools import combinations
 from typing import NamedTuple
 
 from zoobench.report.labels import labels
-from zoobench.report.leaderboard import BoardRow
+from zoobench.report.leaderboard import BoardRow, particles_per_cell
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import marked
 from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
 
+DENSE = " °"
+"""The mark at a score with more particles in a cell."""
+
 
 class Confirmed(NamedTuple):
-    """The score of a method's best solution, at home and on a finer grid; there minus infinity where it diverged."""
+    """The score of a method's best solution, at home and on a finer grid; there minus infinity where it diverged.
+
+    `is_dense` says that there were more particles in a cell, too.
+    """
 
     home: float
     finer: float
+    is_dense: bool
 
 
 def mark_overturned(tables: Iterable[Table], rows: Sequence[BoardRow]) -> list[Table]:
@@ -56,9 +63,9 @@ def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
     return sum(kept), len(kept)
 
 
-def finer_fidelities(rows: Iterable[BoardRow]) -> list[Ref]:
-    """Where solutions of these runs were evaluated."""
-    return sorted({row.finer.fidelity for row in rows if row.finer is not None}, key=str)
+def finer_fidelities(rows: Iterable[BoardRow]) -> list[str]:
+    """Where solutions of these runs were evaluated, by name."""
+    return sorted({row.finer.fidelity.name for row in rows if row.finer is not None})
 
 
 def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
@@ -69,7 +76,8 @@ def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
         best = max((rows[run - 1] for run in runs), key=lambda run: run.score, default=None)
         if best is not None and best.finer is not None:
             score = best.finer.score
-            found[place] = Confirmed(best.score, -math.inf if score is None else score)
+            is_dense = particles_per_cell(best.finer.fidelity) > particles_per_cell(best.spec.fidelity)
+            found[place] = Confirmed(best.score, -math.inf if score is None else score, is_dense)
     return found
 
 
@@ -96,4 +104,4 @@ def _text(found: Confirmed | None) -> str:
     if found.finer == -math.inf:
         return f"{found.home:.4g} → diverged"
     share = f" ({found.finer / found.home:.0%})" if found.home > 0.0 else ""
-    return f"{found.home:.4g} → {found.finer:.4g}{share}"
+    return f"{found.home:.4g} → {found.finer:.4g}{share}{DENSE * found.is_dense}"

@@ -47,7 +47,7 @@ class BoardRow:
         seconds: wall time of its attempts [s]; 0 while it has not ended.
         attempts: those that its result came from.
         solution: its parameters, if it is the best run of its row over methods and seeds.
-        finer: what its solution scores on the finest grid on which it was evaluated.
+        finer: what its solution scores on the finest grid on which it was evaluated, with the most particles.
     """
 
     spec: RunSpec
@@ -166,21 +166,31 @@ def _better(now: BoardRow, before: BoardRow) -> BoardRow:
 
 
 def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, FinerScore]:
-    """Of the solutions of these runs, by id, that were evaluated on finer grids, the score on the finest."""
+    """Of the solutions of these runs, by id, that were evaluated on finer grids, the score on the finest.
+
+    Of one grid that with the most particles.
+    """
     found: dict[int, FinerScore] = {}
     for row in (row.document for study in reader.studies(TRANSFER) for row in study.rows):
         home = specs.get(row["run"])
         if home is None or (row["env"], row["task"], row["frames"]) != (str(home.env), str(home.task), home.frames):
             continue
         fidelity = Ref.parse(row["fidelity"])
-        coarser = found[row["run"]].fidelity if row["run"] in found else home.fidelity
-        if _spacing(fidelity) < _spacing(coarser):
+        coarser = found[row["run"]].fidelity if row["run"] in found else None
+        is_finer = coarser is None or _coarseness(fidelity) < _coarseness(coarser)
+        if is_finer and _coarseness(fidelity)[0] < _coarseness(home.fidelity)[0]:
             found[row["run"]] = FinerScore(fidelity, row["score"])
     return found
 
 
-def _spacing(fidelity: Ref) -> float:
-    return float(fidelity.kwargs.get("grid_spacing", math.inf))
+def particles_per_cell(fidelity: Ref) -> float:
+    """Of a resolved fidelity; 0 of one that does not tell."""
+    return float(fidelity.kwargs.get("particles_per_cell", 0))
+
+
+def _coarseness(fidelity: Ref) -> tuple[float, float]:
+    """By which fidelities are ordered: the grid's spacing [m], and of one grid the fewer particles."""
+    return float(fidelity.kwargs.get("grid_spacing", math.inf)), -particles_per_cell(fidelity)
 
 
 def _board_row(run: RunRow, finals: Iterable[FinalRow], attempts: Iterable[AttemptRow]) -> BoardRow:

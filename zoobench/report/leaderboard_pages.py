@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from zoobench.db.rows import RunState
-from zoobench.report.confirmation import confirmation_listing, finer_fidelities, kept_orders, mark_overturned
+from zoobench.report.confirmation import DENSE, confirmation_listing, finer_fidelities, kept_orders, mark_overturned
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
@@ -121,7 +121,7 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
     found = confirmation_listing(table, board.rows)
     if not found.rows:
         return []
-    where = ", ".join(ref.name for ref in finer_fidelities(board.rows))
+    where = ", ".join(finer_fidelities(board.rows))
     stands = sum(row[-1] == "stands" for row in found.rows)
     kept, count = kept_orders(table, board.rows)
     text = (
@@ -129,6 +129,8 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
         f"{stands} of {len(found.rows)} rows, and that of any two of these solutions in one environment and task in "
         f"{kept} of {count} pairs."
     )
+    if any(str(cell).endswith(DENSE) for row in found.rows for cell in row):
+        text += f"{DENSE}: the robot tore there, and was simulated with more particles in a cell."
     return ["", f"### On a finer grid: {where}", "", text, "", to_markdown(found)]
 
 

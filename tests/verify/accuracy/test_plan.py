@@ -9,7 +9,17 @@ from zoobench.errors import UsageError
 from zoobench.inputs import named_runs, run_name
 from zoobench.registry import Kind
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.plan import DESIGNS, KNOBS, LAND_DESIGNS, StudyPlan, draws, evaluations, finer, trainings
+from zoobench.verify.accuracy.plan import (
+    DESIGNS,
+    KNOBS,
+    LAND_DESIGNS,
+    StudyPlan,
+    draws,
+    evaluations,
+    finer,
+    next_finer,
+    trainings,
+)
 
 PLAN = StudyPlan(levels=("standard", "draft", "paper"), gradients="standard")
 
@@ -76,3 +86,13 @@ def test_two_levels_finer() -> None:
     for name in ("fine", "smoke"):
         with pytest.raises(UsageError, match=f"two steps finer than {name}"):
             finer(Ref(name))
+
+
+def test_a_score_is_confirmed_with_more_particles_where_it_diverged() -> None:
+    """Two levels finer, there with 27 in a cell, and nowhere else."""
+    home = registry.resolve(Kind.FIDELITY, Ref("standard"))
+    tried = next_finer(home, None)
+    assert tried == finer(home)
+    dense = next_finer(home, tried)
+    assert dense == registry.resolve(Kind.FIDELITY, Ref.parse("fine[particles_per_cell=27]"))
+    assert next_finer(home, dense) is None
