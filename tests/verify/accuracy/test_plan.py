@@ -86,6 +86,8 @@ def test_two_levels_finer() -> None:
     for name in ("fine", "smoke"):
         with pytest.raises(UsageError, match=f"two steps finer than {name}"):
             finer(Ref(name))
+    with pytest.raises(UsageError, match=r"paper is no finer than draft\[grid_spacing=0.0075\]"):
+        finer(Ref.parse("draft[grid_spacing=0.0075]"))
 
 
 def test_a_score_is_confirmed_with_more_particles_where_it_diverged() -> None:

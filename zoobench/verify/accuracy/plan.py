@@ -4,6 +4,7 @@ All are runs of the queue, resumed and stored like others: trainings of `diffphy
 and evaluations by the method `probe`.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -91,12 +92,15 @@ def finer(fidelity: Ref) -> Ref:
     """The level two steps finer, with its usual settings.
 
     Raises:
-        UsageError: there is none.
+        UsageError: there is none, or the given one has a grid as fine by its settings.
     """
     place = LADDER.index(fidelity.name) + 2 if fidelity.name in LADDER else len(LADDER)
     if place >= len(LADDER):
         raise UsageError(f"No fidelity is known two steps finer than {fidelity.name}. Those are {', '.join(LADDER)}.")
-    return registry.resolve(Kind.FIDELITY, Ref(LADDER[place]))
+    found = registry.resolve(Kind.FIDELITY, Ref(LADDER[place]))
+    if float(fidelity.kwargs.get("grid_spacing", math.inf)) <= float(found.kwargs["grid_spacing"]):
+        raise UsageError(f"{found.name} is no finer than {fidelity}. Give a level of {', '.join(LADDER)} as it is.")
+    return found
 
 
 def next_finer(home: Ref, tried: Ref | None) -> Ref | None:
