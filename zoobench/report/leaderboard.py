@@ -176,9 +176,10 @@ def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, F
         if home is None or (row["env"], row["task"], row["frames"]) != (str(home.env), str(home.task), home.frames):
             continue
         fidelity = Ref.parse(row["fidelity"])
-        coarser = found[row["run"]].fidelity if row["run"] in found else None
-        is_finer = coarser is None or _coarseness(fidelity) < _coarseness(coarser)
-        if is_finer and _coarseness(fidelity)[0] < _coarseness(home.fidelity)[0]:
+        if _coarseness(fidelity)[0] >= _coarseness(home.fidelity)[0]:
+            continue
+        before = found.get(row["run"])
+        if before is None or _coarseness(fidelity) < _coarseness(before.fidelity):
             found[row["run"]] = FinerScore(fidelity, row["score"])
     return found
 

@@ -113,7 +113,7 @@ def next_finer(home: Ref, tried: Ref | None) -> Ref | None:
     """
     if tried is None:
         return finer(home)
-    dense = Ref(tried.name, tried.version, tuple(sorted({**tried.kwargs, "particles_per_cell": 27}.items())))
+    dense = Ref(tried.name, tried.version, (("particles_per_cell", 27),)).with_defaults(**tried.kwargs)
     return None if dense == tried else dense
 
 
