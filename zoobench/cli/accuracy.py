@@ -5,8 +5,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Exit, Option, Typer
+from typer import Exit, Option
 
+from zoobench.cli.app import App
 from zoobench.cli.options import (
     DEFAULT_DATABASE,
     DatabaseOption,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 EXACT_STUDY = "accuracy-exact"
 
-accuracy = Typer(no_args_is_help=True, help="Measure the error and cost of fidelities.")
+accuracy = App(no_args_is_help=True, help="Measure the error and cost of fidelities.")
 
 
 @accuracy.callback()

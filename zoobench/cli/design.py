@@ -3,15 +3,16 @@
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Option, Typer
+from typer import Argument, Option
 
+from zoobench.cli.app import App
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption
 from zoobench.cli.output import say
 from zoobench.cli.solutions import archive_of, body_of_run, names_run
 from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
-design = Typer(no_args_is_help=True, help="Write bodies to files.")
+design = App(no_args_is_help=True, help="Write bodies to files.")
 
 
 @design.callback()

@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Exit, Typer
+from typer import Argument, Exit
 
 from zoobench.cli import completion
+from zoobench.cli.app import App
 from zoobench.cli.listings import print_tables
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, say
@@ -23,7 +24,7 @@ SuiteArgument = Annotated[
     Argument(help="A suite: its name (`zoobench list suites`) or a .yaml.", autocompletion=completion.suites),
 ]
 
-leaderboard = Typer(no_args_is_help=True, help="Show, publish and check the results of whole suites.")
+leaderboard = App(no_args_is_help=True, help="Show, publish and check the results of whole suites.")
 
 
 @leaderboard.command("show")

@@ -7,10 +7,11 @@ import sys
 from collections.abc import Sequence
 from typing import Annotated
 
-from typer import Exit, Option, Typer
+from typer import Exit, Option
 
 from zoobench import __version__
 from zoobench.cli.accuracy import accuracy
+from zoobench.cli.app import App
 from zoobench.cli.bench import bench
 from zoobench.cli.components import list_components, show
 from zoobench.cli.curves import curves
@@ -40,7 +41,7 @@ from zoobench.errors import ZoobenchError
 
 _GARBAGE_EVERY = 100_000  # new objects between two searches for garbage
 
-app = Typer(
+app = App(
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
     pretty_exceptions_enable=False,
