@@ -78,7 +78,8 @@ class Bed:
         at the highest node that the ground holds: over a gap of a part of a cell it would fall, and stream for long.
         """
         h = fidelity.grid_spacing
-        ground = h * np.floor(terrain.heights_below(positions) / h + 1e-4)
+        # heights begin at 0, but a spline of theirs may be some micrometres lower
+        ground = h * np.floor(np.maximum(terrain.heights_below(positions), 0.0) / h + 1e-4)
         wet = self.thickness - ground > fidelity.particle_edge / 2
         if not wet.any():
             raise SceneError(f"No ground lies below water of {self.thickness:g} m. Give deeper water or lower terrain.")
