@@ -39,6 +39,14 @@ def test_a_wrong_gradient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any(row.kinks for row in rows)
 
 
+def test_a_body_of_several_tissues_can_be_stiffened() -> None:
+    """Differences go a little beyond the stiffest and the lightest tissue: fins twice as stiff as muscle, and fat."""
+    case = GradientCase(Ref("ground"), Ref("movement-speed"), Ref("panda"))
+    base = case.base(1)
+    stiffer = {**base, "stiffness": 1.01 * base["stiffness"], "density_ratio": 0.99 * base["density_ratio"]}
+    assert np.isfinite(case.objective(case.run(stiffer)))
+
+
 @pytest.mark.parametrize("env", ["ground", POND], ids=["land", "water"])
 def test_the_gradient_reaches_the_parameters_of_a_design_space(env: str) -> None:
     """Through shape, mass, displaced water and the weights of the score, as central differences have it."""

@@ -65,8 +65,8 @@ class GradientCase:
             frame_seconds=FRAME_SECONDS,
             gradients=True,
             start=start,
-            stiffness_max=1.1,
-            density_ratio_min=0.9,
+            stiffness_max=1.1 * float(scene.robot.stiffness.max()),
+            density_ratio_min=0.9 * float(scene.robot.density_ratio.min()),
         )
         self._density = environment.robot.density
         self._arrays = {
