@@ -167,6 +167,8 @@ class Shape:
         """The sites of the cubes that cover the box `[site_count, 3]` [m], rounded up to whole cells."""
         lower, upper = np.array(self.lower), np.array(self.upper)
         cells = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9)
+        if fidelity.particles_per_cell == 27:  # three in a row: a cube on the middle plane would be of both sides
+            cells[2] += cells[2] % 2
         # the cells of a face-centred lattice have matter whose site is in the next one
         rim = fidelity.grid_spacing if fidelity.particles_per_cell == 4 else 0.0
         start = (lower + upper) / 2 - cells * fidelity.grid_spacing / 2

@@ -118,7 +118,7 @@ class Environment:
                 f"A body of {extent} m does not fit into the arena of {self.arena} m with its floor at "
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
-        robot = ElasticBody.placed(self.robot, body, positions)
+        robot = ElasticBody.placed(self.robot, body, positions, body.edge)
         sites = body.sites + place + np.array([0.0, floor, 0.0])
         scene = Scene(
             robot=robot,
@@ -129,7 +129,7 @@ class Environment:
             gravity=self.gravity,
             water=self.water,
         )
-        return standing(scene, fidelity.particle_edge)
+        return standing(scene, body.edge)
 
     def _rise(self, positions: Array) -> float:
         """Height by which a body that stands on y = 0 is lifted so that no particle is closer to the terrain [m]."""

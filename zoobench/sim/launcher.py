@@ -233,7 +233,7 @@ class Launcher:
         density = scene.medium.material.density if scene.medium else 0.0
         listed = (
             self._fidelity.grid_spacing, mu, lam, scene.robot.material.viscosity, *medium, *scene.gravity, friction,
-            *self.shape, scene.robot.particle_count, skin.thickness, skin.rate, self._fidelity.particle_edge, slip,
+            *self.shape, scene.robot.particle_count, skin.thickness, skin.rate, scene.robot_edge(self._fidelity), slip,
             scene.robot.material.density * full, density * full,
         )  # fmt: skip
         return torch.tensor(listed, dtype=self._real, device=self._device)

@@ -98,7 +98,7 @@ class Simulation:
     @cached_property
     def neighbours(self) -> Neighbours:
         """Of the robot's particles, absent ones too."""
-        return Neighbours(self.scene.robot.positions, self.fidelity.particle_edge)
+        return Neighbours(self.scene.robot.positions, self.scene.robot_edge(self.fidelity))
 
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""

@@ -191,7 +191,8 @@ class StepControl:
         if world in rollout.tears:
             return
         growth, particle = sim.neighbours.growth(places, rollout.body["occupancy"][world] > 0.5)
-        if finding := torn(growth, particle, condition.stretch, sim.fidelity):
+        cell = sim.fidelity.grid_spacing / sim.scene.robot_edge(sim.fidelity)
+        if finding := torn(growth, particle, condition.stretch, cell):
             step = int(rollout.counts[: frame + 1, world].sum())
             rollout.tears[world] = self._diagnostics.divergence(world, frame, step, finding)
 

@@ -98,7 +98,7 @@ def _skin_energy(solver: Solver, world: int, place: Array) -> float:
     if ground is None or not has_skin(solver.scene):
         return 0.0
     gap, _ = heights_above(place[:count], ground.terrain)
-    density = ground.skin.energy(gap, solver.fidelity.particle_edge)
+    density = ground.skin.energy(gap, solver.scene.robot_edge(solver.fidelity))
     return float(to_array(solver.parameters.volume[world])[:count] @ density)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 
 LARGEST_ESCAPE = 1.0
@@ -58,7 +57,7 @@ def diagnose(condition: Condition, dt: float, grid_spacing: float) -> Finding | 
     return None
 
 
-def torn(growth: float, particle: int, stretch: float, fidelity: Fidelity) -> Finding | None:
+def torn(growth: float, particle: int, stretch: float, cell: float) -> Finding | None:
     """The finding that a robot is torn (numerical fracture): neighbours are too far apart, and it soon moves in pieces.
 
     That is more than a cell, and twice their distance at rest, where some F is stretched as far: the grid resolves the
@@ -68,8 +67,9 @@ def torn(growth: float, particle: int, stretch: float, fidelity: Fidelity) -> Fi
     Args:
         growth, particle: from `Neighbours`.
         stretch: largest principal stretch of any F.
+        cell: edge of a cell by the distance of neighbours at rest [-].
     """
-    cell = max(2.0, fidelity.particles_per_cell ** (1 / 3))
+    cell = max(2.0, cell)
     limit = cell if stretch > cell else 2.0 * cell
     if growth <= limit:
         return None

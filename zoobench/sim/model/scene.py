@@ -98,17 +98,22 @@ class ElasticBody(BodyParticles):
         material: the constitutive law's constants.
         velocities: `[particle_count, 3]` initial velocity [m/s].
         velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
+        edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
     """
 
     material: ElasticMaterial
     velocities: Array
     velocity_gradients: Array | None = None
+    edge: float | None = None
 
     @classmethod
-    def placed(cls, material: ElasticMaterial, particles: BodyParticles, positions: Array) -> "ElasticBody":
+    def placed(
+        cls, material: ElasticMaterial, particles: BodyParticles, positions: Array, edge: float | None = None
+    ) -> "ElasticBody":
         """These particles at rest at other positions `[particle_count, 3]` [m]."""
         arrays = {item.name: getattr(particles, item.name) for item in fields(BodyParticles)}
-        return cls(material=material, velocities=np.zeros_like(positions), **{**arrays, "positions": positions})
+        arrays["positions"] = positions
+        return cls(material=material, velocities=np.zeros_like(positions), edge=edge, **arrays)
 
     @classmethod
     def passive(cls, material: ElasticMaterial, positions: Array, volumes: Array) -> "ElasticBody":
@@ -252,6 +257,10 @@ class Scene:
                     f"{int(outside.sum())} particles of the {name} lie outside the arena {self.lower} to {self.upper} "
                     f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
                 )
+
+    def robot_edge(self, fidelity: Fidelity) -> float:
+        """Edge of the cubes that the robot's particles stand for [m]."""
+        return self.robot.edge or fidelity.particle_edge
 
     @property
     def effects(self) -> frozenset[Effect]:

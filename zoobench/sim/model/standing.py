@@ -17,7 +17,7 @@ def standing(scene: Scene, edge: float) -> Scene:
 
     Args:
         scene: its robot may be anywhere.
-        edge: of the cubes that the robot's particles stand for [m], see `Fidelity.particle_edge`.
+        edge: of the cubes that the robot's particles stand for [m], see `Scene.robot_edge`.
     """
     ground, robot = scene.ground, scene.robot
     if ground is None or scene.medium is not None or scene.water is not None:

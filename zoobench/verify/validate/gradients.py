@@ -40,7 +40,7 @@ def _crawler(friction: float, precision: int = 64, interval: int | None = None) 
     )
     scene = Scene(body, (0, 0, 0), (0.75, 0.5, 0.75), ground=Ground(friction))
     fidelity = Fidelity(h, precision=64 if precision == 64 else 32)
-    return Solver(standing(scene, fidelity.particle_edge), fidelity, gradients=True, checkpoint_interval=interval)
+    return Solver(standing(scene, scene.robot_edge(fidelity)), fidelity, gradients=True, checkpoint_interval=interval)
 
 
 def _actuation() -> Array:
