@@ -44,7 +44,7 @@ def test_presets_have_the_settings_of_the_specification(name: str, method: str, 
 
 
 def test_softzoo_restores_the_constants_of_the_published_code() -> None:
-    """Gravity everywhere, beds, and snow's constants; what the user states stays; all else is that of `paper`."""
+    """Gravity, beds, the constants of snow and swimmer; what the user states stays; all else is that of `paper`."""
     names = registry.names(Kind.ENV)
     grid = presets.get("softzoo").grid(list(map(Ref, names)), [Ref("turning")])
     assert [env.name for env in grid.envs] == names
@@ -52,6 +52,7 @@ def test_softzoo_restores_the_constants_of_the_published_code() -> None:
     assert {env.gravity for env in made.values()} == {(0.0, -3.8, 0.0)}
     assert made["snow"].bed.material.hardening == 1.0
     assert made["snow"].bed.material.critical_stretch == 4.5e-3
+    assert (made["ocean"].robot.youngs_modulus, made["ocean"].robot.muscle_strength) == (1e5, 1.5e4)
     beds = [env for env in made.values() if env.bed is not None]
     assert len(beds) == 6
     assert {(env.arena[0], env.arena[2], env.bed.material.density) for env in beds} == {(0.5, 0.5, 1000.0)}

@@ -40,7 +40,7 @@ _SIDE_FINS = mirrored(
 )  # fmt: skip
 
 
-@register(Kind.DESIGN, "clownfish", version=3, tags=("primitive", "water"))
+@register(Kind.DESIGN, "clownfish", version=4, tags=("primitive", "water"))
 def clownfish(*, length: float = 0.10) -> Animal:
     """A short, high swimmer with round fins, 0.10 m long, with eight muscles.
 

@@ -35,7 +35,7 @@ _FLIPPERS = mirrored(
 )
 
 
-@register(Kind.DESIGN, "orca", version=3, tags=("primitive", "water"))
+@register(Kind.DESIGN, "orca", version=4, tags=("primitive", "water"))
 def orca(*, length: float = 0.10) -> Animal:
     """A whale that beats its flat tail up and down, 0.10 m long, with eight muscles.
 

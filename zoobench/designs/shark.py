@@ -31,7 +31,7 @@ _SIDE_FINS = mirrored(
 )
 
 
-@register(Kind.DESIGN, "shark", version=3, tags=("primitive", "water"))
+@register(Kind.DESIGN, "shark", version=4, tags=("primitive", "water"))
 def shark(*, length: float = 0.10) -> Animal:
     """A slender swimmer that bends from side to side, 0.10 m long, with eight muscles.
 

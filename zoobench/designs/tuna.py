@@ -35,7 +35,7 @@ _SIDE_FINS = mirrored(
 )
 
 
-@register(Kind.DESIGN, "tuna", version=3, tags=("primitive", "water"))
+@register(Kind.DESIGN, "tuna", version=4, tags=("primitive", "water"))
 def tuna(*, length: float = 0.10) -> Animal:
     """A spindle with a sickle-shaped tail fin, 0.10 m long, with eight muscles.
 

@@ -25,13 +25,13 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=9, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
+    Kind.ENV, "ocean", version=10, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(
     *,
     depth: float = 0.15625,
-    length: float = 0.3125,
+    length: float = 0.4375,
     width: float = 0.1875,
     bulk_modulus: float = 1e5,
     water: Literal["grid", "particles"] = "grid",

@@ -83,7 +83,8 @@ _SOFTZOO_BED = f"{_SOFTZOO_TANK},slip=false,thickness=0.02"
 _SOFTZOO_ENVS = (
     "ground[gravity=3.8]", "ice[gravity=3.8]", f"desert[{_SOFTZOO_BED}]", f"clay[{_SOFTZOO_BED}]",
     f"wetland[{_SOFTZOO_BED}]", f"snow[{_SOFTZOO_BED},hardening=1,critical_stretch=4.5e-3]",
-    f"shallow-water[{_SOFTZOO_TANK},slip=false,depth=0.02]", "ocean[water=particles,gravity=3.8,length=0.5,width=0.5]",
+    f"shallow-water[{_SOFTZOO_TANK},slip=false,depth=0.02]",
+    "ocean[water=particles,gravity=3.8,length=0.5,width=0.5,youngs_modulus=1e5,muscle_strength=1.5e4]",
 )  # fmt: skip
 
 # A gradient simulates every substep three times (forward, again from a checkpoint, backward). Where the budget counts

@@ -19,7 +19,7 @@ from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.tasks.base import Motion
 from zoobench.tasks.swimming_readings import swimming_readings
-from zoobench.verify.cases import CaseRecorder, Shortfall, case
+from zoobench.verify.cases import CaseRecorder, case
 
 _WAVELENGTH = 1.0
 """Of the wave of muscle activity, by the body's length [-]."""
@@ -27,9 +27,8 @@ _WAVELENGTH = 1.0
 _STRENGTH, _GROWTH = 2.0, 0.0
 """Parameters of the wave: muscles reach tanh(2) = 0.96 of their strength, all alike."""
 
-_PERIODS = 4
-
-_HARDLY = "at 8 Hz, above its first frequency of bending in water, the body bends in two places and goes nowhere"
+_PERIODS = 6
+"""The wave grows from nothing in the first: at full strength at once it turns the fish by 20 degrees."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +69,9 @@ class Swim:
         )
 
 
-def _swim(frequency: float, way: float = 1.0) -> Swim:
-    """The fish in the ocean at `standard`, driven by a wave that runs to the tail (`way` 1) or to the head (-1)."""
-    fidelity: Fidelity = registry.create(Kind.FIDELITY, Ref("standard"))
+def _swim(frequency: float, way: float = 1.0, level: str = "standard") -> Swim:
+    """The fish in the ocean at a fidelity, driven by a wave that runs to the tail (`way` 1) or to the head (-1)."""
+    fidelity: Fidelity = registry.create(Kind.FIDELITY, Ref(level))
     env: Environment = registry.create(Kind.ENV, Ref("ocean"))
     design: Design = registry.create(Kind.DESIGN, Ref("fish"))
     body = design.body(fidelity)
@@ -80,7 +79,8 @@ def _swim(frequency: float, way: float = 1.0) -> Swim:
     frames = math.ceil(_PERIODS / (frequency * FRAME_SECONDS))
     times = torch.arange(frames, dtype=torch.float64) * FRAME_SECONDS
     parameters = torch.tensor([[0.0, 0.0, _STRENGTH, _GROWTH]], dtype=torch.float64)
-    activity = wave.actuation(parameters, times, body.muscle_count).numpy()
+    beginning = torch.clamp(times * frequency, max=1.0)[:, None, None]
+    activity = (beginning * wave.actuation(parameters, times, body.muscle_count)).numpy()
     rollout = Solver(env.scene(body, fidelity), fidelity, frame_seconds=FRAME_SECONDS).run(activity)
     return _measured(motion_of(rollout, body, env.robot.density, swims=True), body, frequency)
 
@@ -106,19 +106,19 @@ def _measured(motion: Motion, body: Body, frequency: float) -> Swim:
 @case("swimming-fish", "proportion to the frequency, wave to the tail: Bainbridge 1958; Videler 1993",
       "0.15 m in 14 cells", is_fast=False, precision=32)  # fmt: skip
 def swimming_fish(record: CaseRecorder) -> None:
-    """Its own muscles drive it forward by a wave from head to tail; one from tail to head hardly does."""
+    """Its own muscles drive it forward by a wave from head to tail, and backward by one from tail to head."""
     figure = record.plot("A fish with its own muscles", "time in periods", "way ahead [lengths]")
     swims = {frequency: _swim(frequency) for frequency in (2.0, 4.0, 8.0)}
     turned = _swim(4.0, -1.0)
     for frequency, swim in swims.items():
         figure.computed(f"{frequency:g} Hz", swim.times, np.concatenate([[0.0], swim.strides.cumsum()]))
-        stride, steady, lag = (Shortfall(_HARDLY, w) if frequency > 5.0 else None for w in (-0.05, 5.0, -math.pi))
         at = f"at {frequency:g} Hz"
-        record.at_least(f"lengths per period {at}", swim.stride, 0.05, shortfall=stride)
+        record.at_least(f"lengths per period {at}", swim.stride, 0.05)
         change = abs(swim.strides[-1] - swim.strides[-2]) / abs(swim.stride)
-        record.at_most(f"change from the last period but one to the last {at}", change, 0.5, shortfall=steady)
-        record.at_least(f"lag of the tail behind the head {at}", swim.phase, math.pi, "rad", shortfall=lag)
+        record.at_most(f"change from the last period but one to the last {at}", change, 0.5)
+        record.at_least(f"lag of the tail behind the head {at}", swim.phase, math.pi, "rad")
         record.remark(f"{frequency:g} Hz: {swim.text}")
+        record.at_least(f"lengths per period {at}, draft", _swim(frequency, level="draft").stride, 0.0)
     figure.computed("4 Hz, to the head", turned.times, np.concatenate([[0.0], turned.strides.cumsum()]))
     ratio = turned.stride / swims[4.0].stride
     record.at_most("lengths per period by a wave to the head by that of the other", ratio, 1 / 3)
