@@ -23,10 +23,13 @@ def test_fibres_are_ahead() -> None:
     assert (mixture(SPACE, np.full(COUNT, 0.25), 32).fibres[0] == torch.tensor([1.0, 0.0, 0.0])).all()
 
 
-@pytest.mark.parametrize(("cells", "least"), [(64, 0.88), (128, 0.95)])
+@pytest.mark.parametrize(("cells", "least"), [(64, 0.80), (128, 0.92)])
 @pytest.mark.parametrize("end", range(COUNT))
 def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float) -> None:
-    """Nearly all of its particles and few others, its tissues and its volume."""
+    """Nearly all of its particles and few others, its tissues and its volume.
+
+    They differ at the skin: the animals are 11 mm thick, with particles of 8 and 4 mm.
+    """
     body = workspace(cells)
     tissues = SPACE.primitives.tissues(body)
     form = mixture(SPACE, np.eye(COUNT)[end], cells)
@@ -37,7 +40,7 @@ def test_an_end_of_the_simplex_is_a_primitive(end: int, cells: int, least: float
     np.testing.assert_allclose(form.muscle_membership[0], tissues.membership[end], atol=1e-12)
 
 
-@pytest.mark.parametrize("cells", [64, 128])
+@pytest.mark.parametrize("cells", [64, 192])
 def test_volume_is_kept_between_primitives(cells: int) -> None:
     """From the orca to the tuna, where SDF-Lerp loses more than 5 %; on a fine grid by the particles that are half
     there or more, too: it is no haze that keeps it."""
@@ -47,7 +50,7 @@ def test_volume_is_kept_between_primitives(cells: int) -> None:
         weights[[ORCA, TUNA]] = 1.0 - share, share
         occupancy = mixture(SPACE, weights, cells).occupancy[0].numpy()
         assert (occupancy * body.volumes).sum() == pytest.approx(weights @ volumes, rel=1e-9)
-        if cells == 128:
+        if cells == 192:
             assert ((occupancy > 0.5) * body.volumes).sum() == pytest.approx(weights @ volumes, rel=0.05)
 
 
