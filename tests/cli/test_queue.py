@@ -34,7 +34,7 @@ def test_runs_are_queued_and_a_worker_does_them(
 ) -> None:
     """The command that `run --no-wait` ends with can be typed, and does what was asked for and no more."""
     pretend_to_work("steady")
-    assert zoobench("run", *CELL, "--env", "ice", "--no-wait", "--seeds", "1").code == 0
+    assert zoobench("run", "--env", "ice", *CELL[2:], "--no-wait", "--seeds", "1").code == 0
     reply = zoobench("run", *CELL, "--no-wait")
     assert reply.err.splitlines()[-1] == "Next: zoobench work --sweep 2"
     reply = zoobench("work", "--sweep", "2")

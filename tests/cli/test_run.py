@@ -178,7 +178,7 @@ def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Pa
     assert "2 runs to do of 2" in reply.err
     assert "Estimated: 2 by measured rates" in reply.err
     assert re.search(r"Memory: up to [1-9][0-9]+ MiB a run", reply.err)
-    reply = zoobench("plan", *CELL, "--env", "desert[relief=0.01]", "--format", "json")
+    reply = zoobench("plan", "--env", "desert[relief=0.01]", *CELL[2:], "--format", "json")
     assert {record["estimate"] for record in json.loads(reply.out)} == {"unknown"}
     assert "Estimated: 2 unknown" in reply.err
     assert "Memory" not in reply.err

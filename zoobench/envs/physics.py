@@ -51,10 +51,10 @@ class Physics:
 LAND = Physics()
 
 # A swimmer is stiffer than in the reference implementation (1e5 Pa), since it has to push water: bent by a wave of its
-# muscles, a body follows up to its first frequency of bending in water, 5 Hz for the fish at 1e5 Pa and 9 Hz at 3e5 Pa;
-# beyond, its tail hardly swings. Below, what it swings is in proportion to strength by stiffness, which is 0.15 as on
-# land. The damping by water alone is insufficient: at 1e5 Pa and h = 1/128, under square waves of full strength, the
-# robot tore in the 197th frame.
+# muscles, a body follows up to its first frequency of bending in water, which for the fish is 5 Hz at 1e5 Pa and some
+# 9 Hz at 3e5 Pa; beyond, its tail hardly swings. Below, what it swings is in proportion to strength by stiffness, which
+# is 0.15 as on land. The damping by water alone is insufficient: at 1e5 Pa and h = 1/128, under square waves of full
+# strength, the robot tore in the 197th frame.
 SWIMMER = Physics(youngs_modulus=3e5, muscle_strength=4.5e4)
 
 
