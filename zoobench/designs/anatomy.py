@@ -23,7 +23,7 @@ SWIMMER_LENGTH = 0.15
 """Length of a swimmer [m], unless another is asked for: ten cells on a grid of 1/64 m."""
 
 TAIL = 0.0105
-"""Thickness of a swimmer's tail fin as drawn [m]: at `SWIMMER_LENGTH` two particles on a grid of 1/64 m."""
+"""Thickness of a swimmer's tail fin as drawn [m]: at `SWIMMER_LENGTH` three particles on a grid of 1/64 m."""
 
 SWIMMER_PARTICLES = 27
 """Particles per cell of a swimmer, at least. With 8, a stem of the tail that is a cell or two thick comes apart where

@@ -36,7 +36,8 @@ class Fidelity:
     Attributes:
         grid_spacing: h [m].
         courant: the step as a fraction of the largest safe one, dt_iso = h sqrt(rho0 / kappa); refused above 0.9.
-        particles_per_cell: 1, 4 (face-centred), 8 or 27; 8 is enough, 1 is unusable for accuracy.
+        particles_per_cell: 1, 4 (face-centred), 8 or 27; 8 is enough, 1 is unusable for accuracy. A design
+            may have more, as swimmers do.
         precision: 32 or 64 bits for every real number of the simulation.
         step: a fixed step [s], shortened to divide the control frame; 0 lets every world choose its own, frame by
             frame, from the state it is in.
