@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.conformance.cells import cell
+from tests.conformance.cells import POND, cell
 from zoobench.cell.problem import Problem
 from zoobench.render.actors import TARGET
 from zoobench.render.canvas import Image
@@ -29,3 +29,17 @@ def test_target_and_robot_are_where_they_are_now() -> None:
     assert _count(later) > _count(first) + 20
     assert (moved != later).any(axis=2).mean() > 0.01
     np.testing.assert_array_equal(again, later)
+
+
+def test_water_is_drawn_as_it_flows_now() -> None:
+    """A shear in it is seen, and its end, too."""
+    problem = Problem(cell(environment=POND))
+    start, muscles = problem.scene.robot.positions, np.zeros(problem.body.muscle_count)
+    cells = problem.scene.cells(problem.fidelity.grid_spacing)
+    flow = np.zeros((*cells, 3))
+    flow[:, :, : cells[2] // 2, 0] = 1.0
+    picture = LivePicture(problem, start, problem.task)
+    rest, shear, end = (picture.at(0.0, start, muscles, speed * flow) for speed in (0.0, 1.0, 0.0))
+    picture.close()
+    assert (shear != rest).any(axis=2).mean() > 0.01
+    np.testing.assert_array_equal(end, rest)

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from zoobench.sim.model.state import IntArray
     from zoobench.sim.solver import Rollout, Solver, SubstepMeter
 
-Watch = Callable[[Array], None]
-"""A function called with the positions of all particles of the first world `[particle_count, 3]` [m]."""
+Watch = Callable[[Array, Array | None], None]
+"""A function called with the state of the first world: positions of all particles, the robot's first
+`[particle_count, 3]` [m], and the velocity of water on a grid, see `Solver.flow`."""
 
 
 class EpisodeRunner:
@@ -63,7 +64,7 @@ class EpisodeRunner:
     def run(self, built: Sequence[Built], *, gradient: bool = False, watch: Watch | None = None) -> Iterator[Episode]:
         """Simulate an episode of each of these robots side by side.
 
-        `watch` is called at the start and after every frame with the positions of all particles, the robot's first.
+        `watch` is called at the start and after every frame.
         """
         from zoobench.sim.rest import come_to_rest
         from zoobench.sim.solver import BodyState
@@ -148,6 +149,6 @@ def _on_frame(solver: "Solver", watch: Watch) -> Callable[[int], None]:
     """A callback for the solver that calls `watch`."""
 
     def show(_: int) -> None:
-        watch(solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)
+        watch(solver.positions(0), solver.flow(0))
 
     return show

@@ -115,8 +115,11 @@ class Session:
 
     def positions(self, world: int) -> Array:
         """Present positions of all particles of a world, the robot's first `[particle_count, 3]` [m]."""
-        solver = self._solver
-        return np.asarray(solver.matter.x[0, world].double().cpu().numpy() + solver.origin)
+        return self._solver.positions(world)
+
+    def flow(self, world: int) -> Array | None:
+        """Present velocity of water on a grid in a world, see `Solver.flow`."""
+        return self._solver.flow(world)
 
     def activity(self, world: int) -> Array:
         """Muscle activity in the last frame of a world's episode `[muscle_count]`; 0 before the first."""

@@ -117,7 +117,7 @@ class Worlds:
         if world not in self._pictures:
             task = self._begun[world].task or self._problem.task
             self._pictures[world] = LivePicture(self._problem, positions, task)
-        return self._pictures[world].at(seconds, positions, session.activity(world))
+        return self._pictures[world].at(seconds, positions, session.activity(world), session.flow(world))
 
     def close(self) -> None:
         """Close the pictures."""

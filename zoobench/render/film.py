@@ -10,7 +10,7 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording, still_water
+from zoobench.render.recording import Positions, Recording, vorticity
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.tasks.paths import Path as Route
 
@@ -68,28 +68,49 @@ def film(
             f"{problem.parameter_count}. Do the run again with this version."
         )
     kept = np.arange(spec.frames + 1) if moments is None else np.asarray(moments)
-    places, frame = np.zeros((0, 0, 3), np.float32), 0
-    rows = {kept_frame: row for row, kept_frame in enumerate(kept.tolist())}
-
-    def watch(place: Array) -> None:
-        nonlocal places, frame
-        if not frame:
-            places = _allocate(len(kept), len(place))
-        if frame in rows:
-            places[rows[frame]] = place
-        progress(frame)
-        frame += 1
-
-    episode = problem.episode(np.asarray(params), watch=watch)
+    reel = _Reel(kept, problem.fidelity.grid_spacing, progress)
+    episode = problem.episode(np.asarray(params), watch=reel.take)
     if episode.evaluation.failure is not None:
         raise DivergenceError(episode.evaluation.failure)
-    return _film(problem, episode, places, kept)
+    return _film(problem, episode, reel)
 
 
 def evenly(frames: int, count: int) -> list[int]:
     """At most `count` moments of an episode, the start and the end among them."""
     found: list[int] = np.unique(np.linspace(0, frames, count).round().astype(int)).tolist()
     return found
+
+
+class _Reel:
+    """What is kept of an episode while it is simulated.
+
+    Args:
+        kept: the moments, counted in control frames.
+        spacing: of the grid [m].
+        progress: called with the number of control frames simulated so far.
+
+    Attributes:
+        places: positions of all particles `[moments, particle_count, 3]` [m].
+        vorticity: of water on a grid, an array for each moment so far.
+    """
+
+    def __init__(self, kept: NDArray[np.int64], spacing: float, progress: Callable[[int], None]) -> None:
+        self.kept = kept
+        self.places: Positions = np.zeros((0, 0, 3), np.float32)
+        self.vorticity: list[Array] = []
+        self._spacing, self._progress, self._frame = spacing, progress, 0
+        self._rows = {frame: row for row, frame in enumerate(kept.tolist())}
+
+    def take(self, place: Array, flow: Array | None) -> None:
+        """Keep a moment if it is one of them; see `zoobench.cell.episode_runner.Watch`."""
+        if not self._frame:
+            self.places = _allocate(len(self.kept), len(place))
+        if self._frame in self._rows:
+            self.places[self._rows[self._frame]] = place
+            if flow is not None:
+                self.vorticity.append(vorticity(flow, self._spacing))
+        self._progress(self._frame)
+        self._frame += 1
 
 
 def _allocate(moments: int, particle_count: int) -> Positions:
@@ -107,14 +128,12 @@ def _allocate(moments: int, particle_count: int) -> Positions:
     return np.zeros((moments, particle_count, 3), np.float32)
 
 
-def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[np.int64]) -> Film:
-    record = episode.record
+def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
+    record, kept = episode.record, reel.kept
     centre = record.motion.centre_of_mass()[:, 0].detach().numpy()
     route: Route | None = getattr(problem.task, "route", None)
     clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
     count = record.body.particle_count
-    points = still_water(record.scene, record.scene.robot.positions, problem.fidelity.particle_edge)
-    water = np.broadcast_to(points, (len(kept), *points.shape))
     return Film(
         spec=problem.spec,
         evaluation=episode.evaluation,
@@ -123,8 +142,9 @@ def _film(problem: Problem, episode: Episode, places: Positions, kept: NDArray[n
         particle_edge=problem.fidelity.particle_edge,
         kept=kept,
         times=clock[kept],
-        robot=places[:, :count],
-        medium=water if len(points) else places[:, count:],
+        robot=reel.places[:, :count],
+        medium=reel.places[:, count:],
+        vorticity=np.array(reel.vorticity) if reel.vorticity else None,
         activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,
         target=None if route is None else centre[0] + route.positions(clock),

@@ -17,6 +17,7 @@ from zoobench.render.canvas import INK, Canvas, Image, check_drawing, side_by_si
 from zoobench.render.film import Film, evenly
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.render.viewpoint import Region, camera_for, region_of
+from zoobench.render.vortices import STRONG, put_water
 
 Progress = Callable[[int], None]
 """Called with the number of moments done so far."""
@@ -127,11 +128,14 @@ def film_images(
         put_ground(canvas, region, camera.towards)
         updates = [
             put_medium(canvas, region, size[1] / 2 / camera.half_height),
+            put_water(canvas, film),
             put_active_robot(canvas, region, film.activation),
             put_paths(canvas, film, film.kept, camera.towards),
         ]
         canvas.text(title, 0.02, 0.94, size=1.15)
         clock = canvas.text("", 0.02, 0.885, size=1.15)
+        if film.vorticity is not None:
+            canvas.text(f"water: white turns left and dark right, at {STRONG:g}/s or more", 0.02, 0.10)
         canvas.text("centre of mass and its path", 0.02, 0.06, colour=PATH)
         if film.target is not None:
             canvas.text("target and its path", 0.02, 0.02, colour=TARGET)

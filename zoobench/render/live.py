@@ -9,8 +9,9 @@ from zoobench.cell.problem import Problem
 from zoobench.render.actors import PATH, TARGET, put_ground, put_medium, put_paths
 from zoobench.render.canvas import Canvas, Image
 from zoobench.render.film_files import put_active_robot
-from zoobench.render.recording import Recording, still_water
+from zoobench.render.recording import Recording, vorticity
 from zoobench.render.viewpoint import Region, camera_for, region_of
+from zoobench.render.vortices import put_water
 from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Task
 
@@ -32,7 +33,7 @@ class LivePicture:
 
     def __init__(self, problem: Problem, positions: Array, task: Task) -> None:
         self._recording = recording = _recording(problem, positions, task)
-        self._length = problem.spec.frames * FRAME_SECONDS
+        self._length, self._spacing = problem.spec.frames * FRAME_SECONDS, problem.fidelity.grid_spacing
         self._weights = recording.body.masses(1.0) / recording.body.masses(1.0).sum()
         self._kept = np.zeros(1, np.int64)
         self._activation = np.zeros((1, recording.body.particle_count))
@@ -42,6 +43,7 @@ class LivePicture:
         put_ground(canvas, region, camera.towards)
         self._updates = [
             put_medium(canvas, region, _SIZE[1] / 2 / camera.half_height),
+            put_water(canvas, recording),
             put_active_robot(canvas, region, self._activation),
             put_paths(canvas, recording, self._kept, camera.towards),
         ]
@@ -53,19 +55,21 @@ class LivePicture:
             canvas.text("target and its path", 0.02, 0.02, colour=TARGET)
         canvas.aim(camera)
 
-    def at(self, seconds: float, positions: Array, activity: Array) -> Image:
+    def at(self, seconds: float, positions: Array, activity: Array, flow: Array | None = None) -> Image:
         """The picture at a moment of the episode.
 
         Args:
             seconds: since its start [s].
             positions: of all particles `[particle_count, 3]` [m].
             activity: of the muscles in the frame that ends then `[muscle_count]`, in [-1, 1].
+            flow: velocity of water on a grid, see `Solver.flow`.
         """
         recording, frame = self._recording, round(seconds / FRAME_SECONDS)
         count = recording.body.particle_count
         recording.robot[0] = positions[:count]
-        if recording.medium.shape[1] == len(positions) - count:
-            recording.medium[0] = positions[count:]
+        recording.medium[0] = positions[count:]
+        if recording.vorticity is not None and flow is not None:
+            recording.vorticity[0] = vorticity(flow, self._spacing)
         recording.centre[frame:] = self._weights @ positions[:count]
         self._kept[0] = frame
         self._activation[0] = recording.body.muscle_membership @ activity
@@ -81,21 +85,22 @@ class LivePicture:
 
 def _recording(problem: Problem, positions: Array, task: Task) -> Recording:
     """The world at the present moment, in arrays that are overwritten with the next one."""
-    frames, body, edge = problem.spec.frames, problem.body, problem.fidelity.particle_edge
+    frames, body = problem.spec.frames, problem.body
     count = body.particle_count
     centre = np.average(positions[:count], axis=0, weights=body.masses(1.0))
     clock = np.arange(frames + 1, dtype=np.float64) * FRAME_SECONDS
     route = getattr(task, "route", None)
-    water = still_water(problem.scene, positions[:count], edge)
+    nx, _, nz = problem.scene.cells(problem.fidelity.grid_spacing)
     return Recording(
         scene=problem.scene,
         body=body,
-        particle_edge=edge,
+        particle_edge=problem.fidelity.particle_edge,
         times=np.zeros(1),
         robot=positions[None, :count].astype(np.float32),
-        medium=(water if len(water) else positions[count:])[None].astype(np.float32),
+        medium=positions[None, count:].astype(np.float32),
         centre=np.tile(centre, (frames + 1, 1)),
         target=None if route is None else centre + route.positions(clock),
+        vorticity=None if problem.scene.water is None else np.zeros((1, nx + 1, nz + 1)),
     )
 
 

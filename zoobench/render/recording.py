@@ -16,16 +16,12 @@ from zoobench.envs.base import Environment
 from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
-from zoobench.sim.model.lattice import fill_box
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import medium_share
 from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
 
 Positions = NDArray[np.float32]
-
-_CLEAR = 0.6
-"""Least distance of drawn water from a particle of the robot [edges]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +35,10 @@ class Recording:
         times: `[moments]` since the episode began [s].
         robot: `[moments, robot_count, 3]` positions of the robot's particles [m].
         medium: `[moments, medium_count, 3]` positions of the medium's particles [m], without those whose place the
-            robot takes; none on bare ground.
+            robot takes; none on bare ground and in water on a grid.
         centre: `[n, 3]` the robot's centre of mass, from the first moment on [m].
         target: `[n, 3]` position of the target [m]; None if there is none that moves.
+        vorticity: of water on a grid `[moments, nx + 1, nz + 1]` [1/s], see `vorticity`; None without it.
     """
 
     scene: Scene
@@ -52,6 +49,7 @@ class Recording:
     medium: Positions
     centre: Array
     target: Array | None = None
+    vorticity: Array | None = None
 
     @property
     def solid(self) -> NDArray[np.bool_]:
@@ -80,18 +78,18 @@ def medium_exists(scene: Scene, occupancy: Array) -> NDArray[np.bool_]:
     return found
 
 
-def still_water(scene: Scene, robot: Array, edge: float) -> Positions:
-    """Points `[n, 3]` [m] that stand for water on a grid in pictures, as far from each other as particles `edge` [m].
+def vorticity(flow: Array, spacing: float) -> Array:
+    """About the vertical, du/dz - dw/dx `[nx + 1, nz + 1]` [1/s]: at the vertical edges of the cells at half height.
 
-    They stay where they are; `robot` holds the particles `[m, 3]` [m] whose places are left out. None without water.
+    It is zero on the walls, along which water slips.
+
+    Args:
+        flow: velocities (u, v, w) on the lower faces of the cells `[nx, ny, nz, 3]` [m/s].
+        spacing: edge of a cell [m].
     """
-    from scipy.spatial import KDTree
-
-    if scene.water is None:
-        return np.zeros((0, 3), np.float32)
-    points = fill_box(np.array(scene.lower), np.array(scene.upper), edge, 1)
-    gap, _ = KDTree(robot).query(points)
-    found: Positions = points[gap > _CLEAR * edge].astype(np.float32)
+    u, _, w = np.moveaxis(flow[:, flow.shape[1] // 2], -1, 0)
+    found = np.zeros((u.shape[0] + 1, u.shape[1] + 1))
+    found[1:-1, 1:-1] = (np.diff(u, axis=1)[1:] - np.diff(w, axis=0)[:, 1:]) / spacing
     return found
 
 
@@ -123,10 +121,9 @@ def snapshots(
             rollout = solver.run(random_actuation(driver, solver.muscle_count, frames, 1, seed))
             if rollout.divergences:
                 raise DivergenceError(rollout.divergences[0])
-        place = (solver.matter.x[0, 0].double().cpu().numpy() + solver.origin)[None]
+        place, flow = solver.positions(0)[None], solver.flow(0)
         robot, medium = place[:, : solver.robot_count], place[:, solver.robot_count :]
         medium = medium[:, medium_exists(scene, body.occupancy)]
-        points = still_water(scene, scene.robot.positions, grid.particle_edge)
         yield Snapshot(
             env=str(replace(name, version=0)),
             fidelity=str(replace(fidelity, version=0)),
@@ -135,6 +132,7 @@ def snapshots(
             particle_edge=grid.particle_edge,
             times=np.array([frames * FRAME_SECONDS]),
             robot=robot.astype(np.float32),
-            medium=np.concatenate([medium.astype(np.float32), points[None]], axis=1),
+            medium=medium.astype(np.float32),
             centre=np.average(robot, axis=1, weights=body.masses(1.0)),
+            vorticity=None if flow is None else vorticity(flow, grid.grid_spacing)[None],
         )

@@ -13,6 +13,7 @@ from zoobench.render.colours import PASSIVE, Colour, palette, tints
 from zoobench.render.recording import Snapshot
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at, camera_for, region_of
+from zoobench.render.vortices import put_water
 
 SHEET = "environments.png"
 """Name of the sheet of several environments."""
@@ -46,6 +47,7 @@ def snapshot_image(shot: Snapshot, size: tuple[int, int], *, small: bool = False
     with Canvas(*size, smooth=True) as canvas:
         put_ground(canvas, region, camera.towards)
         put_medium(canvas, region, size[1] / 2 / camera.half_height)(0)
+        put_water(canvas, shot)(0)
         put_robot(canvas, region, tints(shot.body.muscle_membership, shot.body.muscles)[None], rgb=True)(0)
         first, second = titles(shot, small=small)
         canvas.text(first, 0.02, 0.94, size=1.15)

@@ -44,7 +44,7 @@ class Region:
 
 
 def region_of(recording: Recording) -> Region:
-    """The whole bed of a medium, or as much of the bare ground as robot and target come near to."""
+    """The whole bed of a medium or box of water, or as much of bare ground as robot and target come near to."""
     scene = recording.scene
     lower, upper = np.array(scene.lower), np.array(scene.upper)
     robot = recording.robot[:, recording.solid].astype(float)
@@ -57,6 +57,8 @@ def region_of(recording: Recording) -> Region:
         level = float(np.quantile(heights, 0.99)) + recording.particle_edge / 2  # splashes do not count
         immersed = level > float(np.median(scene.heights_above_ground(robot[0])))
         tallest = max(tallest, float(medium[:, 1].max()))
+    elif scene.water is not None:
+        apron, tallest = _APRON, float(upper[1]) - _HEADROOM
     else:
         seen = robot.reshape(-1, 3)
         if recording.target is not None:

@@ -99,6 +99,19 @@ class Solver:
         """Mass, volume, stiffness, fibres and tension of the particles."""
         return self.simulation.parameters
 
+    def positions(self, world: int) -> Array:
+        """Present positions of all particles of a world, the robot's first `[particle_count, 3]` [m]."""
+        found: Array = self.matter.x[0, world].double().cpu().numpy() + self.origin
+        return found
+
+    def flow(self, world: int) -> Array | None:
+        """Present velocity of water on a grid on the lower faces of its cells `[nx, ny, nz, 3]` [m/s], or None."""
+        if self.scene.water is None:
+            return None
+        cells = self.scene.cells(self.fidelity.grid_spacing)
+        found: Array = self.matter.flow[0, world, :, :3].double().cpu().numpy().reshape(*cells, 3)
+        return found
+
     def run(
         self,
         actuation: FloatArray,

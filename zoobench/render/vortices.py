@@ -1,0 +1,37 @@
+"""Water on a grid in pictures: how it spins in the layer of cells at half its height."""
+
+import numpy as np
+
+from zoobench.render.actors import Update
+from zoobench.render.canvas import Canvas
+from zoobench.render.colours import medium_colour
+from zoobench.render.recording import Recording
+
+STRONG = 40.0
+"""Vorticity that is drawn in white or in the darkest blue [1/s]."""
+
+_LEFT, _RIGHT = (1.0, 1.0, 1.0), (0.05, 0.1, 0.3)  # colours of water that turns quickly
+_EDGES = "#555555"
+
+
+def put_water(canvas: Canvas, recording: Recording) -> Update:
+    """A layer of water and the edges of its box; lighter where it turns to the left, darker where to the right."""
+    if recording.vorticity is None:
+        return lambda _: None
+    low, high = np.array(recording.scene.lower), np.array(recording.scene.upper)
+    _, nx, nz = recording.vorticity.shape
+    x, z = np.meshgrid(np.linspace(low[0], high[0], nx), np.linspace(low[2], high[2], nz), indexing="ij")
+    layer = canvas.pyvista.StructuredGrid(x, np.full_like(x, (low[1] + high[1]) / 2), z)
+    layer["colour"] = np.zeros((layer.n_points, 3), np.uint8)
+    canvas.plotter.add_mesh(layer, scalars="colour", rgb=True, lighting=False)
+    box = canvas.pyvista.Box([value for ends in zip(low, high, strict=True) for value in ends])
+    canvas.plotter.add_mesh(box.extract_all_edges(), color=_EDGES, lighting=False, line_width=1.5)
+    still = np.array(medium_colour(recording.scene))
+
+    def update(moment: int) -> None:
+        assert recording.vorticity is not None
+        strength = np.clip(recording.vorticity[moment].ravel(order="F") / STRONG, -1.0, 1.0)[:, None]
+        colour = still + np.maximum(strength, 0.0) * (_LEFT - still) + np.maximum(-strength, 0.0) * (_RIGHT - still)
+        layer["colour"] = (255.0 * colour).astype(np.uint8)
+
+    return update
