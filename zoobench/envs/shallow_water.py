@@ -9,7 +9,7 @@ from zoobench.registry import Kind, register
 
 _PROVISIONAL = (
     "up to version 7 its water sticks to the robot and is as thick as syrup (nothing is left of a current of 20 mm/s "
-    "after 0.2 s); from version 8 on bodies float within 0.4 cells of their draught, but no study of its accuracy has "
+    "after 0.2 s); from version 8 on bodies float within 0.25 cells of their draught, but no study of its accuracy has "
     "been made, and at draft the water is less than three cells deep"
 )
 
