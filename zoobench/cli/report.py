@@ -150,7 +150,7 @@ def _still(begin: str, result: "RunResult", params: tuple[float, ...], *, moves:
 
 
 def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section], str]":
-    """The leaderboards of a folder, with so many robots of each, and the mark of their exports."""
+    """The leaderboards of a folder, the fullest first, with so many robots of each, and the mark of their exports."""
     from dataclasses import replace
 
     from zoobench.report.leaderboard_files import read_exports
@@ -159,7 +159,7 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
 
     boards, mark = read_exports(folder)
     sections = []
-    for board in boards:
+    for board in sorted(boards, key=lambda board: len(board.results()), reverse=True):
         section = section_of(board, decides)
         robots: dict[Ref, tuple[str, RunResult, tuple[float, ...]]] = {}  # of each environment that of its first task
         for best in best_runs(section):
