@@ -50,7 +50,7 @@ def test_only_the_suite_of_that_name_is_for_smoke(name: str) -> None:
     assert {spec.fidelity.name == "smoke" for spec in suites.load(name).specs} == {name == "smoke"}
 
 
-@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign"])
+@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control"])
 def test_methods_compete_at_equal_substeps(name: str) -> None:
     """All runs of a row have the same budget, counted in substeps, and the same three seeds."""
     rows: dict[tuple[object, ...], set[object]] = {}
@@ -83,6 +83,18 @@ def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> N
         assert spaces == {"diffphysics": 6, "random": 6, rival: 2}
         assert {spec.controller.name for spec in specs} == {controller}
         assert {(spec.env.name, spec.task.name) for spec in specs} == {("ocean", "movement-speed")}
+
+
+def test_control_has_policies_beside_gaits() -> None:
+    """Reinforcement learning only where there is a policy, and the gradient in both."""
+    pairs = Counter((spec.controller.name, spec.method.name) for spec in suites.load("control").specs)
+    assert pairs == {
+        ("policy-network", "ppo"): 12,
+        ("policy-network", "diffphysics"): 12,
+        ("policy-network", "random"): 12,
+        ("sine-basis", "diffphysics"): 12,
+        ("sine-basis", "random"): 12,
+    }
 
 
 def test_paper_has_the_settings_of_the_appendix() -> None:
