@@ -8,7 +8,7 @@ import torch
 from scipy.spatial import KDTree
 
 from zoobench import registry
-from zoobench.designs.anatomy import Animal
+from zoobench.designs.anatomy import SWIMMER_LENGTH, Animal
 from zoobench.designs.primitives import DEFAULT_PRIMITIVES, Primitives, simplex
 from zoobench.errors import SceneError, UnknownNameError, UsageError
 from zoobench.registry import Kind
@@ -19,7 +19,7 @@ DRAFT, PAPER = Fidelity(1 / 64), Fidelity(1 / 128)
 
 
 @cache
-def primitives(names: str = DEFAULT_PRIMITIVES, length: float = 0.1) -> Primitives:
+def primitives(names: str = DEFAULT_PRIMITIVES, length: float = SWIMMER_LENGTH) -> Primitives:
     """The default primitives, cached."""
     return Primitives(names, length)
 
@@ -35,18 +35,31 @@ def test_the_workspace_holds_every_primitive_with_room_to_spare(names: str) -> N
     for animal in made.animals:
         own = animal.body(PAPER).positions
         shift = tree.query(own)[0]
-        assert shift.max() <= PAPER.grid_spacing / 4 * np.sqrt(3.0) + 1e-9
+        assert shift.max() <= body.edge / 2 * np.sqrt(3.0) + 1e-9
         assert (own.max(axis=0) < body.positions.max(axis=0)).all()
         assert (own.min(axis=0)[[0, 2]] > body.positions.min(axis=0)[[0, 2]]).all()
 
 
-def test_the_workspace_is_the_same_box_at_every_fidelity() -> None:
-    """125 x 62.5 x 62.5 mm in whole cells, with equal particles."""
+@pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda", "baby-seal+panda"])
+def test_the_workspace_fills_its_box_at_every_fidelity(names: str) -> None:
+    """With equal particles in whole cells, the fewest that hold the box; an even number of them across the middle."""
+    made = primitives(names)
+    lower, upper = made.box
     for name in registry.names(Kind.FIDELITY):
         fidelity = registry.create(Kind.FIDELITY, Ref(name))
-        body = primitives().workspace(fidelity)
-        assert body.volumes.sum() == pytest.approx(0.125 * 0.0625**2, rel=1e-9)
-        assert body.volumes[0] == pytest.approx(fidelity.grid_spacing**3 / 8, rel=1e-12)
+        body = made.workspace(fidelity)
+        size = np.ptp(body.positions, axis=0) + body.edge
+        room = (size - (upper - lower)) / fidelity.grid_spacing
+        assert (room > -1e-9).all()
+        assert (room < (1.0, 1.0, 2.0)).all()
+        assert body.volumes.sum() == pytest.approx(size.prod(), rel=1e-9)
+        assert (np.abs(body.positions[:, 2]) > 0.4 * body.edge).all()
+
+
+def test_the_workspace_has_as_many_particles_in_a_cell_as_a_primitive() -> None:
+    """27 with a swimmer among them, those of the fidelity without."""
+    for names, count in ((DEFAULT_PRIMITIVES, 27), ("orca+panda", 27), ("baby-seal+panda", 8)):
+        assert primitives(names).workspace(PAPER).volumes[0] == pytest.approx(PAPER.grid_spacing**3 / count)
 
 
 def test_the_workspace_is_as_stiff_as_the_stiffest_fin() -> None:
@@ -77,19 +90,20 @@ def test_inside_its_skin_a_primitive_is_itself() -> None:
 def test_outside_its_skin_a_primitive_is_what_its_nearest_point_is() -> None:
     """Against brute force among the particles of a fine body.
 
-    A muscle's nearest whole cube is up to a cube's diagonal further away than the muscle itself; two are compared.
+    A muscle's nearest cube is up to a cube's diagonal further away than the muscle itself; two are compared.
     """
     made = primitives()
     body = made.workspace(DRAFT)
     tissues = made.tissues(body)
     for n, animal in enumerate(made.animals):
-        fine = animal.body(Fidelity(1 / 256))
-        sure = fine.muscle_membership.max(axis=1) > 1.0 - 1e-9
-        owner, away = fine.muscle_membership[sure].argmax(axis=1), fine.positions[sure]
-        gaps = np.stack([KDTree(away[owner == k]).query(body.positions)[0] for k in range(len(animal.muscles))], axis=1)
+        fine = animal.body(Fidelity(1 / 192))
+        shares = fine.muscle_membership
+        # a cube on the border of two muscles, or more, is of each that has half as much of it as the largest
+        owns = (shares >= 0.5 * shares.max(axis=1, keepdims=True)) & (shares.sum(axis=1) > 0.5)[:, None]
+        gaps = np.stack([KDTree(fine.positions[own]).query(body.positions)[0] for own in owns.T], axis=1)
         chosen = tissues.membership[n].numpy().argmax(axis=1)
         excess = gaps[np.arange(len(gaps)), chosen] - gaps.min(axis=1)
-        assert excess.max() <= 2.0 * np.sqrt(3.0) * Fidelity(1 / 256).particle_edge
+        assert excess.max() <= 2.0 * np.sqrt(3.0) * Fidelity(1 / 192).particle_edge
 
 
 @pytest.mark.parametrize("names", [DEFAULT_PRIMITIVES, "orca+panda"])
@@ -124,7 +138,7 @@ def test_muscles_are_matched_by_number() -> None:
 
 def test_a_longer_workspace_is_the_same_workspace() -> None:
     """Twice the length on a grid twice as coarse: the same tissues, twice the distances."""
-    small, large = primitives(length=0.1), primitives(length=0.2)
+    small, large = primitives(), primitives(length=2 * SWIMMER_LENGTH)
     one, two = small.tissues(small.workspace(PAPER)), large.tissues(large.workspace(DRAFT))
     np.testing.assert_allclose(two.distances, 2.0 * one.distances, atol=1e-12)
     np.testing.assert_allclose(two.membership, one.membership, atol=1e-12)

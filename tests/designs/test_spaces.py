@@ -164,7 +164,7 @@ def test_gradients_reach_empty_places_by_the_surface(name: str) -> None:
     raw = space.form(parameters, body)
     form, _ = feasible(raw, body, connected=True)
     solid = raw.occupancy[0].detach().numpy() > 0.5
-    near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 / 64
+    near = KDTree(body.positions[solid]).query(body.positions)[0] < 1.1 * body.edge
     surface = np.flatnonzero(near & ~solid)
     assert len(surface) > 3
     for particle in surface[:: max(1, len(surface) // 12)]:  # a dozen, evenly spread: each takes a backward pass

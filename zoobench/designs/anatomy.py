@@ -165,8 +165,7 @@ class Animal:
     @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""
-        per_cell = max(fidelity.particles_per_cell, self.particles_per_cell)
-        sample = self.shape.sample(replace(fidelity, particles_per_cell=per_cell))
+        sample = self.shape.sample(fidelity.with_particles(self.particles_per_cell))
         drawn = sample.points / self.scale
         tissue = self._tissue(drawn)
         density = sample.mean(tissue @ [part.density_ratio for part in self.parts])
@@ -227,11 +226,6 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
         box=(REFERENCE_LENGTH, height, width), parts=parts, neck=0.022, rump=-0.022, length=length,
         particles_per_cell=SWIMMER_PARTICLES,
     )  # fmt: skip
-
-
-def flanks(trunk: Distance, rear: float, front: float) -> BodyPart:
-    """A trunk with three segments of muscle on each side from `rear` to `front` along x [m]."""
-    return BodyPart(solid=trunk, muscles=crossed(in_a_row(("flank-1", "flank-2", "flank-3"), rear, front), SIDES))
 
 
 def myomeres(trunk: Distance, rear: float = -0.046, front: float = 0.040, sides: Muscles = SIDES) -> BodyPart:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.designs.anatomy import SWIMMER_LENGTH
 from zoobench.designs.base import Body
 from zoobench.designs.mixture import Mixture
 from zoobench.designs.parts import EVERYTHING, Optimised
@@ -17,23 +18,24 @@ from zoobench.registry import Kind, register
 if TYPE_CHECKING:
     from torch import Tensor
 
-_VOXELS = 32  # along the longest edge of the workspace: the thinnest fin is four voxels thick
+_VOXELS = 56  # along the longest edge of the workspace: tail fins are nearly five voxels thick
 _WIDTH = 1.0  # of the entropic kernel [voxels]
-_ITERATIONS = 100  # 0.1 s; with four times as many, 1 % of the particles change at the ends of the simplex
+_ITERATIONS = 100  # 0.8 s; with four times as many, 1 % of the particles change at the ends of the simplex
 
 # the density is filtered over the width of a particle, or its gradient would vanish beside the surface
-_FILTER = 0.4  # [particle spacings]
+_FILTER = 0.5  # [particle spacings]
 _LEAST_FILTER = 0.5  # [voxels]
 
-_TEMPERATURE = 0.5  # of the sigmoid: occupancy 1 in the middle of a primitive, where the density is twice the level
+# of the sigmoid: matter between a flat animal and a high one is spread, and its density is little above the level
+_TEMPERATURE = 0.25
 _HALVINGS = 60  # of the interval of the level: to machine precision
 
 
-@register(Kind.DESIGN, "barycenter", version=2, tags=("space",))
+@register(Kind.DESIGN, "barycenter", version=3, tags=("space",))
 def barycenter_space(
     *,
     primitives: str = DEFAULT_PRIMITIVES,
-    length: float = 0.10,
+    length: float = SWIMMER_LENGTH,
     connected: bool = True,
     optimise: Optimised = EVERYTHING,
 ) -> Mixture:

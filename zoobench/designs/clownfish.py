@@ -1,53 +1,47 @@
 """The clownfish: short and high, with round fins and one long fin along the back."""
 
-from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
+from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, stiff, swimmer
+from zoobench.designs.shapes import UPRIGHT, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.038, 0.0240, 0.0100, 0.0085),
-        (-0.026, 0.0235, 0.0125, 0.0095),
-        (-0.008, 0.0215, 0.0190, 0.0135),
-        (0.014, 0.0205, 0.0205, 0.0160),
-        (0.032, 0.0205, 0.0180, 0.0145),
-        (0.044, 0.0205, 0.0115, 0.0100),
-        (0.050, 0.0205, 0.0, 0.0),
+        (-0.042, 0.021, 0.0080, 0.0052),
+        (-0.034, 0.021, 0.0085, 0.0052),
+        (-0.014, 0.0195, 0.0140, 0.0056),
+        (0.008, 0.019, 0.0150, 0.0062),
+        (0.032, 0.019, 0.0105, 0.0065),
+        (0.045, 0.019, 0.0055, 0.0045),
+        (0.050, 0.019, 0.0, 0.0),
     ]
 )
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.032, 0.024), (-0.036, 0.034), (-0.042, 0.039), (-0.048, 0.036), (-0.050, 0.024), (-0.048, 0.012),
-     (-0.042, 0.009), (-0.036, 0.014)],
-    THINNEST,
+    [(-0.030, 0.021), (-0.034, 0.029), (-0.040, 0.034), (-0.046, 0.033), (-0.0495, 0.027), (-0.050, 0.021),
+     (-0.0495, 0.015), (-0.046, 0.009), (-0.040, 0.008), (-0.034, 0.013)],
+    TAIL,
 )  # fmt: skip
 _BACK_FIN = fin(
     UPRIGHT,
-    [(0.024, 0.034), (0.016, 0.046), (0.006, 0.0455), (0.000, 0.0435), (-0.008, 0.0495), (-0.018, 0.0475),
-     (-0.026, 0.039), (-0.024, 0.028)],
-    THINNEST,
+    [(0.016, 0.030), (0.012, 0.037), (0.004, 0.038), (-0.002, 0.037), (-0.010, 0.040), (-0.018, 0.040),
+     (-0.023, 0.036), (-0.022, 0.027)],
+    TAIL,
 )  # fmt: skip
 _ANAL_FIN = fin(
-    UPRIGHT, [(-0.006, 0.010), (-0.012, 0.001), (-0.022, 0.002), (-0.028, 0.010), (-0.024, 0.018)], THINNEST
+    UPRIGHT, [(-0.006, 0.008), (-0.010, 0.001), (-0.016, 0.0), (-0.022, 0.003), (-0.023, 0.010), (-0.018, 0.014)], TAIL
 )
-_SIDE_FINS = mirrored(
-    fin(
-        Plane((0.020, 0.0105, 0.010), (-0.25, -0.12, 1.0), (1.0, 0.0, 0.25)),
-        [(-0.004, 0.009), (0.007, 0.009), (0.013, 0.005), (0.0148, -0.001), (0.013, -0.007), (0.007, -0.011),
-         (-0.004, -0.011)],
-        THINNEST,
-    )
-)  # fmt: skip
+_BELLY_FINS = mirrored(ellipsoid((0.018, 0.0050, 0.0085), (0.009, 0.0050, 0.0055)))
 
 
-@register(Kind.DESIGN, "clownfish", version=4, tags=("primitive", "water"))
-def clownfish(*, length: float = 0.10) -> Animal:
-    """A short, high swimmer with round fins, 0.10 m long, with eight muscles.
+@register(Kind.DESIGN, "clownfish", version=5, tags=("primitive", "water"))
+def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
+    """A short, high swimmer with round fins, 0.15 m long, with eight muscles.
 
-    Flank fibres run along the body, in three segments on each side; those of the two pectoral fins run outwards. The
-    head and the other fins have no muscle; fins are twice as stiff.
+    Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace
+    the trunk less.
 
-    * `length`: of the whole body [m]; it is half as high and as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.41 times as high and 0.28 times as wide, fins included.
     """
-    trunk, fins = flanks(_TRUNK, -0.034, 0.026), paired("fin", _SIDE_FINS, (0.25, 0.12, -1.0))
-    return swimmer(length, 0.05, 0.05, trunk, fins, *stiff(_TAIL_FIN, _BACK_FIN, _ANAL_FIN))
+    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _ANAL_FIN, _BELLY_FINS))
+    return swimmer(length, 0.041, 0.028, myomeres(_TRUNK), *stiff(_TAIL_FIN), *fins)

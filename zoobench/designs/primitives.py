@@ -13,7 +13,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.designs.anatomy import Animal
 from zoobench.designs.base import Body
-from zoobench.designs.sampling import SolidSample
+from zoobench.designs.sampling import SolidSample, whole_cells
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -26,10 +26,9 @@ if TYPE_CHECKING:
 DEFAULT_PRIMITIVES = "orca+shark+clownfish+tuna"
 
 ROOM = 1.25
-"""The workspace's box relative to that of the primitives: the surface can move, and at the default length the box is a
-whole number of cells at every named fidelity."""
+"""The workspace's box relative to that of the primitives, so that the surface can move."""
 
-_SAMPLES = 64  # along a primitive, for the search of nearest points inside
+_SAMPLES = 96  # along a primitive, for the search of nearest points inside: tail fins are ten samples thick
 
 
 @dataclass(frozen=True)
@@ -121,8 +120,9 @@ class Primitives:
         Raises:
             SceneError: the fidelity is too coarse for a single particle of any primitive.
         """
+        fidelity = fidelity.with_particles(max(animal.particles_per_cell for animal in self.animals))
         lower, upper = self.box
-        half = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9) * fidelity.grid_spacing / 2
+        half = whole_cells(upper - lower, fidelity) * fidelity.grid_spacing / 2
         middle = np.array([0.0, half[1], 0.0])
         positions = fill_box(middle - half, middle + half, fidelity.grid_spacing, fidelity.particles_per_cell)
         if not any(animal.shape.inside(positions).any() for animal in self.animals):
@@ -196,10 +196,16 @@ def _nearest_inside(animal: Animal, points: Array) -> tuple[Array, Array]:
     samples = samples[animal.shape.inside(samples)]
     has_muscle = animal.membership(samples).sum(axis=1) > 0.5
 
+    def nearest(places: Array) -> Array:
+        # rounded in units of the length, so that ties are broken alike on both sides and at every length
+        near, far = (np.round(some / animal.length, 9) for some in (folded, places))
+        found: Array = places[KDTree(far).query(near)[1]]
+        return found
+
     inside = animal.distance(points) <= 0.0
     moved = inside & (animal.membership(points).sum(axis=1) > 0.5)
-    anywhere = np.where(inside[:, None], folded, samples[KDTree(samples).query(folded)[1]])
-    muscled = np.where(moved[:, None], folded, samples[has_muscle][KDTree(samples[has_muscle]).query(folded)[1]])
+    anywhere = np.where(inside[:, None], folded, nearest(samples))
+    muscled = np.where(moved[:, None], folded, nearest(samples[has_muscle]))
     return anywhere * side, muscled * side
 
 

@@ -166,15 +166,21 @@ class Shape:
     def lattice(self, fidelity: Fidelity) -> Array:
         """The sites of the cubes that cover the box `[site_count, 3]` [m], rounded up to whole cells."""
         lower, upper = np.array(self.lower), np.array(self.upper)
-        cells = np.ceil((upper - lower) / fidelity.grid_spacing - 1e-9)
-        if fidelity.particles_per_cell == 27:  # three in a row: a cube on the middle plane would be of both sides
-            cells[2] += cells[2] % 2
+        cells = whole_cells(upper - lower, fidelity)
         # the cells of a face-centred lattice have matter whose site is in the next one
         rim = fidelity.grid_spacing if fidelity.particles_per_cell == 4 else 0.0
         start = (lower + upper) / 2 - cells * fidelity.grid_spacing / 2
         start[1] = lower[1]
         end = start + cells * fidelity.grid_spacing
         return fill_box(start - rim, end + rim, fidelity.grid_spacing, fidelity.particles_per_cell)
+
+
+def whole_cells(extent: Array, fidelity: Fidelity) -> Array:
+    """Cells `[3]` along the edges of a box `[3]` [m], rounded up, in which no particle is on both sides of a body."""
+    cells: Array = np.ceil(extent / fidelity.grid_spacing - 1e-9)
+    if fidelity.particles_per_cell == 27:  # three in a row: a cube on the middle plane would be of both sides
+        cells[2] += cells[2] % 2
+    return cells
 
 
 def _without_slivers(

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from zoobench.designs.anatomy import SWIMMER_LENGTH
 from zoobench.designs.base import Body
 from zoobench.designs.mixture import Mixture
 from zoobench.designs.parts import EVERYTHING, Optimised
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
 _TEMPERATURE = 0.15  # of the sigmoid [particle spacings]: occupancy 0.1 % one spacing outside the surface
 
 
-@register(Kind.DESIGN, "sdf-lerp", version=2, tags=("space",))
+@register(Kind.DESIGN, "sdf-lerp", version=3, tags=("space",))
 def sdf_lerp(
     *,
     primitives: str = DEFAULT_PRIMITIVES,
-    length: float = 0.10,
+    length: float = SWIMMER_LENGTH,
     connected: bool = True,
     optimise: Optimised = EVERYTHING,
 ) -> Mixture:

@@ -1,48 +1,40 @@
 """The tuna: a spindle with a narrow stem and a sickle-shaped tail fin."""
 
-from zoobench.designs.anatomy import THINNEST, Animal, flanks, paired, stiff, swimmer
-from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
+from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, stiff, swimmer
+from zoobench.designs.shapes import UPRIGHT, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
 _TRUNK = loft(
     [
-        (-0.042, 0.0230, 0.0095, 0.0095),
-        (-0.032, 0.0225, 0.0095, 0.0095),
-        (-0.014, 0.0195, 0.0135, 0.0120),
-        (0.008, 0.0175, 0.0175, 0.0165),
-        (0.028, 0.0180, 0.0160, 0.0145),
-        (0.041, 0.0190, 0.0100, 0.0095),
-        (0.050, 0.0200, 0.0, 0.0),
+        (-0.043, 0.018, 0.0075, 0.0052),
+        (-0.034, 0.018, 0.0076, 0.0052),
+        (-0.016, 0.017, 0.0108, 0.0056),
+        (0.006, 0.0145, 0.0120, 0.0062),
+        (0.030, 0.0145, 0.0085, 0.0065),
+        (0.044, 0.0150, 0.0047, 0.0045),
+        (0.050, 0.0150, 0.0, 0.0),
     ]
 )
 _TAIL_FIN = fin(
     UPRIGHT,
-    [(-0.033, 0.023), (-0.038, 0.037), (-0.046, 0.0495), (-0.050, 0.0495), (-0.0465, 0.036), (-0.0445, 0.023),
-     (-0.0465, 0.010), (-0.050, 0.0), (-0.046, 0.0), (-0.038, 0.009)],
-    THINNEST,
+    [(-0.032, 0.018), (-0.036, 0.0255), (-0.044, 0.036), (-0.050, 0.036), (-0.0475, 0.025), (-0.047, 0.018),
+     (-0.0475, 0.011), (-0.050, 0.0), (-0.044, 0.0), (-0.036, 0.0105)],
+    TAIL,
 )  # fmt: skip
-_BACK_FINS = (
-    fin(UPRIGHT, [(0.022, 0.030), (0.014, 0.045), (0.005, 0.041), (0.007, 0.030)], THINNEST),
-    fin(UPRIGHT, [(-0.002, 0.030), (-0.013, 0.043), (-0.0215, 0.043), (-0.0205, 0.028)], THINNEST),
-)
-_ANAL_FIN = fin(UPRIGHT, [(-0.006, 0.010), (-0.014, -0.002), (-0.021, -0.002), (-0.018, 0.014)], THINNEST)
-_SIDE_FINS = mirrored(
-    fin(
-        Plane((0.022, 0.0100, 0.009), (-0.60, -0.10, 1.0), (1.0, 0.0, 0.60)),
-        [(-0.004, 0.006), (0.010, 0.005), (0.0195, -0.001), (0.019, -0.005), (0.008, -0.008), (-0.004, -0.009)],
-        THINNEST,
-    )
-)
+_BACK_FIN = fin(UPRIGHT, [(0.008, 0.022), (0.001, 0.031), (-0.004, 0.031), (-0.001, 0.022)], TAIL)
+_ANAL_FIN = fin(UPRIGHT, [(-0.008, 0.008), (-0.014, 0.002), (-0.018, 0.002), (-0.016, 0.010)], TAIL)
+_SIDE_FINS = mirrored(ellipsoid((0.022, 0.0045, 0.0070), (0.009, 0.0045, 0.0050)))
 
 
-@register(Kind.DESIGN, "tuna", version=4, tags=("primitive", "water"))
-def tuna(*, length: float = 0.10) -> Animal:
-    """A spindle with a sickle-shaped tail fin, 0.10 m long, with eight muscles.
+@register(Kind.DESIGN, "tuna", version=5, tags=("primitive", "water"))
+def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
+    """A spindle with a sickle-shaped tail fin, 0.15 m long, with eight muscles.
 
-    Flank fibres run along the body, in three segments on each side; those of the two pectoral fins run outwards. The
-    head and the other fins have no muscle; fins are twice as stiff.
+    Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace
+    the trunk less.
 
-    * `length`: of the whole body [m]; it is half as high and as wide, fins included.
+    * `length`: of the whole body [m]; it is 0.36 times as high and 0.24 times as wide, fins included.
     """
-    trunk, fins = flanks(_TRUNK, -0.036, 0.024), paired("fin", _SIDE_FINS, (0.60, 0.10, -1.0))
-    return swimmer(length, 0.05, 0.05, trunk, fins, *stiff(_TAIL_FIN, *_BACK_FINS, _ANAL_FIN))
+    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _ANAL_FIN, _SIDE_FINS))
+    return swimmer(length, 0.036, 0.024, myomeres(_TRUNK), *stiff(_TAIL_FIN), *fins)

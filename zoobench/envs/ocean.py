@@ -19,8 +19,9 @@ draft 45 mm/s on a slope of 5 degrees, where friction leaves 0.8 mm/s."""
 
 _PROVISIONAL = (
     "its water flows nearly as real water does (of a coasting fish's speed 70 % are left after 10 ms, 80 to 90 % in "
-    "real water and 5 % in water of particles), but of its swimmers only the fish is built as a real one: others have "
-    "thick tails and fins of one layer of particles, and how they move is not swimming"
+    "real water and 5 % in water of particles), and its swimmers go ahead by waves of their own muscles, but at "
+    "standard by 0.05 to 0.14 lengths a period, real ones by 0.5, and at 2 and 4 Hz their heads swing further than "
+    "their tails"
 )
 
 

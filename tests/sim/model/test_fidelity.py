@@ -1,4 +1,6 @@
-"""Settings that a fidelity refuses."""
+"""Settings that a fidelity refuses, and more particles than it asks for."""
+
+from dataclasses import replace
 
 import pytest
 
@@ -32,3 +34,10 @@ def test_unusable_setting_is_refused(changes: dict[str, float | str], complaint:
 def test_bounds_are_part_of_the_range() -> None:
     """The largest Courant fraction is usable."""
     assert Fidelity(1 / 32, courant=0.9).courant == 0.9
+
+
+def test_a_design_can_have_more_particles_but_not_fewer() -> None:
+    """The larger of the two numbers counts, and nothing else changes."""
+    coarse = Fidelity(1 / 64)
+    assert coarse.with_particles(27) == replace(coarse, particles_per_cell=27)
+    assert coarse.with_particles(1) == coarse

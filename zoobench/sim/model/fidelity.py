@@ -1,6 +1,6 @@
 """Fidelity: the numerical settings that trade accuracy for time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, get_args
 
 from zoobench.errors import UsageError
@@ -106,3 +106,7 @@ class Fidelity:
     def displacement(self) -> tuple[float, float, float]:
         """Displacement of the robot by `shift` [m]."""
         return (self.shift * self.grid_spacing, 0.0, SHIFT_ASIDE * self.shift * self.grid_spacing)
+
+    def with_particles(self, least: int) -> "Fidelity":
+        """With at least so many particles per cell."""
+        return replace(self, particles_per_cell=max(self.particles_per_cell, least))
