@@ -37,6 +37,12 @@ def test_half_turns_and_reflections_give_rotations() -> None:
     assert torch.linalg.det(rotation(torch.diag(torch.tensor([3.0, 2.0, -1.0]).double()))).item() == pytest.approx(1.0)
 
 
+def test_a_rotation_alone_has_the_bits_that_it_has_among_others() -> None:
+    """One matrix is worked on as plain numbers, many as arrays."""
+    moments = torch.from_numpy(np.random.default_rng(2).normal(size=(7, 1, 3, 3)))
+    torch.testing.assert_close(rotation(moments[4:5]), rotation(moments)[4:5], atol=0.0, rtol=0.0)
+
+
 def test_deformation_without_rotation_is_no_turn() -> None:
     """Stretching does not change the heading; a shear rotates it by half its angle."""
     rest = block()

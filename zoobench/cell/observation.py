@@ -10,10 +10,9 @@ import numpy as np
 from zoobench.controllers.base import WAVE_RATE, Controller
 from zoobench.designs.base import Body
 from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Observed, Situation, Task
+from zoobench.tasks.base import Observed, Situation, Task, constant
 
 if TYPE_CHECKING:
-    import torch
     from torch import Tensor
 
 
@@ -170,17 +169,8 @@ def _axes(weights: Weights, positions: "Tensor") -> tuple["Tensor", "Tensor"]:
     import torch
 
     head, tail = weights.head @ positions / weights.head_total, weights.tail @ positions / weights.tail_total
-    level = (head - tail) * _constant((1.0, 0.0, 1.0), head.dtype)
+    level = (head - tail) * constant((1.0, 0.0, 1.0), head.dtype)
     # a robot whose head is above its tail has no heading: the small constant [m^2] keeps the division finite
     ahead = level / torch.sqrt(level.square().sum() + 1e-12)
-    up = _constant((0.0, 1.0, 0.0), head.dtype)
-    return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[::2] * _constant((1.0, -1.0), head.dtype)
-
-
-@cache
-def _constant(values: tuple[float, ...], dtype: "torch.dtype") -> "Tensor":
-    """A tensor that every observation needs, and that autograd may use whoever asks first."""
-    import torch
-
-    with torch.inference_mode(False):
-        return torch.tensor(values, dtype=dtype)
+    up = constant((0.0, 1.0, 0.0), head.dtype)
+    return torch.stack([ahead, up, torch.linalg.cross(ahead, up)]), ahead[::2] * constant((1.0, -1.0), head.dtype)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from itertools import chain
 from typing import Any
 
 from sqlalchemy import ColumnElement, ScalarSelect, Select, and_, func, or_, select
@@ -130,7 +131,8 @@ _SPEC_COUNT = 3 + len(CELL_COLUMNS)
 
 def _rows(session: Session, statement: Select[Any]) -> Iterable[Any]:
     """The rows of a statement on columns, as the driver gives them: a session would put each together anew."""
-    return session.connection().execute(statement, execution_options={"yield_per": _AT_ONCE})
+    result = session.connection().execute(statement, execution_options={"yield_per": _AT_ONCE})
+    return chain.from_iterable(result.partitions())
 
 
 def _with_specs(columns: tuple[Any, ...]) -> Select[Any]:

@@ -68,6 +68,7 @@ class Worlds:
     def _take(self, count: int, channels: Channels) -> None:
         self.count, self.channels = count, channels
         self._begun = [Beginning()] * count
+        self._wave_starts = np.zeros(count)  # [s]
         self._pictures: dict[int, LivePicture] = {}
 
     @cached_property
@@ -85,6 +86,7 @@ class Worlds:
         for world in chosen:
             if self._beginnings is not None:
                 self._begun[world] = self._beginnings.draw(generators[world])
+                self._wave_starts[world] = self._begun[world].time
             if picture := self._pictures.pop(world, None):
                 picture.close()
         begun = {world: self._begun[world] for world in chosen}
@@ -126,7 +128,7 @@ class Worlds:
 
     def _times(self) -> Array:
         """Of the waves `[worlds]` [s]."""
-        return np.asarray(self.session.times + [each.time for each in self._begun], dtype=np.float64)
+        return self.session.times + self._wave_starts
 
     def _inputs(self, observations: Array) -> Floats:
         return self.channels.inputs(observations, self._times())

@@ -10,6 +10,7 @@ import numpy as np
 from zoobench.arrays import Array
 
 if TYPE_CHECKING:
+    import torch
     from torch import Tensor
 
 UP = (0.0, 1.0, 0.0)
@@ -164,6 +165,15 @@ def _targets(route: Route, times: bytes) -> Target:
         return Target(
             *(torch.tensor(part, dtype=torch.float64) for part in (route.positions(clock), route.velocities(clock)))
         )
+
+
+@lru_cache(maxsize=256)
+def constant(values: tuple[float, ...], dtype: "torch.dtype") -> "Tensor":
+    """A tensor that is needed every frame, and that autograd may use whoever asks first."""
+    import torch
+
+    with torch.inference_mode(False):
+        return torch.tensor(values, dtype=dtype)
 
 
 class Task(Protocol):

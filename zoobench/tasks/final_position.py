@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task
+from zoobench.tasks.base import Motion, Situation, Task, constant
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class FinalPosition(Task):
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """The place relative to the centre of mass [body lengths], ahead and right."""
-        away = situation.start + situation.start.new_tensor([self.x, 0.0, self.z]) - situation.centre
+        away = situation.start + constant((self.x, 0.0, self.z), situation.start.dtype) - situation.centre
         return {"target_position": situation.components(away) / situation.length}
 
     def reward(self, motion: Motion) -> "Tensor":
@@ -40,7 +40,7 @@ class FinalPosition(Task):
         import torch
 
         centre = motion.centre_of_mass()
-        error = (centre[1:] - centre[0] - centre.new_tensor([self.x, 0.0, self.z]))[..., [0, 2]]
+        error = (centre[1:] - centre[0] - constant((self.x, 0.0, self.z), centre.dtype))[..., [0, 2]]
         distance: Tensor = torch.linalg.vector_norm(error, dim=-1)
         return -distance
 

@@ -88,13 +88,15 @@ def _nearest_rotation(moments: Array) -> Array:
     form[..., 0, 0] = trace
     form[..., 0, 1:] = form[..., 1:, 0] = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
     form[..., 1:, 1:] = moments + moments.swapaxes(-1, -2) - trace[..., None, None] * np.eye(3)
-    w, x, y, z = np.moveaxis(symmetric_eigen(form)[1][..., -1], -1, 0)
+    best = symmetric_eigen(form)[1][..., -1]
+    # plain numbers are faster than arrays of one
+    w, x, y, z = best.reshape(4).tolist() if best.size == 4 else np.moveaxis(best, -1, 0)
     rows = (
         (w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
         (2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)),
         (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z),
     )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.ascontiguousarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1))).reshape(moments.shape)
 
 
 def _inverse_inertia(stretch: Array) -> Array:

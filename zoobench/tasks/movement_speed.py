@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task
+from zoobench.tasks.base import Motion, Situation, Task, constant
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.readings import common_readings
 
@@ -50,4 +50,4 @@ class MovementSpeed(Task):
     def _target(self, like: "Tensor") -> "Tensor":
         """The unit vector `[3]`, in the precision of another tensor."""
         angle = math.radians(self.heading)
-        return like.new_tensor([math.cos(angle), 0.0, -math.sin(angle)])
+        return constant((math.cos(angle), 0.0, -math.sin(angle)), like.dtype)

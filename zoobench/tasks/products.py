@@ -64,8 +64,9 @@ def _eigen_of_one(columns: list[list[float]]) -> tuple[list[float], list[list[fl
             tangent = (-2.0 if apart < 0.0 else 2.0) * beside / (length if length > 0.0 else 1.0)
             cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
             sine = tangent * cosine
-            table[p] = [cosine * a - sine * b for a, b in zip(one, other, strict=True)]
-            table[q] = [sine * a + cosine * b for a, b in zip(one, other, strict=True)]
+            pairs = list(zip(one, other, strict=True))
+            table[p] = [cosine * a - sine * b for a, b in pairs]
+            table[q] = [sine * a + cosine * b for a, b in pairs]
             for column in table:
                 a, b = column[p], column[q]
                 column[p], column[q] = cosine * a - sine * b, sine * a + cosine * b

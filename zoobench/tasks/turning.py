@@ -49,9 +49,9 @@ def _tangential_velocity(motion: Motion) -> "Tensor":
     off_axis = squared > _AXIS_RADIUS**2
     # the inner `where` avoids sqrt(0), whose infinite derivative would make the masked gradient NaN
     distance = torch.where(off_axis, squared, 1.0).sqrt()
-    along_x, along_z = torch.where(off_axis, z / distance, 0.0), torch.where(off_axis, -x / distance, 0.0)
     velocities = motion.velocities[1:]
-    return motion.mean_over_existing(along_x * velocities[..., 0] + along_z * velocities[..., 2])
+    tangential = z / distance * velocities[..., 0] - x / distance * velocities[..., 2]
+    return motion.mean_over_existing(torch.where(off_axis, tangential, 0.0))
 
 
 def net_rotation(motion: Motion) -> "Tensor":
