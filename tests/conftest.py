@@ -18,8 +18,9 @@ from zoobench.inputs import Start, find_with
 for _library in ("MKL", "OMP", "OPENBLAS"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
-_OF_CELLS = ("cell", "gym", "render", "cli", "conformance")
-_OF_SCENES = ("sim", "verify")
+_OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "verify")
+_OF_CELLS_TOO = ("test_specialisation.py", "test_advection.py", "test_immersed.py")
+"""Files of `tests/sim` that need the kernels of cells."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -28,6 +29,7 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.setdefault("ZOOBENCH_QUICK_COMPILE", "1")
 
 
+@pytest.hookimpl(trylast=True)  # halves are of the tests that are selected
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """The first half begins with the cells of the benchmark, the second with scenes of the tests' own.
 
@@ -36,8 +38,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     groups: dict[str, list[pytest.Item]] = {}
     for item in items:
-        groups.setdefault(item.path.relative_to(config.rootpath / "tests").parts[0], []).append(item)
-    cells, scenes = ([item for name in names for item in groups.pop(name, [])] for names in (_OF_CELLS, _OF_SCENES))
+        folder = item.path.relative_to(config.rootpath / "tests").parts[0]
+        groups.setdefault("cell" if item.path.name in _OF_CELLS_TOO else folder, []).append(item)
+    cells = [item for name in _OF_CELLS for item in groups.pop(name, [])]
+    scenes = groups.pop("sim", [])
     others = [item for group in groups.values() for item in group]
     share = max(len(items) // 2 - len(cells), 0)
     items[:] = cells + others[:share] + scenes + others[share:]

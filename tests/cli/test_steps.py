@@ -37,6 +37,7 @@ def test_a_terminal_shows_the_step_in_hand(monkeypatch: pytest.MonkeyPatch) -> N
     screen = io.StringIO()
     terminal = Console(file=screen, force_terminal=True, width=80, markup=False, highlight=False)
     monkeypatch.setattr(steps, "console", lambda *, stderr: terminal)
+    monkeypatch.setattr(steps.time, "monotonic", lambda: 0.0)
     with Steps(27) as told:
         told.begin("a-case")
         told.end("a-case: ok")

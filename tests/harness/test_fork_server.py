@@ -191,7 +191,7 @@ _CHILD = (sys.executable, "-m", "zoobench.harness.child")
 def _spec(method: str, env: str = "ground") -> RunSpec:
     """A short run, of few particles."""
     names = {Kind.ENV: env, Kind.TASK: "turning", Kind.DESIGN: "caterpillar", Kind.CONTROLLER: "sine-basis"}
-    refs = (registry.resolve(kind, Ref(name)) for kind, name in (names | {Kind.METHOD: method}).items())
+    refs = (registry.resolve(kind, Ref.parse(name)) for kind, name in (names | {Kind.METHOD: method}).items())
     fidelity = registry.resolve(Kind.FIDELITY, Ref("smoke"))
     return RunSpec(*refs, seed=0, budget=Budget("episodes", 16), fidelity=fidelity, frames=4)
 
@@ -254,12 +254,12 @@ def test_runs_of_one_environment_are_forked_where_their_kernels_are(
 
 
 def test_what_a_forked_run_compiles_is_kept(server: ForkServer, branch: int, kernels: Path) -> None:
-    """Kernels that its branch does not have: here those of another environment."""
+    """Kernels that its branch does not have: here those of hills."""
     before = set(kernels.glob("*.tic"))
     process = _child(server, _spec("random"))
     assert process is not None
     assert process.parent == branch
-    _done(process, _spec("random", "desert"))
+    _done(process, _spec("random", "ground[relief=0.01]"))
     assert set(kernels.glob("*.tic")) > before
 
 

@@ -89,16 +89,14 @@ EPISODES = [
 ]
 
 DEAR = ("clay", "mud", "snow")
-"""Media whose kernels take long to compile; the conformance suite checks their environments' gradients in any case."""
+"""Media whose kernels take long to compile, so that only the first check of their gradients is fast."""
 
 
 def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
     return (pytest.mark.slow,) if name in DEAR else ()
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param(episode, id=episode[0], marks=_marks(episode[0])) for episode in EPISODES]
-)
+@pytest.fixture(scope="module", params=EPISODES, ids=[episode[0] for episode in EPISODES])
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float]:
     """A scene over many substeps, its gradient and the tolerance."""
     name, tolerance, frames, substeps = request.param

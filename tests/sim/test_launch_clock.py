@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.sim.scenes import fidelity, ground_scene, medium_scene
+from tests.sim.scenes import fidelity, ground_scene, interface_scene
 from zoobench.sim import launch_clock
 from zoobench.sim.launch_clock import VARIABLE, LaunchClock, LaunchTimes, watch
 from zoobench.sim.model.scene import Scene
@@ -84,7 +84,7 @@ def test_launches_of_no_substeps_are_not_among_the_calls() -> None:
     assert launcher.advanced.count(0) == len(clock.empty["advance"]) > 1
 
 
-@pytest.mark.parametrize(("scene", "sleep"), [(ground_scene(), 0.0), (medium_scene(), 0.5)], ids=["awake", "sleep"])
+@pytest.mark.parametrize(("scene", "sleep"), [(ground_scene(), 0.0), (interface_scene(), 0.5)], ids=["awake", "sleep"])
 def test_a_clock_changes_no_number(scene: Scene, sleep: float) -> None:
     """The launches of no substeps leave trajectory and gradient as they are, bit for bit, also where matter sleeps."""
 

@@ -14,6 +14,8 @@ from zoobench.sim.solver import Solver
 
 CELLS = (10, 8, 9)
 SIZE = (CELLS[0] * SPACING, CELLS[1] * SPACING, CELLS[2] * SPACING)
+_VISCOSITY = 1e-9
+"""Of all bodies [Pa s], which no number shows: so the kernels are those of swimmers, who are viscous."""
 
 
 def stirred(cells: tuple[int, int, int] = CELLS, seed: int = 5) -> Array:
@@ -27,12 +29,13 @@ def stirred(cells: tuple[int, int, int] = CELLS, seed: int = 5) -> Array:
 def muscles_in_water() -> Scene:
     """The muscle cube, lighter than water and off the lattice, in stirred water."""
     body = muscle_body((3.3 * SPACING, 2.6 * SPACING, 3.2 * SPACING), moving=True)
+    body = replace(body, material=replace(body.material, viscosity=_VISCOSITY))
     return Scene(body, (0.0, 0.0, 0.0), SIZE, gravity=EARTH_GRAVITY, water=GridWater(velocities=stirred()))
 
 
 def _idle(body: ElasticBody) -> ElasticBody:
     """The body with a muscle at rest, so that its kernels are those of the muscle cube: they take long to compile."""
-    material = replace(body.material, muscle_strength=1.0)
+    material = replace(body.material, muscle_strength=1.0, viscosity=_VISCOSITY)
     return replace(body, material=material, muscle_membership=np.ones((body.particle_count, 1)))
 
 

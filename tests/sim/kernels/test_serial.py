@@ -83,12 +83,12 @@ def test_an_escaped_particle_writes_nothing_out_of_bounds(name: str, place: floa
 @pytest.mark.parametrize(
     "name",
     [
-        # a bed in one field is compared with mixed transfers, in test_transfer.py; of the interface in sand that and
-        # wading leave one line uncompiled, in a function that the serial driver calls as well
+        # between them they compile all of the parallel driver, in one field and in two, with mixed transfers
+        "ground",
         "wading",
         *(
             pytest.param(name, marks=pytest.mark.slow)
-            for name in ("interface", "ground", "sand", "clay", "mud", "snow", "water")
+            for name in ("flight", "interface", "sand", "clay", "mud", "snow", "water")
         ),
     ],
 )

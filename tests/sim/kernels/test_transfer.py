@@ -266,7 +266,8 @@ mixtures = pytest.mark.parametrize(
 )
 
 
-@mixtures
+@pytest.mark.slow  # the conformance suite has the gradient of one, in the desert, and test_serial.py both drivers
+@pytest.mark.parametrize(("robot", "medium"), MIXED)
 def test_robot_and_medium_have_transfers_of_their_own(robot: Transfer, medium: Transfer) -> None:
     """On a bed the gradient is that of differences in every group, and both drivers agree."""
     fidelity = scenes.fidelity(transfer=robot, medium_transfer=medium)
@@ -310,7 +311,7 @@ def test_checkpointed_gradient_is_the_full_memory_gradient(transfer: Transfer, k
     assert [scenes.same(gradient, full) for gradient in others] == [True, True]
 
 
-@pytest.mark.slow  # each compiles for ten seconds; mixed transfers above and tests/sim/kernels/test_serial.py are fast
+@pytest.mark.slow  # each compiles for ten seconds; tests/sim/kernels/test_serial.py is fast
 @pytest.mark.parametrize("name", ["ground", "water"])
 @pytest.mark.parametrize(("transfer", "kernel"), NEW)
 def test_parallel_driver_agrees_with_the_serial_one(transfer: Transfer, kernel: Kernel, name: str) -> None:

@@ -11,6 +11,7 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
+from zoobench.verify.effects import effect_costs
 from zoobench.verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
 from zoobench.verify.effects.effect_costs import EffectCost, costs, in_turn, shares, state_bytes, tensor_bytes
 from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
@@ -95,34 +96,43 @@ def test_a_scene_without_a_bed_is_all_elastic() -> None:
         as_clay(sand)
 
 
-@pytest.fixture(scope="module")
-def sand_costs() -> dict[str, EffectCost]:
-    """Costs of the desert, once."""
-    return {cost.effect: cost for cost in costs(_studied("desert"), repeats=3)}
+EFFECTS = {
+    "ground": {"muscle", "damping", "friction"},
+    "desert": {"muscle", "damping", "friction", "contact", "plasticity"},
+}
 
 
-def test_every_effect_of_the_desert_is_measured(sand_costs: dict[str, EffectCost]) -> None:
+@pytest.fixture(scope="module", params=["ground", pytest.param("desert", marks=pytest.mark.slow)])
+def measured(request: pytest.FixtureRequest) -> tuple[str, dict[str, EffectCost]]:
+    """An environment and its costs, once; each effect of the desert compiles another bed."""
+    return request.param, {cost.effect: cost for cost in costs(_studied(request.param), repeats=3)}
+
+
+def test_every_effect_is_measured(measured: tuple[str, dict[str, EffectCost]]) -> None:
     """The substeps counted are those of the launches timed, and a gradient has launches both ways."""
-    assert set(sand_costs) == {
-        "muscle",
-        "damping",
-        "friction",
-        "contact",
-        "plasticity",
-        "checkpoints",
-        "gradient",
-    }
-    for cost in sand_costs.values():
+    env, found = measured
+    assert found.keys() == EFFECTS[env] | {"checkpoints", "gradient"}
+    for cost in found.values():
         assert cost.ratio == pytest.approx(cost.ns / cost.ns_without)
         assert cost.launches > 0
         assert cost.substeps % 3 == 0
-    assert sand_costs["plasticity"].launches == 3
-    assert sand_costs["gradient"].launches == 2 * sand_costs["checkpoints"].launches
+    assert all(found[effect].launches == 3 for effect in EFFECTS[env])
+    assert found["gradient"].launches == 2 * found["checkpoints"].launches
 
 
-def test_gradients_cost_memory(sand_costs: dict[str, EffectCost]) -> None:
+def test_a_bed_is_measured_beside_an_elastic_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plasticity of the desert, in as many launches as repeats."""
+    monkeypatch.setattr(
+        effect_costs, "pairs", lambda scene: (pair for pair in pairs(scene) if pair.effect is Effect.PLASTICITY)
+    )
+    cost = next(costs(_studied("desert"), repeats=3))
+    assert (cost.effect, cost.launches, cost.ratio) == ("plasticity", 3, pytest.approx(cost.ns / cost.ns_without))
+
+
+def test_gradients_cost_memory(measured: tuple[str, dict[str, EffectCost]]) -> None:
     """The states of the episode, and the adjoints beside them."""
-    assert sand_costs["gradient"].bytes > sand_costs["checkpoints"].bytes > 2 * sand_costs["gradient"].bytes_without
+    _, found = measured
+    assert found["gradient"].bytes > found["checkpoints"].bytes > 2 * found["gradient"].bytes_without
 
 
 def test_bytes_are_those_of_the_tensors() -> None:
