@@ -29,6 +29,7 @@ _COLUMNS, _TILES = 2, 6  # of a sheet
 _SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
 _QUALITY = 7  # of 10, for moving pictures
 _CLIP_RATE = 25.0  # of a film for a page [1/s]
+_POSTER_QUALITY = 55  # of 100, of the picture that is shown until a film is played
 
 
 def moments_of(form: FilmFormat, frames: int, every: int) -> list[int]:
@@ -180,7 +181,7 @@ def clip(film: Film) -> tuple[bytes, bytes]:
         path = Path(folder) / "clip.mp4"
         _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None)
         middle = imageio.imread(path, index=len(film.times) // 2)
-        return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=82)
+        return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=_POSTER_QUALITY)
 
 
 def _write_arrays(film: Film, path: Path) -> None:
