@@ -179,9 +179,14 @@ def test_what_is_watched_is_what_is_simulated() -> None:
     problem = Problem(cell(environment="desert"))
     (draw,) = _draws(problem, 1)
     seen: list[np.ndarray] = []
+
+    def watch(places: np.ndarray, flow: np.ndarray | None) -> None:
+        seen.append(places)
+        assert flow is None, "there is no water on a grid"
+
     for _ in range(2):  # an episode that follows another begins at its own start
         seen.clear()
-        episode = problem.episode(draw, watch=seen.append)
+        episode = problem.episode(draw, watch=watch)
     count = problem.scene.robot.particle_count
     assert [len(places) for places in seen] == [problem.scene.particle_count] * (problem.spec.frames + 1)
     np.testing.assert_allclose([places[:count] for places in seen], episode.record.motion.positions[:, 0], atol=1e-6)
