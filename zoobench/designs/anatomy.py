@@ -242,3 +242,8 @@ def paired(name: str, solid: Distance, fibre: Point) -> BodyPart:
 def stiff(*solids: Distance) -> tuple[BodyPart, ...]:
     """Stiff parts without muscle."""
     return tuple(BodyPart(solid=solid, stiffness=STIFF) for solid in solids)
+
+
+def soft(*solids: Distance) -> tuple[BodyPart, ...]:
+    """Soft parts without muscle."""
+    return tuple(BodyPart(solid=solid, stiffness=SOFT) for solid in solids)

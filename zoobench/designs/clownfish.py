@@ -1,6 +1,6 @@
 """The clownfish: short and high, with round fins and one long fin along the back."""
 
-from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, stiff, swimmer
+from zoobench.designs.anatomy import SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -38,10 +38,9 @@ def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A short, high swimmer with round fins, 0.15 m long, with eight muscles.
 
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
-    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace
-    the trunk less.
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the
+    trunk less.
 
     * `length`: of the whole body [m]; it is 0.41 times as high and 0.28 times as wide, fins included.
     """
-    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _ANAL_FIN, _BELLY_FINS))
-    return swimmer(length, 0.041, 0.028, myomeres(_TRUNK), *stiff(_TAIL_FIN), *fins)
+    return swimmer(length, 0.041, 0.028, myomeres(_TRUNK), *stiff(_TAIL_FIN), *soft(_BACK_FIN, _ANAL_FIN, _BELLY_FINS))

@@ -1,6 +1,6 @@
 """The orca: a whale that beats its flat tail up and down."""
 
-from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, opposed, stiff, swimmer
+from zoobench.designs.anatomy import SWIMMER_LENGTH, TAIL, Animal, myomeres, opposed, soft, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -45,5 +45,4 @@ def orca(*, length: float = SWIMMER_LENGTH) -> Animal:
     * `length`: of the whole body [m]; it is 0.25 times as high and 0.35 times as wide, fins included.
     """
     trunk = myomeres(_TRUNK, sides=opposed(("belly", "back"), 1, 0.0060, 0.0070))
-    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _FLIPPERS))
-    return swimmer(length, 0.0245, 0.035, trunk, *stiff(_FLUKES), *fins)
+    return swimmer(length, 0.0245, 0.035, trunk, *stiff(_FLUKES), *soft(_BACK_FIN, _FLIPPERS))

@@ -1,6 +1,6 @@
 """The panda: a round body and head on four stout legs."""
 
-from zoobench.designs.anatomy import SIDES, SOFT, Animal, BodyPart, crossed, opposed, stiff, whole
+from zoobench.designs.anatomy import SIDES, Animal, BodyPart, crossed, opposed, soft, stiff, whole
 from zoobench.designs.shapes import capsule, ellipsoid, mirrored
 from zoobench.registry import Kind, register
 
@@ -40,7 +40,7 @@ def panda(*, length: float = 0.10) -> Animal:
             _leg("hind"),
             _leg("fore"),
             BodyPart(solid=_TRUNK, muscles=back),
-            BodyPart(solid=_BELLY, stiffness=SOFT),
+            *soft(_BELLY),
             *stiff(_HEAD),
             BodyPart(solid=_SNOUT),
             BodyPart(solid=_EARS),

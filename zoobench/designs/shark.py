@@ -1,6 +1,6 @@
 """The shark: slender, with a pointed snout and a tail fin whose upper lobe is the longer."""
 
-from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, stiff, swimmer
+from zoobench.designs.anatomy import SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, Plane, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -41,5 +41,4 @@ def shark(*, length: float = SWIMMER_LENGTH) -> Animal:
 
     * `length`: of the whole body [m]; it is 0.38 times as high and 0.33 times as wide, fins included.
     """
-    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _SIDE_FINS))
-    return swimmer(length, 0.038, 0.033, myomeres(_TRUNK), *stiff(_TAIL_FIN), *fins)
+    return swimmer(length, 0.038, 0.033, myomeres(_TRUNK), *stiff(_TAIL_FIN), *soft(_BACK_FIN, _SIDE_FINS))

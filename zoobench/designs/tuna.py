@@ -1,6 +1,6 @@
 """The tuna: a spindle with a narrow stem and a sickle-shaped tail fin."""
 
-from zoobench.designs.anatomy import SOFT, SWIMMER_LENGTH, TAIL, Animal, BodyPart, myomeres, stiff, swimmer
+from zoobench.designs.anatomy import SWIMMER_LENGTH, TAIL, Animal, myomeres, soft, stiff, swimmer
 from zoobench.designs.shapes import UPRIGHT, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
@@ -31,10 +31,9 @@ def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin, 0.15 m long, with eight muscles.
 
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
-    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace
-    the trunk less.
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the
+    trunk less.
 
     * `length`: of the whole body [m]; it is 0.36 times as high and 0.24 times as wide, fins included.
     """
-    fins = (BodyPart(solid=solid, stiffness=SOFT) for solid in (_BACK_FIN, _ANAL_FIN, _SIDE_FINS))
-    return swimmer(length, 0.036, 0.024, myomeres(_TRUNK), *stiff(_TAIL_FIN), *fins)
+    return swimmer(length, 0.036, 0.024, myomeres(_TRUNK), *stiff(_TAIL_FIN), *soft(_BACK_FIN, _ANAL_FIN, _SIDE_FINS))
