@@ -208,7 +208,7 @@ def _put_ball(canvas: Canvas, places: Array, away: Array, colour: str) -> Update
 def _put_shadow(canvas: Canvas, region: Region, robot: Any) -> Callable[[], None]:
     """The robot's mesh projected onto bare ground."""
     recording = region.recording
-    if recording.scene.ground is None or recording.scene.water or recording.medium.shape[1]:
+    if recording.scene.ground is None or not recording.scene.is_bare:
         return lambda: None
     mesh = canvas.pyvista.PolyData.from_regular_faces(robot.points.copy(), robot.regular_faces)
     colour = tuple(_SHADOW * np.array(ground_colour(recording.scene)))

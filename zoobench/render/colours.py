@@ -37,8 +37,7 @@ def medium_colour(scene: Scene) -> Colour:
 def ground_colour(scene: Scene) -> Colour:
     """Of the ground of a scene that has one."""
     assert scene.ground is not None
-    bare = scene.medium is None and scene.water is None
-    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and bare else _ROUGH
+    return _SLIPPERY if scene.ground.friction < _LOW_FRICTION and scene.is_bare else _ROUGH
 
 
 def palette(names: Sequence[str]) -> list[Colour]:

@@ -107,7 +107,7 @@ def _recording(problem: Problem, positions: Array, task: Task) -> Recording:
 def _region(recording: Recording) -> Region:
     """What is drawn: as of a film, but on bare ground with room for what the robot may do."""
     region, scene = region_of(recording), recording.scene
-    if recording.medium.shape[1]:
+    if not scene.is_bare:
         return region
     room = np.array([1.0, 0.0, 1.0]) * _REACH * float(np.ptp(recording.body.positions[:, 0]))
     low, high = np.maximum(region.low - room, scene.lower), np.minimum(region.high + room, scene.upper)

@@ -263,6 +263,11 @@ class Scene:
         return self.robot.edge or fidelity.particle_edge
 
     @property
+    def is_bare(self) -> bool:
+        """Whether neither a medium nor water on a grid surrounds the robot."""
+        return self.medium is None and self.water is None
+
+    @property
     def effects(self) -> frozenset[Effect]:
         """The effects to simulate, derived from the other attributes."""
         found = {Effect.ELASTICITY}
