@@ -21,9 +21,9 @@ def _check(name: str, fidelity: Fidelity) -> None:
     def measure(_: int) -> None:
         kinetic.append(float(0.5 * (mass[:, None] * solver.matter.v[0, 0].double().numpy() ** 2).sum()))
 
-    start = solver.matter.x[0, 0].double().numpy() + solver.origin
+    start = solver.positions(0)
     rollout = solver.run(np.zeros((FRAMES, 1, solver.muscle_count)), progress=measure)
-    end = solver.matter.x[0, 0].double().numpy() + solver.origin
+    end = solver.positions(0)
     assert not rollout.divergences
     assert max(kinetic) < 1e-6 * (mass * 9.81 * start[:, 1]).sum()
     bed = made(name).bed

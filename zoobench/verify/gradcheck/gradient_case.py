@@ -167,7 +167,7 @@ class GradientCase:
 
     def _distance(self, rollout: Rollout, frame: int) -> float:
         solver = self._solver
-        here = solver.matter.x[0, 0, : solver.robot_count].numpy() + solver.origin
+        here = solver.positions(0)[: solver.robot_count]
         return float(np.sqrt(((here - rollout.positions[frame, 0]) ** 2).sum(1).mean()))
 
     def _motion(self, rollout: Rollout, *, leaf: bool) -> Motion:

@@ -12,7 +12,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.laws_numpy import water_pressure
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
-from zoobench.sim.model.scene import Ground, MediumBed, Scene
+from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, Rig, bed, dust, lattice, passive_body
 
@@ -193,8 +193,7 @@ def _immersed(
     points, volumes = _around(points, np.array([tank / 2 - half, low]), np.array([tank / 2 + half, low + side]), h)
     block = lattice((tank / 2 - half, low, 0), (tank / 2 + half, low + side, h), (h / 2, h / 2, h))
     solid = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.3, density=ratio * _DENSITY)
-    strains = _hydrostatic_strain(material, deep - points[:, 1])
-    water = MediumBed.at_rest(material, points, volumes, strains)
+    water = bed(material, points, volumes, _hydrostatic_strain(material, deep - points[:, 1]))
     if slip:
         water = replace(water, friction=0.0, transfer="aflip")
     scene = Scene(

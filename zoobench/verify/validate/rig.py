@@ -71,7 +71,7 @@ class Rig:
     @property
     def positions(self) -> Array:
         """A copy of the positions `[particle_count, 3]` [m]."""
-        return self.solver.matter.x[0, 0].numpy().astype(float) + self.solver.origin
+        return self.solver.positions(0)
 
     def place(self, index: slice | NDArray[np.intp], positions: Array) -> None:
         """Set positions [m] of particles, and find the grid nodes in use again."""
@@ -127,9 +127,9 @@ def dust(place: Vector, grid_spacing: float) -> ElasticBody:
     return passive_body(material, np.array([place]), 1e-9 * grid_spacing**3)
 
 
-def bed(material: Medium, positions: Array, volume: float, strains: Array | None = None) -> MediumBed:
-    """A medium of particles of `volume` [m^3] each, with principal Hencky strains along the axes."""
-    return MediumBed.at_rest(material, positions, np.full(len(positions), volume), strains)
+def bed(material: Medium, positions: Array, volumes: float | Array, strains: Array | None = None) -> MediumBed:
+    """A medium of particles of these volumes [m^3], or of one for all, with principal Hencky strains along the axes."""
+    return MediumBed.at_rest(material, positions, np.full(len(positions), volumes), strains)
 
 
 def repeat(count: int, *arrays: Reals) -> None:
