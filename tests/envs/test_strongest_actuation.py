@@ -19,6 +19,7 @@ from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, Ref
 
+SWIMMERS = ["fish", "tuna", "shark", "clownfish", "orca"]
 BODIES = [name for name in registry.names(Kind.DESIGN) if not registry.get(Kind.DESIGN, name).required]
 FRAMES = 200
 OMEGA = 80.0  # [rad/s] the fast wave of the sine basis, near the body's own frequency along its length
@@ -82,6 +83,16 @@ def test_every_body_survives_the_strongest_actuation(name: str, design: str) -> 
     if isinstance(made, DesignSpace):
         body = body_for(made, made.initial(np.random.default_rng(5), body), body)
     _check(name, fidelity, body=body)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", [32, 64])
+@pytest.mark.parametrize("level", ["draft", "standard", "paper"])
+@pytest.mark.parametrize("swimmer", SWIMMERS)
+def test_every_swimmer_survives_the_strongest_actuation(swimmer: str, level: str, precision: int) -> None:
+    """In the ocean, at the three levels where scores are made, in both precisions."""
+    fidelity = registry.create(Kind.FIDELITY, Ref.parse(f"{level}[precision={precision}]"))
+    _check("ocean", fidelity, body=registry.create(Kind.DESIGN, Ref(swimmer)).body(fidelity))
 
 
 @pytest.mark.slow

@@ -3,11 +3,13 @@
 import csv
 import io
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.report.boards import CMAES, asked, board
+from zoobench.db.rows import RunState
 from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.report.leaderboard_pages import csv_page, first_difference, markdown_page, pages
 
@@ -23,7 +25,8 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     text = markdown_page(board(tmp_path))
     assert text.startswith("# mine\n\nA test of pages.\n")
     assert "- Runs: 1 queued, 1 running, 8 done, 1 failed, 1 diverged, 1 skipped, 15 missing, of 28;" in text
-    assert "- Rows (environment, task, design, controller): 2 of 3;" in text
+    assert "- Rows (environment, task, design, controller): 2 of 3; the others have no run yet." in text
+    assert "`zoobench run --suite mine.yaml` does what is left." in text
     assert "## Score: fidelity draft, budget 1000 substeps, 10 frames" in text
     assert "| desert | turning | caterpillar | missing | 1.001 ± 0.0025 m/s (n=3) | 0.101 ± 0.0025 m/s (n=3) |" in text
     assert "| ice | turning | caterpillar | sine-basis | diffphysics | 2 | diverged | det F is -1. |" in text
@@ -41,6 +44,15 @@ def test_a_leaderboard_without_a_run_is_a_short_page(tmp_path: Path) -> None:
     text = markdown_page(type(found)("mine", "mine", "a test", tuple(type(e)(e.spec) for e in found.rows)))
     assert "- Runs: 28 missing, of 28; 0 s of computing." in text
     assert "##" not in text
+
+
+def test_a_complete_leaderboard_says_so(tmp_path: Path) -> None:
+    """Nothing is said to be left where every run is done."""
+    found = board(tmp_path)
+    text = markdown_page(replace(found, rows=tuple(run for run in found.rows if run.state is RunState.DONE)))
+    assert "- Runs: 8 done, of 8;" in text
+    assert "- Rows (environment, task, design, controller): 2 of 2.\n" in text
+    assert "what is left" not in text
 
 
 def test_the_csv_has_a_line_for_every_cell_of_the_rows_that_have_a_run(tmp_path: Path) -> None:

@@ -105,14 +105,16 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
     states = [state for state in (*map(str, RunState), MISSING) if counts[state]]
     seconds = sum(run.seconds for run in board.rows)
     rows, shown_rows = (sum(len(table.rows) for table in tables) for tables in (every, shown))
+    others = "; the others have no run yet" if shown_rows < rows else ""
     lines = [
         f"- Runs: {', '.join(f'{counts[state]:,} {state}' for state in states)}, of {len(board.rows):,}; "
         f"{duration(seconds)} of computing.",
-        f"- Rows (environment, task, design, controller): {shown_rows:,} of {rows:,}; the others have no run yet.",
+        f"- Rows (environment, task, design, controller): {shown_rows:,} of {rows:,}{others}.",
     ]
     if counts[MISSING]:
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
-    lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
+    if any(counts[state] for state in (MISSING, RunState.QUEUED, RunState.RUNNING)):
+        lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
     return [*lines, *(f"- {note}" for note in footnotes(row.env for table in shown for row in table.rows))]
 
 
