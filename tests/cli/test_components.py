@@ -66,11 +66,11 @@ def test_a_colon_in_a_setting_makes_no_run_of_a_component(zoobench: Command) -> 
 
 def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     """For readers and for programs; firm ground is what it is called."""
-    assert "provisional" in zoobench("show", "shallow-water").out
-    assert "real ones by 0.5" in json.loads(zoobench("show", "ocean", "--format", "json").out)[0]["provisional"]
+    assert "provisional" in zoobench("show", "wetland").out
+    assert "dig in" in json.loads(zoobench("show", "clay", "--format", "json").out)[0]["provisional"]
     assert "provisional" not in zoobench("show", "ground").out
     listed = json.loads(zoobench("list", "envs", "--format", "json").out)
-    assert {row["name"] for row in listed if "provisional" in row["summary"]} == {"ocean", "shallow-water"}
+    assert {row["name"] for row in listed if "provisional" in row["summary"]} == {"clay", "wetland"}
 
 
 @pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])

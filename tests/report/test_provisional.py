@@ -1,4 +1,4 @@
-"""Ocean and shallow water are marked wherever their scores stand, and it is said why."""
+"""Clay and mud are marked wherever their scores stand, and it is said why."""
 
 import csv
 import io
@@ -19,14 +19,14 @@ from zoobench.report.tables import score_tables
 from zoobench.report.views import results_listing, results_overview, results_records, run_card
 from zoobench.spec import Ref, RunSelection
 
-LAND, WATER = make_spec(), make_spec(env="ocean-v5")
+LAND, MUD = make_spec(), make_spec(env="wetland-v5")
 
 
-@pytest.mark.parametrize("env", ["ocean", "ocean-v5", "shallow-water-v4", "ocean-v3[depth=0.2]"])
-def test_water_is_marked_in_every_version_and_explained(env: str) -> None:
+@pytest.mark.parametrize("env", ["wetland", "wetland-v5", "clay-v4", "wetland-v3[yield_stress=20]"])
+def test_it_is_marked_in_every_version_and_explained(env: str) -> None:
     """The old version is no longer registered, and its scores are no better."""
     ref = Ref.parse(env)
-    assert marked({ref: "water"}) == {ref: "water †"}
+    assert marked({ref: "mud"}) == {ref: "mud †"}
     (note,) = footnotes([ref, ref])
     assert note.startswith(f"† {ref.name} is provisional: ")
     assert len(note) > 80
@@ -34,7 +34,7 @@ def test_water_is_marked_in_every_version_and_explained(env: str) -> None:
 
 def test_other_media_and_vanished_plugins_are_not() -> None:
     """A name that nothing registers any more says nothing."""
-    refs = {Ref.parse(name): name for name in ("desert", "wetland-v1", "moon-v3")}
+    refs = {Ref.parse(name): name for name in ("desert", "ocean-v5", "moon-v3")}
     assert marked(refs) == refs
     assert not footnotes(refs)
 
@@ -42,22 +42,22 @@ def test_other_media_and_vanished_plugins_are_not() -> None:
 def test_results_tables_and_cards_say_so(tmp_path: Path) -> None:
     """A dagger for readers, a column and a reason for programs, a line in the footer."""
     with Store(tmp_path / "a.db") as store:
-        for spec in (LAND, WATER):
+        for spec in (LAND, MUD):
             add_done(store, spec, 0.5)
         found = choose_results(store, RunSelection())
         tables = score_tables(found)
         foot = footer(tables, origins(store, found), ["zoobench", "table"])
-    assert [row[1] for row in results_overview(found).rows] == ["desert", "ocean †"]
+    assert [row[1] for row in results_overview(found).rows] == ["desert", "wetland †"]
     assert [record["provisional"] for record in results_listing(found).records()] == [False, True]
     reasons = [record["provisional"] for record in results_records(found)]
-    assert reasons == [None, footnotes([WATER.env])[0]]
+    assert reasons == [None, footnotes([MUD.env])[0]]
     assert run_card(found[1], ())["provisional"] == reasons[1]
-    assert [row[0] for row in table_listing(tables[0]).rows] == ["desert", "ocean †"]
+    assert [row[0] for row in table_listing(tables[0]).rows] == ["desert", "wetland †"]
     assert [record["provisional"] for record in long_listing(tables).records()] == [False, True]
-    assert [line for line in foot.lines() if line.startswith("provisional: † ocean")]
+    assert [line for line in foot.lines() if line.startswith("provisional: † wetland")]
 
 
-@pytest.mark.parametrize(("spec", "count"), [(LAND, 0), (WATER, 1)])
+@pytest.mark.parametrize(("spec", "count"), [(LAND, 0), (MUD, 1)])
 def test_pages_of_leaderboards_say_so_above_the_tables(spec: object, count: int) -> None:
     """Once, and only where a row is concerned; the CSV has a column."""
     assert isinstance(spec, type(LAND))

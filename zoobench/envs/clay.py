@@ -12,7 +12,16 @@ from zoobench.sim.model.matter import ClayMaterial
 CLAY = Elasticity(medium_density=1800.0)
 
 
-@register(Kind.ENV, "clay", version=6, tags=("land", "plastic"), added=("elasticity", "physics", "profile"))
+_PROVISIONAL = (
+    "it bears hardly more than a robot weighs, but up to 1.6 times as much on a coarse grid, so that robots walk there "
+    "which dig in on a fine one: a gait found at standard keeps a fifth of its speed at fine"
+)
+
+
+@register(
+    Kind.ENV, "clay", version=6, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
+    provisional=_PROVISIONAL,
+)  # fmt: skip
 def clay(
     *,
     friction: float = 0.5,

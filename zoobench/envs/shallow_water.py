@@ -7,16 +7,9 @@ from zoobench.envs.physics import FRESH_WATER, LAND, Physics, Water
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
-_PROVISIONAL = (
-    "up to version 7 its water sticks to the robot and is as thick as syrup (nothing is left of a current of 20 mm/s "
-    "after 0.2 s); from version 8 on bodies float within 0.25 cells of their draught, but no study of its accuracy has "
-    "been made, and at draft the water is less than three cells deep"
-)
-
 
 @register(
-    Kind.ENV, "shallow-water", version=8, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
-    provisional=_PROVISIONAL,
+    Kind.ENV, "shallow-water", version=8, tags=("land", "fluid"), added=("water", "hills", "profile", "physics")
 )  # fmt: skip
 def shallow_water(
     *,

@@ -12,7 +12,16 @@ from zoobench.sim.model.matter import MudMaterial
 MUD = Elasticity(medium_density=1400.0)
 
 
-@register(Kind.ENV, "wetland", version=6, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"))
+_PROVISIONAL = (
+    "its mud bears less than a robot weighs, and holds it up the longer the coarser the grid: a gait found at standard "
+    "keeps a tenth to a third of its speed at fine"
+)
+
+
+@register(
+    Kind.ENV, "wetland", version=6, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
+    provisional=_PROVISIONAL,
+)  # fmt: skip
 def wetland(
     *,
     friction: float = 0.5,
