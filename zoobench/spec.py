@@ -189,6 +189,11 @@ class Budget:
             )
         return budget
 
+    @property
+    def currency(self) -> BudgetKind:
+        """In which what its runs have spent is compared: substeps, unless it counts episodes."""
+        return "episodes" if self.kind == "episodes" else "substeps"
+
     def __str__(self) -> str:
         amount = float(self.amount)
         return f"{int(amount) if amount.is_integer() else amount} {self.kind}"

@@ -138,7 +138,9 @@ def add_curve(
         point = {name: step * value for name, value in spent.items()} | ({} if score is None else {"score": score})
         batch.metrics |= {(name, step): value for name, value in point.items()}
     best = next(score for score in reversed(scores) if score is not None)
-    finals = [FinalRow("score", best, unit)]
+    simulated = cost * len(scores)
+    finals = [FinalRow("score", best, unit), FinalRow("episodes", 8.0 * len(scores))]
+    finals += [FinalRow("forward_substeps", simulated / 3), FinalRow("backward_substeps", 2 * simulated / 3)]
     finals += [FinalRow(name, value, unit) for name, value in (references or {}).items()]
     store.finish(claim, Ending(RunState.DONE, finals=tuple(finals)), batch)
     return claim.run_id

@@ -7,7 +7,9 @@ import pytest
 from zoobench.report.transfer_table import newest, transfer_matrix
 
 
-def row(run: int, env: str, score: float | None, home: str = "wetland-v4", fidelity: str = "draft-v1") -> dict[str, Any]:
+def row(
+    run: int, env: str, score: float | None, home: str = "wetland-v4", fidelity: str = "draft-v1"
+) -> dict[str, Any]:
     """What is kept of one evaluation."""
     return {
         "run": run, "design": "fish-v1", "method": "cmaes-v1", "seed": run, "home": [home, "turning-v1", "draft-v1"],

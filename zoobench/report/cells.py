@@ -95,6 +95,6 @@ def comparable(cells: Iterable[Cell]) -> list[Cell]:
 
 
 def _spent(spec: RunSpec, forward: float | None, backward: float | None, episodes: float | None) -> float | None:
-    if spec.budget.kind == "episodes":
+    if spec.budget.currency == "episodes":
         return episodes
     return None if forward is None or backward is None else forward + backward

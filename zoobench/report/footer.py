@@ -22,7 +22,7 @@ _EXTERNAL = "external"  # tag of a method
 _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
     "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
-    "what was spent less than 5 % apart"
+    "what was spent less than 5 % apart, or above them already when no more had been spent than by any of them"
 )
 _OVERTURNED = "§ wins here and not on a finer grid, where another method's best solution is better"
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import TRANSFER, AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
+from zoobench.report.curve import Curve, read_curves
 from zoobench.report.run_results import SMOKE, RunResult
-from zoobench.spec import AXES, Ref, RunSpec
+from zoobench.spec import AXES, BudgetKind, Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -48,6 +49,7 @@ class BoardRow:
         attempts: those that its result came from.
         solution: its parameters, if it is the best run of its row over methods and seeds.
         finer: what its solution scores on the finest grid on which it was evaluated, with the most particles.
+        curve: its best score by the substeps, or with a budget in episodes those, that it had spent; None if unknown.
     """
 
     spec: RunSpec
@@ -58,6 +60,7 @@ class BoardRow:
     attempts: tuple[Attempt, ...] = ()
     solution: tuple[float, ...] | None = None
     finer: FinerScore | None = None
+    curve: Curve | None = None
 
     @property
     def score(self) -> float:
@@ -85,6 +88,11 @@ class Leaderboard:
             for number, row in enumerate(self.rows, start=1)
             if (run := _run_row(number, row)) is not None
         ]
+
+    def curves(self, runs: Iterable[int]) -> dict[int, Curve]:
+        """Those of these runs that are known; a run's number is its place, from 1."""
+        found = ((number, self.rows[number - 1].curve) for number in runs)
+        return {number: curve for number, curve in found if curve is not None}
 
     def missing(self) -> list[RunSpec]:
         """The runs that do not exist."""
@@ -146,10 +154,15 @@ def gather(
     ids = [run.id for run in known.values() if run.state is RunState.DONE]
     finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
     finer = _finer_scores(reader, {run.id: run.spec for run in known.values()})
+    curves = _curves(reader, [run for run in known.values() if run.state is RunState.DONE])
     rows = [
         BoardRow(spec, None if why is None else RunState.SKIPPED, why)
         if (run := known.get(spec.key())) is None
-        else replace(_board_row(run, finals.get(run.id, []), attempts.get(run.id, [])), finer=finer.get(run.id))
+        else replace(
+            _board_row(run, finals.get(run.id, []), attempts.get(run.id, [])),
+            finer=finer.get(run.id),
+            curve=curves.get(run.id),
+        )
         for spec, why in counted
     ]
     solutions = {row.spec: reader.solution(known[row.spec.key()].id) for row in best_of_rows(rows)}
@@ -159,10 +172,21 @@ def gather(
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:
     """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended.
 
-    A score on a finer grid that is known there counts here, too.
+    A score on a finer grid and a curve that are known there count here, too.
     """
     is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
-    return before if is_lost or now.state not in _ENDED else replace(now, finer=now.finer or before.finer)
+    if is_lost or now.state not in _ENDED:
+        return before
+    return replace(now, finer=now.finer or before.finer, curve=now.curve or before.curve)
+
+
+def _curves(reader: "Reader", runs: Iterable[RunRow]) -> dict[int, Curve]:
+    """The curves of these runs by id, in the currency of their table, by the points at which they rise."""
+    ids: dict[BudgetKind, list[int]] = {}
+    for run in runs:
+        ids.setdefault(run.spec.budget.currency, []).append(run.id)
+    found = (read_curves(reader, members, kind) for kind, members in ids.items())
+    return {run: curve.rises() for some in found for run, curve in some.items()}
 
 
 def _finer_scores(reader: "Reader", specs: Mapping[int, RunSpec]) -> dict[int, FinerScore]:

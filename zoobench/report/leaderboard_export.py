@@ -13,6 +13,7 @@ from typing import Any
 from zoobench.db.published import cell_of
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
+from zoobench.report.curve import Curve
 from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, FinerScore, Leaderboard
 from zoobench.report.run_results import SMOKE
 from zoobench.spec import AXES, Ref, RunSpec, canonical_json
@@ -77,6 +78,8 @@ def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str,
     optional: dict[str, Any] = {} if row.solution is None else {"solution": row.solution}
     if row.finer is not None:
         optional["finer"] = {"fidelity": str(row.finer.fidelity), "score": row.finer.score}
+    if row.curve is not None:
+        optional["curve"] = {"spent": row.curve.spent, "scores": row.curve.scores}
     return {
         **optional,
         "key": row.spec.key(),
@@ -135,7 +138,15 @@ def _row_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mappin
     if (given := record.get("finer")) is not None:
         score = given["score"]
         finer = FinerScore(Ref.parse(given["fidelity"]), None if score is None else float(score))
-    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution, finer)
+    curve = None if (given := record.get("curve")) is None else _curve(given)
+    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution, finer, curve)
+
+
+def _curve(document: Mapping[str, Any]) -> Curve:
+    spent, scores = (tuple(map(float, document[name])) for name in ("spent", "scores"))
+    if len(spent) != len(scores) or list(spent) != sorted(spent):
+        raise UsageError(f"a curve has {len(scores)} scores at {len(spent)} amounts spent, or these fall")
+    return Curve(spent, scores)
 
 
 def _checked_origin(document: Mapping[str, Any]) -> Mapping[str, Any]:

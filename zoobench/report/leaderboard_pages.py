@@ -7,6 +7,7 @@ from typing import Any
 
 from zoobench.db.rows import RunState
 from zoobench.report.confirmation import DENSE, confirmation_listing, finer_fidelities, kept_orders, mark_overturned
+from zoobench.report.equal_costs import mark_early_winners
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
@@ -31,7 +32,8 @@ def pages(board: Leaderboard) -> dict[str, str]:
 
 def tables_of(board: Leaderboard) -> list[Table]:
     """All tables of the suite, with what is missing, and marks at winners that do not win on a finer grid."""
-    return mark_overturned(score_tables(board.results(), board.missing()), board.rows)
+    tables = score_tables(board.results(), board.missing())
+    return mark_overturned(mark_early_winners(tables, lambda runs, _: board.curves(runs)), board.rows)
 
 
 def without_empty_rows(tables: Iterable[Table]) -> list[Table]:

@@ -3,7 +3,6 @@
 Only runs that are DONE have a curve here, as only they have results.
 """
 
-from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
 from zoobench.report.cells import cells_of
+from zoobench.report.curve import Curve, points, read_curves
 from zoobench.report.footer import machine_text
 from zoobench.report.labels import labels
 from zoobench.report.listing import Listing
@@ -32,19 +32,11 @@ _SHARES = (0.125, 0.25, 0.5, 1.0)  # of what was spent, in a listing for reading
 
 
 @dataclass(frozen=True)
-class LearningCurve:
-    """The score of a run's incumbent by the amount spent; a point for each iteration.
-
-    Attributes:
-        kind: the currency.
-        spent: never falling; a run has at least one point.
-        scores: the best so far, None before the first [the task's unit].
-    """
+class LearningCurve(Curve):
+    """The curve of a run with its result; `kind` is the currency of what it has spent."""
 
     result: RunResult
     kind: BudgetKind
-    spent: tuple[float, ...]
-    scores: tuple[float | None, ...]
 
     @property
     def reach(self) -> float:
@@ -57,11 +49,6 @@ class LearningCurve:
         is_whole = "budget_spent" not in finals or finals["budget_spent"].value > 0  # earlier versions did not say
         return max(self.spent[-1], budget.amount if budget.kind == self.kind and is_whole else 0.0)
 
-    def at(self, amount: float) -> float | None:
-        """The best score when no more than this was spent; None before the first."""
-        passed = bisect_right(self.spent, amount)
-        return self.scores[passed - 1] if passed else None
-
 
 def curves(reader: "Reader", results: Iterable[RunResult], kind: BudgetKind) -> dict[int, LearningCurve]:
     """The curves of these results by run id; of runs by an earlier zoobench, which kept less, there may be none.
@@ -70,12 +57,8 @@ def curves(reader: "Reader", results: Iterable[RunResult], kind: BudgetKind) -> 
         StorageError: the database cannot be read.
     """
     done = {result.run.id: result for result in results if result.run.state is RunState.DONE}
-    found = {}
-    for run_id, points in _points(reader, done, (kind, SCORE)).items():
-        if pairs := [(point[kind], point.get(SCORE)) for _, point in sorted(points.items()) if kind in point]:
-            spent, scores = zip(*pairs, strict=True)
-            found[run_id] = LearningCurve(done[run_id], kind, spent, scores)
-    return found
+    found = read_curves(reader, done, kind)
+    return {run: LearningCurve(curve.spent, curve.scores, done[run], kind) for run, curve in found.items()}
 
 
 def refuse_machines(origins: Iterable[OriginRow]) -> None:
@@ -133,8 +116,8 @@ def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
             run_id, *(str(getattr(done[run_id].run.spec, axis)) for axis in AXES), done[run_id].run.spec.frames,
             done[run_id].run.spec.seed, iteration, *(point.get(name) for name in COLUMNS), _unit(done[run_id]),
         )
-        for run_id, points in _points(reader, done, COLUMNS).items()
-        for iteration, point in sorted(points.items())
+        for run_id, found in points(reader, done, COLUMNS).items()
+        for iteration, point in sorted(found.items())
     ]  # fmt: skip
     return Listing(("run", *AXES, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
 
@@ -177,18 +160,6 @@ def in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], lis
     for result in results:
         settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
     return sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
-
-
-def _points(
-    reader: "Reader", done: Mapping[int, RunResult], names: Sequence[str]
-) -> dict[int, dict[int, dict[str, float]]]:
-    """The values of these curves by run id and iteration."""
-    found: dict[int, dict[int, dict[str, float]]] = {}
-    for run_id, rows in reader.all_metrics(done, names).items() if done else ():
-        points = found.setdefault(run_id, {})
-        for row in rows:
-            points.setdefault(row.step, {})[row.name] = row.value
-    return found
 
 
 def _row(

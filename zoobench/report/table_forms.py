@@ -74,7 +74,7 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
 
 
 def _is_uneven(table: Table, row: Row) -> bool:
-    """Whether methods have spent unlike amounts, so that nobody wins the row."""
+    """Whether methods have spent unlike amounts, which are shown."""
     return isinstance(table.budget, Budget) and table.budget.kind != "seconds" and not spent_alike(row.cells)
 
 

@@ -32,7 +32,7 @@ class TableCell:
         lacks: how many that are DONE have no score, by why.
         is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
         is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
-            methods, and all of them have spent the same.
+            methods, and did so when no more had been spent than by each of them.
         is_overturned: whether it wins and another method's best solution beats its own on a finer grid.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
@@ -117,6 +117,11 @@ class Spending:
     budgets: tuple[Budget, ...]
 
     @property
+    def currency(self) -> BudgetKind:
+        """As that of a budget of this kind."""
+        return "episodes" if self.kind == "episodes" else "substeps"
+
+    @property
     def unit(self) -> str:
         """Of amounts."""
         return "s" if self.kind == "seconds" else self.kind
@@ -162,9 +167,9 @@ class Table:
     rows: tuple[Row, ...]
 
     @property
-    def currency(self) -> str:
+    def currency(self) -> BudgetKind:
         """The unit of what its runs have spent: substeps unless the budget counts something else."""
-        return self.budget.kind if self.budget.kind == "episodes" else "substeps"
+        return self.budget.currency
 
     @property
     def runs(self) -> list[int]:
@@ -243,10 +248,8 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
         for method in methods
     }
     cells = [_cell(members, asked) if members else None for members in by_method.values()]
-    best = clear_winner([None if cell is None else cell.interval for cell in cells])
-    is_complete = not any(cell is not None and cell.is_unfinished for cell in cells)
-    is_fair = is_complete and (is_even or spent_alike(cells))
-    if best is not None and is_fair and (winner := cells[best]) is not None and winner.count == winner.asked:
+    best = leader(cells)
+    if best is not None and (winner := cells[best]) is not None and (is_even or spent_alike(cells)):
         cells[best] = replace(winner, is_winner=True)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
     floor = floor_of(outcome.floor for outcome in outcomes)
@@ -256,6 +259,15 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
         cell and replace(cell, normalised=share, shares=run_shares(cell.scores, floor, best_mean))
         for cell, share in zip(cells, lots, strict=True)
     )
+
+
+def leader(cells: Sequence[TableCell | None]) -> int | None:
+    """The column whose interval lies above all others, all its seeds done; None if a run of the row is to come."""
+    if any(cell is not None and cell.is_unfinished for cell in cells):
+        return None
+    best = clear_winner([None if cell is None else cell.interval for cell in cells])
+    found = None if best is None else cells[best]
+    return best if found is not None and found.count == found.asked else None
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
