@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.content import add_curve, add_done, claim_new, make_spec
+from tests.report.content import add_curve, add_done, add_ended, claim_new, make_spec
+from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.report.curve import Curve, read_curves
@@ -68,6 +69,16 @@ def test_without_its_curves_a_leader_wins_nothing(tmp_path: Path) -> None:
         assert _winners(mark_early_winners(found, lambda runs, kind: known)) == ["diffphysics"]
         del known[3]
         assert _winners(mark_early_winners(found, lambda runs, kind: known)) == []
+
+
+def test_nobody_wins_against_one_that_does_not_say_what_it_has_spent(tmp_path: Path) -> None:
+    """It may have led with less."""
+    _fill(tmp_path / "runs.db", 0.9)
+    with Store(tmp_path / "runs.db", create=False) as store:
+        for seed in SEEDS:
+            silent = Ending(RunState.DONE, finals=(FinalRow("score", 0.7 + 0.001 * seed, "m/s"),))
+            add_ended(store, make_spec(method="cmaes-v1", seed=seed), silent)
+    assert _marked(tmp_path / "runs.db") == []
 
 
 def test_nobody_wins_before_all_is_done(tmp_path: Path) -> None:

@@ -4,12 +4,12 @@ Methods end with their last whole generation or iteration, so that of one budget
 ahead before it had spent more than the others wins at equal costs.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 
 from zoobench.report.curve import Curve
 from zoobench.report.statistics import clear_winner, t_interval
-from zoobench.report.tables import Row, Table, TableCell, leader
+from zoobench.report.tables import Row, Table, TableCell, leader, won_by
 from zoobench.spec import BudgetKind
 
 Curves = Callable[[Collection[int], BudgetKind], Mapping[int, Curve]]
@@ -22,31 +22,24 @@ def mark_early_winners(tables: Iterable[Table], curves: Curves) -> list[Table]:
 
 
 def _marked(table: Table, curves: Curves) -> Table:
-    leaders = [_leader(row.cells) for row in table.rows]
-    runs = [run for lead in leaders if lead is not None for run in lead.runs]
+    leaders = [leader(row.cells) for row in table.rows]
+    runs = [run for lead in leaders if lead is not None and not lead.is_winner for run in lead.runs]
     known = curves(runs, table.currency) if runs else {}
-    rows = (row if lead is None else _settled(row, lead, known) for row, lead in zip(table.rows, leaders, strict=True))
+    rows = (
+        row if lead is None or not _led_early(lead, row, known) else replace(row, cells=tuple(won_by(lead, row.cells)))
+        for row, lead in zip(table.rows, leaders, strict=True)
+    )
     return replace(table, rows=tuple(rows))
 
 
-def _leader(cells: Sequence[TableCell | None]) -> TableCell | None:
-    """The leader of a row that it has not won yet."""
-    place = leader(cells)
-    found = None if place is None else cells[place]
-    return None if found is None or found.is_winner else found
-
-
-def _settled(row: Row, lead: TableCell, known: Mapping[int, Curve]) -> Row:
+def _led_early(lead: TableCell, row: Row, known: Mapping[int, Curve]) -> bool:
+    """Whether the interval of a row's leader lay above the others when no more had been spent than by any of them."""
     costs = [cell.spent for cell in row.cells if cell is not None and cell.interval is not None]
-    least = min((cost for cost in costs if cost is not None), default=None)
-    if least is None or None in costs:
-        return row
-    early = [known[run].at(least) if run in known else None for run in lead.runs]
+    spent = [cost for cost in costs if cost is not None]
+    if len(spent) < len(costs) or not all(run in known for run in lead.runs):
+        return False
+    early = [known[run].at(min(spent)) for run in lead.runs]
     scores = [score for score in early if score is not None]
-    intervals = [
-        t_interval(scores) if cell is lead else cell.interval if cell is not None else None for cell in row.cells
-    ]
+    intervals = [None if cell is None else t_interval(scores) if cell is lead else cell.interval for cell in row.cells]
     place = clear_winner(intervals)
-    if len(scores) < len(early) or place is None or row.cells[place] is not lead:
-        return row
-    return replace(row, cells=tuple(replace(lead, is_winner=True) if cell is lead else cell for cell in row.cells))
+    return len(scores) == len(early) and place is not None and row.cells[place] is lead

@@ -248,9 +248,9 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
         for method in methods
     }
     cells = [_cell(members, asked) if members else None for members in by_method.values()]
-    best = leader(cells)
-    if best is not None and (winner := cells[best]) is not None and (is_even or spent_alike(cells)):
-        cells[best] = replace(winner, is_winner=True)
+    lead = leader(cells)
+    if lead is not None and (is_even or spent_alike(cells)):
+        cells = won_by(lead, cells)
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
     floor = floor_of(outcome.floor for outcome in outcomes)
     lots = shares(means, floor)
@@ -261,13 +261,18 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
     )
 
 
-def leader(cells: Sequence[TableCell | None]) -> int | None:
-    """The column whose interval lies above all others, all its seeds done; None if a run of the row is to come."""
+def leader(cells: Sequence[TableCell | None]) -> TableCell | None:
+    """The cell whose interval lies above all others, all its seeds done; None if a run of the row is to come."""
     if any(cell is not None and cell.is_unfinished for cell in cells):
         return None
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     found = None if best is None else cells[best]
-    return best if found is not None and found.count == found.asked else None
+    return found if found is not None and found.count == found.asked else None
+
+
+def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCell | None]:
+    """The cells of a row with the mark of its winner, which is one of them."""
+    return [replace(winner, is_winner=True) if cell is winner else cell for cell in cells]
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
