@@ -70,7 +70,12 @@ def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     assert "dig in" in json.loads(zoobench("show", "clay", "--format", "json").out)[0]["provisional"]
     assert "provisional" not in zoobench("show", "ground").out
     listed = json.loads(zoobench("list", "envs", "--format", "json").out)
-    assert {row["name"] for row in listed if "provisional" in row["summary"]} == {"clay", "wetland"}
+    assert {row["name"] for row in listed if "provisional" in row["summary"]} == {
+        "clay",
+        "ocean",
+        "shallow-water",
+        "wetland",
+    }
 
 
 @pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])

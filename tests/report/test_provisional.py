@@ -1,4 +1,4 @@
-"""Clay and mud are marked wherever their scores stand, and it is said why."""
+"""Environments whose scores do not hold are marked wherever these stand, and it is said why."""
 
 import csv
 import io
@@ -22,11 +22,11 @@ from zoobench.spec import Ref, RunSelection
 LAND, MUD = make_spec(), make_spec(env="wetland-v5")
 
 
-@pytest.mark.parametrize("env", ["wetland", "wetland-v5", "clay-v4", "wetland-v3[yield_stress=20]"])
+@pytest.mark.parametrize("env", ["wetland", "wetland-v5", "ocean-v4", "shallow-water-v3[depth=0.2]"])
 def test_it_is_marked_in_every_version_and_explained(env: str) -> None:
     """The old version is no longer registered, and its scores are no better."""
     ref = Ref.parse(env)
-    assert marked({ref: "mud"}) == {ref: "mud †"}
+    assert marked({ref: "soft"}) == {ref: "soft †"}
     (note,) = footnotes([ref, ref])
     assert note.startswith(f"† {ref.name} is provisional: ")
     assert len(note) > 80
@@ -34,7 +34,7 @@ def test_it_is_marked_in_every_version_and_explained(env: str) -> None:
 
 def test_other_media_and_vanished_plugins_are_not() -> None:
     """A name that nothing registers any more says nothing."""
-    refs = {Ref.parse(name): name for name in ("desert", "ocean-v5", "moon-v3")}
+    refs = {Ref.parse(name): name for name in ("desert", "snow-v1", "moon-v3")}
     assert marked(refs) == refs
     assert not footnotes(refs)
 

@@ -7,9 +7,15 @@ from zoobench.envs.physics import FRESH_WATER, LAND, Physics, Water
 from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
+_PROVISIONAL = (
+    "bodies float in it within 0.25 cells of their draught, but its accuracy is not studied, and at draft it is less "
+    "than three cells deep; up to version 7 it sticks to the robot and is as thick as syrup"
+)
+
 
 @register(
-    Kind.ENV, "shallow-water", version=8, tags=("land", "fluid"), added=("water", "hills", "profile", "physics")
+    Kind.ENV, "shallow-water", version=8, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
+    provisional=_PROVISIONAL,
 )  # fmt: skip
 def shallow_water(
     *,
