@@ -6,7 +6,7 @@ import io
 import json
 import shlex
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,9 @@ from zoobench.db.rows import RunState
 from zoobench.errors import UsageError
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.leaderboard_files import publish
+from zoobench.spec import RunSpec
+from zoobench.verify import transfer_study
+from zoobench.verify.transfer_study import MisfitError, TransferRow, TransferTargets
 
 COMMITTED = Path(__file__).parents[2] / "leaderboards"
 
@@ -78,6 +81,30 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     assert [run["finer"]["fidelity"].partition("-")[0] for run in runs if run["state"] == "done"] == ["paper"]
     assert scores(ok(zoobench("results", "--format", "json", "--db", "again.db")).out) == first
     assert len(first) == 1
+
+
+def test_what_has_no_place_on_a_finer_grid_is_left_out(
+    zoobench: Command, tmp_path: Path, pretend: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a word, once; the others are evaluated."""
+
+    def transfer(run: int, spec: RunSpec, params: object, targets: TransferTargets) -> Iterator[TransferRow]:
+        if run == 1:
+            raise MisfitError("The 3 parameters of run 1 do not fit.")
+        (cell,) = targets.of(spec)
+        home = (str(spec.env), str(spec.task), str(spec.fidelity))
+        yield TransferRow(
+            run, str(spec.design), str(spec.method), spec.seed, home, str(cell.env), str(cell.task), str(cell.fidelity),
+            cell.frames, 0.5, "m/s", "",
+        )  # fmt: skip
+
+    pretend()
+    monkeypatch.setattr(transfer_study, "transfer", transfer)
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    ok(zoobench("run", "--suite", "tiny.yaml", "-j", "1"))
+    told = ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err
+    assert told.count("Left out: The 3 parameters of run 1 do not fit.") == 1
+    assert "run 2 at paper: score 0.5 m/s" in told
 
 
 def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:

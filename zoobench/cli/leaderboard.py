@@ -1,5 +1,6 @@
 """`zoobench leaderboard`: the results of suites, from a database to committed files."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 
 if TYPE_CHECKING:
+    from zoobench.db.rows import RunRow
     from zoobench.report.leaderboard import Leaderboard
     from zoobench.spec import Ref, RunSpec
 
@@ -48,25 +50,31 @@ def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None
     """Evaluate the best solutions two fidelities finer.
 
     One episode for each row and method; the scores are stored, and a publication tells in which rows the order of the
-    methods stands there. What diverges is done again with 27 particles per cell, what has a score there is not.
+    methods stands there. What diverges is done again with 27 particles per cell, what has a score there is not. Bodies
+    whose parameters belong to a grid, those of `particle`, have none on a finer one.
     """
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import TransferTargets, stored, transfer
+    from zoobench.verify.transfer_study import MisfitError, TransferRow, TransferTargets, stored, transfer
 
-    while unconfirmed := _unconfirmed(_board_of(suite, db)):
+    misfits: set[RunSpec] = set()
+
+    def scores(run: "RunRow", params: Sequence[float], fidelity: Ref) -> Iterator[TransferRow]:
+        try:
+            yield from transfer(run.id, run.spec, params, TransferTargets(fidelities=[fidelity]))
+        except MisfitError as error:
+            misfits.add(run.spec)
+            say(f"Left out: {error}")
+
+    while unconfirmed := [pair for pair in _unconfirmed(_board_of(suite, db)) if pair[0] not in misfits]:
         with Store(db, create=False) as store:
             runs = [(store.run(spec.key()), fidelity) for spec, fidelity in unconfirmed]
             chosen = [(run, solution_of(store, run), fidelity) for run, fidelity in runs]
-        scores = (
-            row
-            for run, params, fidelity in chosen
-            for row in transfer(run.id, run.spec, params, TransferTargets(fidelities=[fidelity]))
-        )
+        rows = (row for each in chosen for row in scores(*each))
         with Steps(len(chosen)) as steps:
-            for row in save_each(db, TRANSFER, scores, stored):
+            for row in save_each(db, TRANSFER, rows, stored):
                 steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {row.result}")
     say("Everything was evaluated; `zoobench leaderboard publish` tells what stands.")
 

@@ -14,6 +14,10 @@ from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
 
 
+class MisfitError(UsageError):
+    """The parameters of a solution are not as many as a target takes."""
+
+
 @dataclass(frozen=True)
 class TransferRow:
     """One episode of a stored solution.
@@ -75,15 +79,15 @@ def transfer(
     """Try the solution of a run in every target, one episode each.
 
     Raises:
-        UsageError: the parameters do not fit a target: those of a design space depend on the fidelity, those of a
-            closed loop on what it observes of the task.
+        MisfitError: the parameters do not fit a target: those of a design space may depend on the fidelity.
+        UsageError: a closed loop observes something else of the task.
     """
     home = (str(spec.env), str(spec.task), str(spec.fidelity))
     for cell in targets.of(spec):
         problem = Problem(cell, worlds=1)
         _check_senses(run, spec, problem)
         if problem.parameter_count != len(parameters):
-            raise UsageError(
+            raise MisfitError(
                 f"The {len(parameters)} parameters of {_title(run)} do not fit {spec.design.name} at {cell.fidelity}, "
                 f"where it takes {problem.parameter_count}. Keep to the run's own fidelity, {spec.fidelity}."
             )
