@@ -34,7 +34,7 @@ _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0
 def check_storable(name: str, number: int) -> None:
     """Raise a `UsageError` if a whole number of this name is too large for a column of a database."""
     if abs(number) > _LARGEST:
-        raise UsageError(f"{name}={number} does not fit into a database. Stay within {_LARGEST}.")
+        raise UsageError(f"{name}={number} is too large for a database. Stay within {_LARGEST} either way.")
 
 
 def canonical_json(value: Any) -> str:

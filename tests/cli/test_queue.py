@@ -73,7 +73,7 @@ def test_a_priority_that_no_database_can_hold_is_refused(zoobench: Command, tmp_
     for priority in ("99999999999999999999", "-2147483648"):
         reply = zoobench("run", *CELL, "--priority", priority, "--no-wait")
         assert reply.code == 2
-        assert f"priority={priority} does not fit into a database" in reply.err
+        assert f"priority={priority} is too large for a database" in reply.err
     assert not (tmp_path / "zoobench.db").exists()
 
 
@@ -83,7 +83,7 @@ def test_a_sweep_that_no_database_can_hold_is_refused(zoobench: Command, command
     zoobench("run", *CELL, "--no-wait")
     reply = zoobench(command, "--sweep", "99999999999999999999")
     assert reply.code == 2
-    assert "sweep=99999999999999999999 does not fit into a database" in reply.err
+    assert "sweep=99999999999999999999 is too large for a database" in reply.err
 
 
 def test_cancelled_runs_are_not_done_until_they_are_asked_for(zoobench: Command, tmp_path: Path) -> None:
