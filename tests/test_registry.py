@@ -163,10 +163,10 @@ def test_create_calls_the_factory_with_the_parameters() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("hopping-v1[count=2.5]", "'count' must be of type int"),
-        ("hopping-v1[height=tall]", "'height' must be of type float"),
-        ("hopping-v1[height=nan]", "'height' must be of type float"),
-        ("hopping-v1[soft=1]", "'soft' must be of type bool"),
+        ("hopping-v1[count=2.5]", "'count' must be a whole number"),
+        ("hopping-v1[height=tall]", "'height' must be a finite number"),
+        ("hopping-v1[height=nan]", "'height' must be a finite number"),
+        ("hopping-v1[soft=1]", "'soft' must be true or false"),
         ("hopping-v1[side=up]", "Choose one of left, right"),
         ("hopping-v1[heigth=2]", "Did you mean 'height'?"),
         ("hopping", "hopping[target=...]"),

@@ -22,6 +22,19 @@ def test_a_budget_survives_as_text(text: str) -> None:
     assert "e+" not in str(budget)
 
 
+def test_a_budget_beyond_counting_is_refused() -> None:
+    """In a short message, not with three hundred digits."""
+    with pytest.raises(UsageError, match=r"A budget of '1e300 substeps' cannot be counted\. Give at most"):
+        Budget.parse("1e300 substeps")
+
+
+@pytest.mark.parametrize("text", ["desert[depth=1,depth=2]", "desert[wave-length=1,wave_length=1]"])
+def test_a_parameter_is_given_once(text: str) -> None:
+    """As an option is; else one of its values would be lost without a word."""
+    with pytest.raises(UsageError, match="is given twice"):
+        Ref.parse(text)
+
+
 @pytest.mark.parametrize(
     ("text", "count"),
     [("desert", 2), ("de*", 3), ("[dx]esert", 2), ("desert-v1", 1), ("de*[depth=2]", 2), ("desert-v2[depth=1],ice", 0)],

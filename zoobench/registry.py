@@ -154,6 +154,9 @@ _failures: list[PluginFailure] = []
 _TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked_run_name}
 """Types of text parameters, with the function that turns input into a setting."""
 
+_TYPE_NOUNS: Mapping[Any, str] = {bool: "true or false", int: "a whole number", float: "a finite number"}
+"""Types of other parameters, in words."""
+
 _LIBRARIES: Mapping[str, tuple[str, ...]] = {"ppo": ("gymnasium", "stable_baselines3"), "qd": ("ribs",)}
 """The libraries of the extras that components need."""
 
@@ -365,8 +368,8 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
             return float(value)
         if expected is int and value == int(value):
             return int(value)
-    noun = getattr(expected, "__name__", str(expected))
-    raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be of type {noun}.")
+    noun = _TYPE_NOUNS.get(expected, str(expected))
+    raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be {noun}.")
 
 
 def load_own() -> None:

@@ -25,7 +25,16 @@ FRAME_SECONDS = 0.008
 _LARGEST = 2**31 - 1
 """The largest whole number in a column of every supported database."""
 
+_LARGEST_COUNT = 2**53
+"""The largest amount that is counted without rounding."""
+
 _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0-9]+))?(?:\[(?P<params>.*)\])?$")
+
+
+def check_storable(name: str, number: int) -> None:
+    """Raise a `UsageError` if a whole number of this name is too large for a column of a database."""
+    if abs(number) > _LARGEST:
+        raise UsageError(f"{name}={number} is too large for a database. Stay within {_LARGEST} either way.")
 
 
 def canonical_json(value: Any) -> str:
@@ -61,7 +70,7 @@ class Ref:
         """Read `name`, `name-v2` or `name[key=value,key=value]`; keys may be written with - for _, as names are.
 
         Raises:
-            UsageError: the text has another form.
+            UsageError: the text has another form, or gives a key twice.
         """
         match = _REF.match(text.strip())
         if match is None:
@@ -71,7 +80,10 @@ class Ref:
             key, separator, value = item.partition("=")
             if not separator or not key.strip() or not value.strip():
                 raise UsageError(f"Cannot read the parameter {item!r} of {text!r}. Write key=value.")
-            params[key.strip().replace("-", "_")] = _parse_scalar(value)
+            key = key.strip().replace("-", "_")
+            if key in params:
+                raise UsageError(f"{key!r} is given twice in {text!r}, and only the last would count. Give it once.")
+            params[key] = _parse_scalar(value)
         return cls(match["name"], int(match["version"] or 0), tuple(sorted(params.items())))
 
     @property
@@ -173,7 +185,7 @@ class Budget:
         """Read `200000`, `200000 substeps`, `50episodes` or `60 seconds`; a bare number means substeps.
 
         Raises:
-            UsageError: the amount is not positive or not whole where it must be, or the kind is unknown.
+            UsageError: the amount is not positive, too large or not whole where it must be, or the kind is unknown.
         """
         match = re.match(r"^\s*([-+0-9.eE_]+)\s*([a-z]*)\s*$", text)
         try:
@@ -187,6 +199,8 @@ class Budget:
             raise UsageError(
                 f"A budget of {text!r} cannot be met: {budget.kind} are counted whole. Give a whole number."
             )
+        if amount > _LARGEST_COUNT:
+            raise UsageError(f"A budget of {text!r} cannot be counted. Give at most {_LARGEST_COUNT}.")
         return budget
 
     @property
@@ -224,8 +238,7 @@ class RunSpec:
         if self.frames < 1:
             raise UsageError(f"An episode of {self.frames} frames is empty. Give at least 1.")
         for name in ("seed", "frames"):
-            if (number := getattr(self, name)) > _LARGEST:
-                raise UsageError(f"{name}={number} is too large for a database. Give at most {_LARGEST}.")
+            check_storable(name, getattr(self, name))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the inverse of `from_dict`."""

@@ -120,6 +120,16 @@ def test_a_missing_database_is_not_made_by_reading(zoobench: Command, tmp_path: 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_empty_file_is_not_made_a_database_by_reading(zoobench: Command, tmp_path: Path) -> None:
+    """Nor by `merge`, whose source stays as it is."""
+    (tmp_path / "zoobench.db").touch()
+    for words in (("status",), ("merge", "other.db", "zoobench.db")):
+        reply = zoobench(*words)
+        assert reply.code == 2
+        assert "zoobench.db is empty, so no database" in reply.err
+    assert not (tmp_path / "zoobench.db").stat().st_size
+
+
 @pytest.mark.parametrize("words", [("results",), RUN])
 def test_a_folder_is_no_database(zoobench: Command, tmp_path: Path, words: tuple[str, ...]) -> None:
     """Nor is a place in a folder that does not exist."""

@@ -68,6 +68,24 @@ def test_priority_is_set_where_runs_are_queued(zoobench: Command, tmp_path: Path
         assert claim.spec.seed == 1
 
 
+def test_a_priority_that_no_database_can_hold_is_refused(zoobench: Command, tmp_path: Path) -> None:
+    """Before anything is queued."""
+    for priority in ("99999999999999999999", "-2147483648"):
+        reply = zoobench("run", *CELL, "--priority", priority, "--no-wait")
+        assert reply.code == 2
+        assert f"priority={priority} is too large for a database" in reply.err
+    assert not (tmp_path / "zoobench.db").exists()
+
+
+@pytest.mark.parametrize("command", ["work", "cancel", "remove"])
+def test_a_sweep_that_no_database_can_hold_is_refused(zoobench: Command, command: str) -> None:
+    """As one that is not there is."""
+    zoobench("run", *CELL, "--no-wait")
+    reply = zoobench(command, "--sweep", "99999999999999999999")
+    assert reply.code == 2
+    assert "sweep=99999999999999999999 is too large for a database" in reply.err
+
+
 def test_cancelled_runs_are_not_done_until_they_are_asked_for(zoobench: Command, tmp_path: Path) -> None:
     """`run` leaves them alone but for --retry cancelled; what is not named is refused."""
     zoobench("run", *CELL, "--no-wait")

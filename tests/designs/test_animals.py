@@ -163,5 +163,5 @@ def test_a_longer_animal_is_the_same_animal() -> None:
 @pytest.mark.parametrize("length", [0.0, -1.0, float("inf")])
 def test_a_length_without_a_body_is_refused(length: float) -> None:
     """Lengths that are not positive and finite."""
-    with pytest.raises(UsageError, match=r"positive length|must be of type"):
+    with pytest.raises(UsageError, match=r"positive length|must be a finite number"):
         animal("fish", length=length)

@@ -118,6 +118,8 @@ def test_the_wrong_unit_is_named(tmp_path: Path) -> None:
     """Millimetres read as metres give a robot of 100 m."""
     with pytest.raises(SceneError, match="unit"):
         design(shape("sphere"), tmp_path / "a.stl", length=0.0)
+    with pytest.raises(SceneError, match=r"is 0\.5 m long, 1\.25 m high and 0\.5 m wide"):
+        design(shape("capsule"), tmp_path / "upright.stl", length=0.5)
 
 
 def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:

@@ -121,7 +121,9 @@ def queue(
     from zoobench.harness.grid import Skip
     from zoobench.harness.provenance import changed_plugins
     from zoobench.harness.suites import spec_of
+    from zoobench.spec import check_storable
 
+    check_storable("priority", priority or 0)
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     with Store(db) as store:
         report = store.enqueue(

@@ -251,6 +251,8 @@ def _check_path(path: Path, create: bool) -> None:
         raise StorageError(f"{path} is not a regular file, so no database. Give the path of a file with --db.")
     if not exists and not create:
         raise StorageError(f"There is no database {path}. Start one with `zoobench run`, or name one with --db.")
+    if exists and not create and not path.stat().st_size and not _has_log(path):
+        raise StorageError(f"{path} is empty, so no database. Start one with `zoobench run`, or name one with --db.")
     file_system = _file_system(path)
     if file_system in _NETWORK_FILE_SYSTEMS:
         raise StorageError(

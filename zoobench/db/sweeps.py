@@ -10,6 +10,7 @@ from zoobench.db.engine import Database, among, batched
 from zoobench.db.models import RunRecord, SweepRecord, SweepRunRecord
 from zoobench.db.rows import OPEN_STATES, RunRow, RunState
 from zoobench.db.runs import fetch_runs
+from zoobench.spec import check_storable
 
 _FULL_SECONDS = 10.0  # between two looks at the states of all runs
 _OVERLAP_SECONDS = 3 * _FULL_SECONDS  # how far the clocks of two machines may be apart before only a full look helps
@@ -29,7 +30,8 @@ def begin_sweep(database: Database, ids: Collection[int]) -> int:
 
 
 def in_sweep(sweep: int) -> ColumnElement[bool]:
-    """Whether the outer statement's run belongs to a sweep."""
+    """Whether the outer statement's run belongs to a sweep; a `UsageError` if no database can hold the number."""
+    check_storable("sweep", sweep)
     return exists().where(SweepRunRecord.sweep_id == sweep, SweepRunRecord.run_id == RunRecord.id).correlate(RunRecord)
 
 

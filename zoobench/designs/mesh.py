@@ -84,8 +84,9 @@ class MeshDesign:
         size = (high - low) * scale
         if not _SMALLEST <= size.max() <= _LARGEST:
             raise SceneError(
-                f"The body of {self.path!r} is {size.max():g} m long; {_SMALLEST:g} to {_LARGEST:g} m was expected. "
-                "The file's unit may not be the metre: give the intended length, such as length=0.1."
+                f"The body of {self.path!r} is {size[0]:g} m long, {size[1]:g} m high and {size[2]:g} m wide; "
+                f"{_SMALLEST:g} to {_LARGEST:g} m was expected of the largest. The file's unit may not be the metre: "
+                "give the intended length, such as length=0.1."
             )
         return Mesh(vertices * scale, self._raw.faces, self._raw.repairs)
 
