@@ -48,6 +48,7 @@ def _board(path: Path, finer: dict[int, float | None], **elsewhere: str) -> Lead
         ({1: 2.7, 4: 0.9}, "| 3 → 2.7 (90%) | 1.1 → 0.9 (82%) | stands |"),
         ({1: 0.5, 2: 5.0, 4: 0.9}, "| 3 → 0.5 (17%) | 1.1 → 0.9 (82%) | another |"),
         ({1: None, 4: 0.9}, "| 3 → diverged | 1.1 → 0.9 (82%) | another |"),
+        ({1: -0.001, 4: -0.003}, "| 3 → -0.001 (0%) | 1.1 → -0.003 (0%) | stands |"),
     ],
 )
 def test_the_page_says_whether_the_order_stands(tmp_path: Path, finer: dict[int, float | None], line: str) -> None:

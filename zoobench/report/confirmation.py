@@ -103,5 +103,5 @@ def _text(found: Confirmed | None) -> str:
         return ""
     if found.finer == -math.inf:
         return f"{found.home:.4g} → diverged"
-    share = f" ({found.finer / found.home:.0%})" if found.home > 0.0 else ""
+    share = f" ({found.finer / found.home:z.0%})" if found.home > 0.0 else ""
     return f"{found.home:.4g} → {found.finer:.4g}{share}{DENSE * found.is_dense}"
