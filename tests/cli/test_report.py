@@ -63,7 +63,7 @@ def test_the_best_robots_are_shown(zoobench: Command, tmp_path: Path) -> None:
 
 
 def test_the_best_robots_of_leaderboards_are_shown(zoobench: Command, tmp_path: Path) -> None:
-    """Of rows whose solution is published, by the settings, as they have no numbers of runs."""
+    """Of rows whose solution is published, by the settings, as they have no numbers of runs; an environment once."""
     needs_drawing()
     problem = Problem(cell(fidelity="draft", frames=4))
     params = problem.initial(np.random.default_rng(0))
@@ -72,6 +72,7 @@ def test_the_best_robots_of_leaderboards_are_shown(zoobench: Command, tmp_path: 
     solved = BoardRow(problem.spec, RunState.DONE, finals=finals, attempts=attempts, solution=tuple(params.tolist()))
     unsolved = replace(solved, spec=cell(environment="ice", fidelity="draft", frames=4), solution=None)
     publish(Leaderboard("mine", "mine", "a test", (unsolved, solved)), tmp_path / "boards")
+    publish(Leaderboard("yours", "yours", "another test", (solved,)), tmp_path / "boards")
     reply = zoobench("report", "--from", "boards", "--stills", "3", "-o", "shown.html")
     assert reply.code == 0, reply.err
     text = (tmp_path / "shown.html").read_text(encoding="utf-8")

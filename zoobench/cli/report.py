@@ -154,7 +154,10 @@ def _still(begin: str, result: "RunResult", params: tuple[float, ...], *, moves:
 
 
 def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section], str]":
-    """The leaderboards of a folder, the fullest first, with so many robots of each, and the mark of their exports."""
+    """The leaderboards of a folder, the fullest first, with so many robots of each, and the mark of their exports.
+
+    A robot is the best in the first task of an environment, on the fullest board that has it.
+    """
     from dataclasses import replace
 
     from zoobench.report.leaderboard_files import read_exports
@@ -163,12 +166,13 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
 
     boards, mark = read_exports(folder)
     sections = []
+    seen: set[Ref] = set()
     for board in sorted(boards, key=lambda board: len(board.results()), reverse=True):
         section = section_of(board, decides)
-        robots: dict[Ref, tuple[str, RunResult, tuple[float, ...]]] = {}  # of each environment that of its first task
+        robots: list[tuple[str, RunResult, tuple[float, ...]]] = []
         for best in best_runs(section):
-            if (params := board.rows[best.run.id - 1].solution) is not None:
-                robots.setdefault(best.spec.env, ("", best, params))
-        shown = list(robots.values())[: max(stills, films)]
-        sections.append(replace(section, stills=_stills(shown, films)))
+            if best.spec.env not in seen and (params := board.rows[best.run.id - 1].solution) is not None:
+                seen.add(best.spec.env)
+                robots.append(("", best, params))
+        sections.append(replace(section, stills=_stills(robots[: max(stills, films)], films)))
     return sections, mark
