@@ -31,6 +31,11 @@ _LARGEST_COUNT = 2**53
 _REF = re.compile(r"^(?P<name>[a-z][a-z0-9]*(?:-[a-z0-9]+)*?)(?:-v(?P<version>[0-9]+))?(?:\[(?P<params>.*)\])?$")
 
 
+def currency(kind: BudgetKind) -> BudgetKind:
+    """In which it is compared what runs with a budget of this kind have spent: substeps, unless it counts episodes."""
+    return "episodes" if kind == "episodes" else "substeps"
+
+
 def check_storable(name: str, number: int) -> None:
     """Raise a `UsageError` if a whole number of this name is too large for a column of a database."""
     if abs(number) > _LARGEST:
@@ -202,11 +207,6 @@ class Budget:
         if amount > _LARGEST_COUNT:
             raise UsageError(f"A budget of {text!r} cannot be counted. Give at most {_LARGEST_COUNT}.")
         return budget
-
-    @property
-    def currency(self) -> BudgetKind:
-        """In which what its runs have spent is compared: substeps, unless it counts episodes."""
-        return "episodes" if self.kind == "episodes" else "substeps"
 
     def __str__(self) -> str:
         amount = float(self.amount)

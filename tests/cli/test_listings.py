@@ -26,10 +26,10 @@ def test_results_have_a_row_per_run_in_every_format(zoobench: Command, database:
 def test_results_of_provisional_environments_come_with_a_word(zoobench: Command, tmp_path: Path) -> None:
     """On standard error, beside the dagger in the table."""
     with Store(tmp_path / "zoobench.db") as store:
-        add_done(store, make_spec(env="wetland-v5"), 0.5)
+        add_done(store, make_spec(env="ocean-v5"), 0.5)
     for words in (["results"], ["table"], ["curves"]):
         reply = zoobench(*words)
-        assert "† wetland is provisional" in reply.out + reply.err, words
+        assert "† ocean is provisional" in reply.out + reply.err, words
 
 
 def test_results_keep_every_digit_and_unit(zoobench: Command, database: Path) -> None:

@@ -109,15 +109,11 @@ def table(
     marked ‡ is so near to the row's best that its fidelity cannot tell which is better.
     """
     from dataclasses import replace
-    from functools import partial
 
     from zoobench.db.store import Store
-    from zoobench.report.cells import read_cells
-    from zoobench.report.curve import read_curves
-    from zoobench.report.equal_costs import mark_early_winners
+    from zoobench.report.equal_costs import stored_tables
     from zoobench.report.footer import footer
     from zoobench.report.run_results import choose_results
-    from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
@@ -127,7 +123,7 @@ def table(
     flags = [*(flag for flag, is_on in switches.items() if is_on), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
         if by is None:
-            tables = mark_early_winners(tables_of_cells(read_cells(store, chosen)), partial(read_curves, store))
+            tables = stored_tables(store, chosen)
         else:
             tables = _spending_tables(store, choose_results(store, chosen), by, at)
         tables = mark_undecided(tables, decides)

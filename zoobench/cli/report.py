@@ -83,24 +83,19 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
         StorageError: the database cannot be read.
     """
     from dataclasses import replace
-    from functools import partial
 
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
-    from zoobench.report.cells import read_cells
-    from zoobench.report.curve import read_curves
-    from zoobench.report.equal_costs import mark_early_winners
+    from zoobench.report.equal_costs import stored_tables
     from zoobench.report.footer import footer
     from zoobench.report.learning_curves import curves
     from zoobench.report.page.sections import Section, best_runs, fitted, results_in
     from zoobench.report.run_results import choose_results
-    from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import decides
 
     with Store(db, create=False) as store:
-        found = mark_early_winners(tables_of_cells(read_cells(store, chosen)), partial(read_curves, store))
-        tables, left_out = fitted(mark_undecided(found, decides))
+        tables, left_out = fitted(mark_undecided(stored_tables(store, chosen), decides))
         if not tables:
             raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
         results = [result for result in choose_results(store, chosen) if not (result.is_smoke or result.is_probe)]

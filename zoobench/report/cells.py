@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from zoobench.db.rows import RunState
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.run_results import NO_SCORE, PROBE, SCORE, SMOKE, RunResult
-from zoobench.spec import RunSelection, RunSpec
+from zoobench.spec import RunSelection, RunSpec, currency
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -95,6 +95,6 @@ def comparable(cells: Iterable[Cell]) -> list[Cell]:
 
 
 def _spent(spec: RunSpec, forward: float | None, backward: float | None, episodes: float | None) -> float | None:
-    if spec.budget.currency == "episodes":
+    if currency(spec.budget.kind) == "episodes":
         return episodes
     return None if forward is None or backward is None else forward + backward

@@ -6,14 +6,30 @@ ahead before it had spent more than the others wins at equal costs.
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
-from zoobench.report.curve import Curve
+from zoobench.report.cells import read_cells
+from zoobench.report.curve import Curve, read_curves
 from zoobench.report.statistics import clear_winner, t_interval
-from zoobench.report.tables import Row, Table, TableCell, leader, won_by
-from zoobench.spec import BudgetKind
+from zoobench.report.tables import Row, Table, TableCell, leader, tables_of_cells, won_by
+from zoobench.spec import BudgetKind, RunSelection
+
+if TYPE_CHECKING:
+    from zoobench.db.query import Reader
 
 Curves = Callable[[Collection[int], BudgetKind], Mapping[int, Curve]]
 """The curves of runs, by id, by the amount spent in this currency, as far as they are known."""
+
+
+def stored_tables(reader: "Reader", selection: RunSelection) -> list[Table]:
+    """The tables of the selected runs of a database, with all winners marked.
+
+    Raises:
+        UsageError: a selector fits no run of the database, as `RunSelection.among`.
+        StorageError: the database cannot be read.
+    """
+    return mark_early_winners(tables_of_cells(read_cells(reader, selection)), partial(read_curves, reader))
 
 
 def mark_early_winners(tables: Iterable[Table], curves: Curves) -> list[Table]:

@@ -9,7 +9,7 @@ from zoobench.db.rows import TRANSFER, AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
 from zoobench.report.curve import Curve, read_curves
 from zoobench.report.run_results import SMOKE, RunResult
-from zoobench.spec import AXES, BudgetKind, Ref, RunSpec
+from zoobench.spec import AXES, BudgetKind, Ref, RunSpec, currency
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -151,10 +151,11 @@ def gather(
             f"{reader.name} is damaged: {damaged[0]}, and {len(damaged) - 1} more of its runs. Restore it from a copy, "
             "or do these runs again with `zoobench run --rerun`; `zoobench doctor --full` lists them."
         )
-    ids = [run.id for run in known.values() if run.state is RunState.DONE]
+    done = [run for run in known.values() if run.state is RunState.DONE]
+    ids = [run.id for run in done]
     finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
     finer = _finer_scores(reader, {run.id: run.spec for run in known.values()})
-    curves = _curves(reader, [run for run in known.values() if run.state is RunState.DONE])
+    curves = _curves(reader, done)
     rows = [
         BoardRow(spec, None if why is None else RunState.SKIPPED, why)
         if (run := known.get(spec.key())) is None
@@ -184,7 +185,7 @@ def _curves(reader: "Reader", runs: Iterable[RunRow]) -> dict[int, Curve]:
     """The curves of these runs by id, in the currency of their table, by the points at which they rise."""
     ids: dict[BudgetKind, list[int]] = {}
     for run in runs:
-        ids.setdefault(run.spec.budget.currency, []).append(run.id)
+        ids.setdefault(currency(run.spec.budget.kind), []).append(run.id)
     found = (read_curves(reader, members, kind) for kind, members in ids.items())
     return {run: curve.rises() for some in found for run, curve in some.items()}
 

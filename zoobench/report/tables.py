@@ -15,7 +15,7 @@ from zoobench.report.cells import Cell, Outcome, cells_of, comparable
 from zoobench.report.normalise import floor_of, run_shares, shares
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
-from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, repeat_command
+from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, repeat_command
 
 _ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
@@ -117,11 +117,6 @@ class Spending:
     budgets: tuple[Budget, ...]
 
     @property
-    def currency(self) -> BudgetKind:
-        """As that of a budget of this kind."""
-        return "episodes" if self.kind == "episodes" else "substeps"
-
-    @property
     def unit(self) -> str:
         """Of amounts."""
         return "s" if self.kind == "seconds" else self.kind
@@ -169,7 +164,7 @@ class Table:
     @property
     def currency(self) -> BudgetKind:
         """The unit of what its runs have spent: substeps unless the budget counts something else."""
-        return self.budget.currency
+        return currency(self.budget.kind)
 
     @property
     def runs(self) -> list[int]:
