@@ -64,6 +64,12 @@ def test_rates_are_work_by_the_clock(measure: Measure, monkeypatch: pytest.Monke
     assert found["compile"]["compile"] == pytest.approx(0.0)
 
 
+def test_the_work_is_that_of_all_worlds(measure: Measure) -> None:
+    """Twice as many worlds take twice as many substeps together."""
+    one, two = (measure(gradients=False, worlds=worlds, frames=1)["rate"]["substeps"] for worlds in (1, 2))
+    assert two == 2 * one > 0
+
+
 def test_the_length_of_an_episode_can_be_chosen(measure: Measure) -> None:
     """Else it is as long as it must be to have enough work, within the length of a run's episodes."""
     assert measure(gradients=False, frames=3)["rate"]["frames"] == 3

@@ -18,7 +18,7 @@ from zoobench.cell.memory import peak_memory
 from zoobench.envs.base import Environment
 from zoobench.registry import Kind
 from zoobench.sim.launch_clock import LaunchClock, work_clock
-from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.fidelity import Device, Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import Solver
@@ -33,7 +33,7 @@ _MARGIN = 0.1  # of a cut arena around the robot [m]
 _LONGEST_EPISODE = 100  # frames, as many as an episode of a run has
 
 
-def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, Fidelity]:
+def build_scene(name: str, particle_count: int, precision: int, device: Device = "cpu") -> tuple[Scene, Fidelity]:
     """The caterpillar in an environment, on the grid whose particle count comes closest to the one asked for.
 
     An arena that has far more nodes than a robot reaches in a measured episode is cut.
@@ -42,7 +42,7 @@ def build_scene(name: str, particle_count: int, precision: int) -> tuple[Scene, 
     design = registry.create(Kind.DESIGN, Ref("caterpillar"))
 
     def at(spacing: float) -> tuple[Scene, Fidelity]:
-        fidelity = Fidelity(spacing, precision=64 if precision == 64 else 32)
+        fidelity = Fidelity(spacing, precision=64 if precision == 64 else 32, device=device)
         return env.scene(design.body(fidelity), fidelity), fidelity
 
     spacing = 1 / 64
@@ -101,7 +101,7 @@ class TimedSolver:
         worlds = job["worlds"]
         work = scene.particle_count * worlds * choose_step(scene, fidelity, FRAME_SECONDS).substeps_per_frame
         self._solver = Solver(
-            scene, fidelity, worlds=worlds, gradients=gradients, device=job["device"],
+            scene, fidelity, worlds=worlds, gradients=gradients,
             frame_seconds=FRAME_SECONDS * min(1.0, _FRAME_WORK / work),
         )  # fmt: skip
         self._seconds = work_clock(job["device"])
@@ -141,7 +141,7 @@ class TimedSolver:
             backward,
             reverse=sum(self._clock.spent["reverse"][reversed_before:]),
             wall=time.perf_counter() - wall,
-            substeps=rollout.substeps,
+            substeps=int(rollout.counts.sum()),
             recomputed=solver.meter.recomputed - recomputed,
         )
 
@@ -152,7 +152,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
     Returns:
         `compile`, `launch` and unless `only_compile` is set `rate`, with fields of `bench_rows`.
     """
-    scene, fidelity = build_scene(job["scene"], job["asked"], job["precision"])
+    scene, fidelity = build_scene(job["scene"], job["asked"], job["precision"], job["device"])
     timed = {gradients: TimedSolver(scene, fidelity, job, gradients=gradients) for gradients in _passes(job)}
     # both load the same kernels: who comes first has the reverse, too, where there is one
     first = next(iter(timed.values()))
