@@ -326,6 +326,11 @@ def _selected(selector: Selector, refs: Iterable[Ref], axis: str, place: str, hi
     return found
 
 
+def on_gpu(spec: RunSpec) -> bool:
+    """Whether the run is simulated on a GPU."""
+    return spec.fidelity.kwargs.get("device") == "cuda"
+
+
 def repeat_command(spec: RunSpec, *others: RunSpec) -> str:
     """The command that makes this run again in another database, with others that differ in method or seed only."""
     specs = (spec, *others)

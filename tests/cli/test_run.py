@@ -9,9 +9,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import torch
 
 from tests.cli.conftest import Command
 from tests.report.content import add_done
@@ -74,6 +76,44 @@ def test_a_method_without_its_extra_is_refused_in_the_plan(
     monkeypatch.setattr(registry, "find_spec", lambda module: None if module == library else found(module))
     reply = zoobench(*cell)
     assert f"{method!r} needs {library}, which is not installed. Try: pip install 'zoobench[" in reply.err
+
+
+def test_runs_for_a_gpu_are_refused_where_there_is_none(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is queued; for another machine they can be, each with the device in its fidelity."""
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    reply = zoobench("run", *CELL, "--seeds", "1", "--device", "cuda")
+    assert reply.code == 2
+    assert "No CUDA device is available" in reply.err
+    assert not Path("zoobench.db").exists()
+    assert zoobench("run", *CELL, "--seeds", "1", "--device", "cuda", "--no-wait").code == 0
+    with Store("zoobench.db", create=False) as store:
+        (row,) = store.runs()
+    assert row.spec.fidelity.kwargs["device"] == "cuda"
+    assert "--fidelity 'draft-v2[" in repeat_command(row.spec)
+    assert "device=cuda" in repeat_command(row.spec)
+
+
+def test_a_device_that_does_not_exist_is_refused(zoobench: Command) -> None:
+    """With those that do; a suite states its own."""
+    reply = zoobench("run", *CELL, "--device", "tpu")
+    assert (reply.code, "Choose one of cpu, cuda" in reply.err) == (2, True)
+    reply = zoobench("run", "--suite", "laptop", "--device", "cuda")
+    assert (reply.code, "Leave --device out, or --suite" in reply.err) == (2, True)
+
+
+def test_the_cpu_is_no_other_fidelity(zoobench: Command) -> None:
+    """A default that is spelt out names the same run."""
+    asked = RunRequest(RunSelection("desert", "turning", method="random"), "1", device="cpu")
+    (run,) = asked.cells(":memory:", lambda *_: pytest.fail("no choice"), lambda _: None)
+    (other,) = replace(asked, device="").cells(":memory:", lambda *_: pytest.fail("no choice"), lambda _: None)
+    assert run == other
+
+
+def test_water_on_a_grid_is_not_for_a_gpu(zoobench: Command) -> None:
+    """The plan says so; water of particles is."""
+    words = ("--task", "turning", "--method", "random", "--seeds", "1", "--device", "cuda")
+    assert "'ocean' is full of it" in zoobench("plan", "--env", "ocean", *words).err
+    assert "full of it" not in zoobench("plan", "--env", "ocean[water=particles]", *words).err
 
 
 def test_a_finished_run_is_not_done_twice(zoobench: Command, pretend: Callable[..., None]) -> None:

@@ -1,8 +1,10 @@
 """A child process and what it leaves behind."""
 
+import socket
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -15,6 +17,7 @@ from zoobench.db.store import Store
 from zoobench.harness import messages, process, worker_pool
 from zoobench.harness.fork_server import can_fork
 from zoobench.harness.process import ChildProcess, End, LogLine, start
+from zoobench.spec import Ref
 
 LEAVES_A_PROCESS_BEHIND = """
 import subprocess, sys
@@ -37,6 +40,19 @@ def test_a_child_ends_though_a_process_out_of_reach_holds_its_pipes_open(monkeyp
     assert child.wait() == 0
     child.close()
     assert time.monotonic() - begin < 20.0
+
+
+def test_a_run_on_a_gpu_is_not_forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What has started a GPU cannot be forked; other runs are, if the server can."""
+    asked: list[object] = []
+    monkeypatch.setattr(process, "fork", lambda *_: asked.append(1))
+    server, other = socket.socketpair()
+    command = [sys.executable, "-c", "pass"]
+    for fidelity, count in (("draft", 1), ("draft[device=cuda]", 1)):
+        assert start(command, server, replace(spec(), fidelity=Ref.parse(fidelity))).wait() == 0
+        assert len(asked) == count
+    server.close()
+    other.close()
 
 
 def test_a_last_message_is_read_however_long_it_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,9 +7,11 @@ import pytest
 
 from tests.sim import scenes
 from zoobench.errors import SceneError
+from zoobench.sim import parallel_driver
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.solver import Solver
+from zoobench.sim.step_control import Diagnostics
 
 
 def _launches(scene: Scene, gradients: bool = False) -> dict[str, int]:
@@ -67,6 +69,44 @@ def test_serial_driver_holds_one_grid_for_all_worlds() -> None:
     scene = scenes.ground_scene()
     assert Solver(scene, scenes.fidelity(), worlds=3).launcher._grid.shape == (3, 31**3, 4)
     assert Solver(scene, scenes.fidelity(), worlds=3, parallel=True).launcher._grid.shape == (3, 3 * 31**3, 4)
+
+
+def test_matter_that_needs_more_nodes_than_there_is_memory_for_diverges(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parallel driver holds a part of the arena for each world, the serial one all of it."""
+    scene, actuation = scenes.flight_scene(), np.zeros((1, 2, 3))
+    monkeypatch.setattr(parallel_driver, "memory_share", lambda _: 2 * 3 * 4 * 8 * 1000)
+    assert not Solver(scene, scenes.fidelity(), worlds=2, parallel=True).run(actuation).divergences
+    monkeypatch.setattr(parallel_driver, "memory_share", lambda _: 2 * 3 * 4 * 8 * 100)
+    with pytest.raises(SceneError, match="2 worlds have memory for 150 each"):
+        Solver(scene, scenes.fidelity(), worlds=2, parallel=True)
+    monkeypatch.setattr(parallel_driver.ParallelDriver, "check_room", lambda *_: None)
+    found = Solver(scene, scenes.fidelity(), worlds=2, parallel=True).run(actuation).divergences
+    assert [(each.quantity, np.isnan(each.value)) for each in found.values()] == [("finite state", True)] * 2
+
+
+@pytest.mark.parametrize("name", ["ground", "snow", "water"])
+def test_surveys_of_both_drivers_are_the_same(name: str) -> None:
+    """One goes through the particles in turn, the other reduces what was found of each; a NaN is kept by both."""
+    found = []
+    for parallel in (False, True):
+        solver = Solver(scenes.SCENES[name](), scenes.fidelity(), worlds=4, parallel=parallel)
+        solver.reset()
+        solver.parameters.tension[:] = 100.0
+        solver.parameters.mass[1, 3] = 0.0
+        solver.simulation.alive[2] = 0
+        solver.matter.F[0, 0, 5] *= 0.2
+        solver.matter.v[0, 0, 7, 1] = 3.0
+        solver.matter.x[0, 3, 9, 2] = np.nan
+        solver.matter.v[0, 3, 4, 0] = np.nan
+        diagnostics = Diagnostics(solver.simulation)
+        conditions = np.array(diagnostics.survey())
+        found.append((conditions, diagnostics._culprit.numpy().copy()))
+    (serial, culprit), (parallel, other) = found
+    assert np.isnan(serial[3, 0])
+    assert np.isnan(serial[3, 2])
+    assert serial[0, 4] == 1.0
+    np.testing.assert_allclose(parallel, serial, rtol=1e-14)
+    assert np.array_equal(other, culprit)
 
 
 def test_grid_beyond_memory_is_refused() -> None:

@@ -64,6 +64,15 @@ def test_frames_together_give_the_bits_of_each_alone(
     np.testing.assert_allclose(alone.muscle_potential[4], expected, rtol=1e-12)
 
 
+def test_potential_is_the_same_where_the_simulation_is() -> None:
+    """As on a GPU, which computes it at once."""
+    energy, rollout, state = _energy(), _rollout(3), _states()[0]
+    energy.note(rollout, 0, state)
+    energy.finish()
+    found = energy._potential(rollout.body["muscle_membership"], state.F[0])
+    assert found == pytest.approx(rollout.muscle_potential[0], rel=1e-12)
+
+
 def test_another_rollout_completes_the_one_before() -> None:
     """Two solvers' rollouts may be recorded in turn."""
     first, second = _rollout(2), _rollout(2)

@@ -1,11 +1,20 @@
-"""The libraries of a process that simulates, loaded at once, and its kernels."""
+"""The device and the libraries of processes that simulate, loaded at once, and their kernels."""
 
 import gc
+from collections.abc import Iterable
 from dataclasses import replace
 
 from zoobench import registry
 from zoobench.cell.seeding import generator
-from zoobench.spec import Budget, RunSpec
+from zoobench.spec import Budget, RunSpec, on_gpu
+
+
+def check_devices(specs: Iterable[RunSpec]) -> None:
+    """Raise a `UsageError` if some runs are for a GPU, and this machine has none; else nothing is loaded."""
+    if any(map(on_gpu, specs)):
+        from zoobench.sim.runtime import check_device
+
+        check_device("cuda")
 
 
 def load_simulator() -> None:

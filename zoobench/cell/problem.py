@@ -23,7 +23,7 @@ from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
-from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.spec import FRAME_SECONDS, RunSpec, on_gpu
 from zoobench.tasks.base import Task
 
 _GRADIENT_PASSES = 2
@@ -31,6 +31,9 @@ _GRADIENT_PASSES = 2
 
 _RELAXED_PASSES = 3
 """The same for a relaxed body, and the solid one forward."""
+
+_GPU_WORLDS = 64
+"""A GPU simulates so many robots of a few thousand particles in hardly more time than one."""
 
 _COST_MARGIN = 1.25
 """Allowance for an episode that costs more than all before it: robots that move more take shorter steps."""
@@ -48,7 +51,7 @@ class Problem:
 
     Args:
         spec: the cell with its budget.
-        worlds: the largest number of evaluations side by side; results do not depend on it.
+        worlds: the largest number of evaluations side by side, on a GPU `_GPU_WORLDS`; results do not depend on it.
         start: the stored solution named by the spec, which replaces draws as far as it fits.
 
     Raises:
@@ -60,7 +63,7 @@ class Problem:
         if worlds < 1:
             raise UsageError(f"A problem with {worlds} worlds evaluates nothing. Give at least 1.")
         self.spec = spec
-        self.worlds = worlds
+        self.worlds = max(worlds, _GPU_WORLDS) if on_gpu(spec) and worlds > 1 else worlds
         self.meter = BudgetMeter()
         self._env: Environment = registry.create(Kind.ENV, spec.env)
         self.task: Task = registry.create(Kind.TASK, spec.task)

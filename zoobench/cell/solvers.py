@@ -62,7 +62,9 @@ class Solvers:
         from zoobench.sim.memory_budget import memory_share
         from zoobench.sim.solver import episode_memory
 
-        return max(1, memory_share() // episode_memory(self._scene, self._fidelity, frames, substeps))
+        return max(
+            1, memory_share(self._fidelity.device) // episode_memory(self._scene, self._fidelity, frames, substeps)
+        )
 
     def _equilibrated(self) -> "Matter | None":
         """The equilibrated scene, computed or read from the cache once; None without equilibration."""

@@ -96,6 +96,10 @@ FramesOption = Annotated[int | None, Option("--frames", help="Length of an episo
 FidelityOption = Annotated[
     str, component_option("fidelities", "--fidelity", "How finely to simulate, as in 'draft[precision=64]'.")
 ]
+DeviceOption = Annotated[
+    str,
+    Option("--device", help="Where to simulate: cpu, or cuda for a GPU of NVIDIA, as fidelity[device=cuda] does."),
+]
 ToleranceOption = Annotated[
     float | None,
     Option("--tolerance", help="Instead: the coarsest fidelity with scores within this share of the finest, as 0.2."),
@@ -151,12 +155,13 @@ def request(
     fidelity: FidelityOption = "",
     tolerance: ToleranceOption = None,
     decide: DecideOption = None,
+    device: DeviceOption = "",
 ) -> "RunRequest":
     """The runs that a command asks for."""
     from zoobench.harness.request import RunRequest
 
     chosen = RunSelection(env, task, design, controller, method, fidelity)
-    return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance, decide)
+    return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance, decide, device)
 
 
 def coarsest_fidelity(env: "Ref", task: "Ref", tolerance: float | None, decide: float | None) -> "FidelityChoice":

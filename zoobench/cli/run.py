@@ -74,9 +74,11 @@ def run(
     Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
     preset decides, or the suite.
     """
+    from zoobench.cell.loading import check_devices
     from zoobench.cell.memory import allow
     from zoobench.harness.engines import engine_named
     from zoobench.harness.grid import Skip
+    from zoobench.harness.suites import spec_of
 
     if no_wait and (timeout or memory):
         raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
@@ -85,6 +87,8 @@ def run(
     if memory:
         allow(memory)
     cells = asked.cells(db, coarsest_fidelity, say)
+    if engine is None and not no_wait:
+        check_devices(map(spec_of, cells))
     if engine is not None and on.startswith("ray"):
         engine = partial(engine, memory=expected_memory(cell for cell in cells if not isinstance(cell, Skip)))
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)

@@ -9,7 +9,7 @@ from zoobench import registry
 from zoobench.cell.targets import target_fault
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.registry import Kind
-from zoobench.spec import Budget, Ref, RunSpec, Selector, matching
+from zoobench.spec import Budget, Ref, RunSpec, Selector, matching, on_gpu
 
 NEEDS_GRADIENT = "gradient"  # tag of a method
 SHARED = (
@@ -156,6 +156,10 @@ def _why_impossible(spec: RunSpec) -> str | None:
             )
     if method.lacking:
         return method.lacking
+    if on_gpu(spec) and registry.create(Kind.ENV, spec.env).water is not None:
+        return (
+            f"Water on a grid is not simulated on a GPU, and {spec.env.name!r} is full of it. Simulate that on the CPU."
+        )
     if NEEDS_GRADIENT not in method.tags:
         return None
     others = (

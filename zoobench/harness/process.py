@@ -19,7 +19,7 @@ from zoobench.cell.memory import memory_of
 from zoobench.db.rows import Claim
 from zoobench.harness.forked import fork
 from zoobench.harness.line_reader import LineReader, PipedLine
-from zoobench.spec import RunSpec
+from zoobench.spec import RunSpec, on_gpu
 
 if TYPE_CHECKING:
     from zoobench.harness.messages import Message
@@ -86,9 +86,12 @@ def start(
 ) -> Process:
     """A process for a command: forked by the server at the other end of `requests` if it can, else started.
 
-    Never forked from this process, which has threads. Arguments as of `forked.fork`.
+    Never forked from this process, which has threads; nor for a run on a GPU, as what uses one cannot be forked.
+    Arguments as of `forked.fork`.
     """
-    return (None if requests is None else fork(requests, command, spec, is_wanted)) or StartedProcess(command)
+    if requests is None or (spec is not None and on_gpu(spec)):
+        return StartedProcess(command)
+    return fork(requests, command, spec, is_wanted) or StartedProcess(command)
 
 
 class StartedProcess(subprocess.Popen[bytes]):

@@ -44,6 +44,7 @@ class RunRequest:
     frames: int | None = None
     tolerance: float | None = None
     decide: float | None = None
+    device: str = ""
 
     def cells(self, location: str, choose: Choose, say: Callable[[str], None]) -> list[RunSpec | Skip]:
         """All runs that are asked for; with a tolerance, each environment and task at a fidelity of its own.
@@ -108,20 +109,28 @@ class RunRequest:
             designs, controllers, methods = (tuple(pinned(kind, ref, location) for ref in refs) for kind, refs in axes)
             grid = replace(grid, designs=designs, controllers=controllers, methods=methods)
         if self.tolerance is None and self.decide is None:
-            return expand(grid)
+            return self._expanded(grid)
         if self.selection.fidelity or self.smoke:
             raise UsageError("--tolerance and --decide choose the fidelity, and one was given too. Leave one out.")
         found = []
         for env, task in product(grid.envs, grid.tasks):
             choice = choose(env, task, self.tolerance, self.decide)
             say(choice.reason)
-            found += expand(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
+            found += self._expanded(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
         return found
+
+    def _expanded(self, grid: GridSpec) -> list[RunSpec | Skip]:
+        """The runs of a grid on the device that is asked for."""
+        if self.device:
+            fidelity = grid.fidelity
+            on_device = {**fidelity.kwargs, "device": self.device}
+            grid = replace(grid, fidelity=replace(fidelity, params=tuple(sorted(on_device.items()))))
+        return expand(grid)
 
     def _part_of_suite(self) -> list[RunSpec | Skip]:
         settings = {
             "--preset": self.preset, "--smoke": self.smoke, "--tolerance": self.tolerance is not None,
-            "--decide": self.decide is not None,
+            "--decide": self.decide is not None, "--device": self.device,
         }  # fmt: skip
         if given := [name for name, is_given in settings.items() if is_given]:
             raise UsageError(f"A suite states every setting. Leave {' and '.join(given)} out, or --suite.")

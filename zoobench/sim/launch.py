@@ -1,10 +1,12 @@
 """A kernel that is launched again and again with the same arrays."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from typing import Any, NamedTuple
 from weakref import ref
 
+from taichi._lib.core import taichi_python
 from taichi.lang import impl
 from torch import Tensor
 
@@ -14,11 +16,28 @@ _MOST_KEPT = 16
 """Sets of arguments of one kernel that are remembered."""
 
 
-class _Prepared(NamedTuple):
-    """What Taichi made of a launch: the compiled kernel and the context with its arguments, and the arrays in it."""
+class _Seen(NamedTuple):
+    """What Taichi made of a launch: the compiled kernel, the context with its arguments, and the calls that made it."""
 
     kernel: Any
     context: Any
+    make: Callable[[], Any]
+    settings: list[tuple[Callable[..., None], tuple[Any, ...]]]
+
+    def again(self) -> None:
+        """Launch it again. On CUDA a context serves one launch, and is made anew by the same calls."""
+        context = self.context
+        if not runtime.keeps_contexts():
+            context = self.make()
+            for setting, arguments in self.settings:
+                setting(context, *arguments)
+        impl.get_runtime().prog.launch_kernel(self.kernel, context)
+
+
+class _Prepared(NamedTuple):
+    """A launch that was seen, and the arrays in it."""
+
+    seen: _Seen
     arrays: tuple["ref[Tensor]", ...]
 
 
@@ -29,22 +48,23 @@ class Launch:
     the arguments of an earlier one, the same tensors and equal other values, repeats that one as it was prepared. What
     the tensors hold may have changed, but not where they hold it. A launch is forgotten with the first of its tensors.
 
-    On CUDA, where a context serves one launch, and with bounds checked, every launch is Taichi's own.
+    With bounds checked, every launch is Taichi's own.
 
     Args:
         kernel: its array arguments are contiguous tensors on the runtime's device; it returns nothing.
         optimised: see `runtime.vector_lanes`.
+        lanes: whether to compile for those; not what adds atomically.
     """
 
-    def __init__(self, kernel: Callable[..., None], *, optimised: bool = False) -> None:
-        self._kernel, self._optimised = kernel, optimised
+    def __init__(self, kernel: Callable[..., None], *, optimised: bool = False, lanes: bool = True) -> None:
+        self._kernel, self._optimised, self._lanes = kernel, optimised, lanes
         self._prepared: dict[tuple[Any, ...], _Prepared] = {}
         self._generation = -1
 
     def __call__(self, *arguments: Any) -> None:
         """Launch the kernel."""
         if not runtime.repeats_launches():
-            with runtime.vector_lanes(optimised=self._optimised):
+            with self._settings():
                 self._kernel(*arguments)
             return
         if self._generation != runtime.generation():  # contexts end with the runtime
@@ -53,17 +73,20 @@ class Launch:
         # isinstance is far slower on a number
         key = tuple([id(each) if type(each) is Tensor else each for each in arguments])
         if prepared := self._prepared.get(key):
-            impl.get_runtime().prog.launch_kernel(prepared.kernel, prepared.context)
+            prepared.seen.again()
             return
-        with _seen_launches() as seen, runtime.vector_lanes(optimised=self._optimised):
+        with _seen_launches() as seen, self._settings():
             self._kernel(*arguments)
         while len(self._prepared) >= _MOST_KEPT:
             self._prepared.pop(next(iter(self._prepared)))
         (launched,) = seen
         forget = self._forget(key)
         self._prepared[key] = _Prepared(
-            *launched, tuple(ref(each, forget) for each in arguments if type(each) is Tensor)
+            launched, tuple(ref(each, forget) for each in arguments if type(each) is Tensor)
         )
+
+    def _settings(self) -> AbstractContextManager[None]:
+        return runtime.vector_lanes(optimised=self._optimised) if self._lanes else nullcontext()
 
     def _forget(self, key: tuple[Any, ...]) -> Callable[[object], None]:
         """A callback that forgets a launch: another tensor may come to have the id of one that is gone."""
@@ -76,19 +99,47 @@ class Launch:
         return forget
 
 
+_SETTERS = ("set_arg_external_array_with_shape", "set_arg_float", "set_arg_int")
+
+
 @contextmanager
-def _seen_launches() -> Iterator[list[tuple[Any, Any]]]:
-    """Kernels and contexts that are handed to Taichi's runtime within."""
-    seen: list[tuple[Any, Any]] = []
-    kind = type(impl.get_runtime().prog)
-    launch = kind.launch_kernel
+def _seen_launches() -> Iterator[list[_Seen]]:
+    """What is handed to Taichi's runtime within."""
+    seen: list[_Seen] = []
+    settings: list[tuple[Callable[..., None], tuple[Any, ...]]] = []
+    makers: list[Callable[[], Any]] = []
+    program, kernel, context = type(impl.get_runtime().prog), taichi_python.Kernel, taichi_python.KernelLaunchContext
+    make, launch = kernel.make_launch_context, program.launch_kernel
+    setters = {name: getattr(context, name) for name in _SETTERS}
 
-    def watched(program: Any, kernel: Any, context: Any) -> None:
-        seen.append((kernel, context))
-        launch(program, kernel, context)
+    def making(of: Any) -> Any:
+        settings.clear()
+        makers[:] = [partial(make, of)]
+        return make(of)
 
-    kind.launch_kernel = watched
+    def setting(setter: Callable[..., None], of: Any, *arguments: Any) -> None:
+        settings.append((setter, arguments))
+        setter(of, *arguments)
+
+    def launching(of: Any, compiled: Any, made: Any) -> None:
+        seen.append(_Seen(compiled, made, makers[0], settings.copy()))
+        launch(of, compiled, made)
+
+    kernel.make_launch_context, program.launch_kernel = making, launching
+    for name, setter in setters.items():
+        setattr(context, name, _method(setting, setter))
     try:
         yield seen
     finally:
-        kind.launch_kernel = launch
+        kernel.make_launch_context, program.launch_kernel = make, launch
+        for name, setter in setters.items():
+            setattr(context, name, setter)
+
+
+def _method(watcher: Callable[..., None], setter: Callable[..., None]) -> Callable[..., None]:
+    """A method, as a `partial` would not be bound."""
+
+    def method(of: Any, *arguments: Any) -> None:
+        watcher(setter, of, *arguments)
+
+    return method

@@ -18,7 +18,7 @@ from typing import Any
 import taichi as ti
 import torch
 
-from zoobench.sim import runtime
+from zoobench.sim.model.fidelity import Device
 from zoobench.sim.model.state import LaunchPlan
 
 VARIABLE = "ZOOBENCH_LAUNCH_CLOCK"
@@ -113,7 +113,7 @@ class LaunchClock:
                 self.empty[name].append(self._measure(method, *emptied, **also))
 
 
-def work_clock(device: runtime.Device) -> Callable[[], float]:
+def work_clock(device: Device) -> Callable[[], float]:
     """Seconds of work so far: of the processor's time, and on CUDA of wall time once all launches are done."""
 
     def after_all() -> float:

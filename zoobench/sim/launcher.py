@@ -9,7 +9,7 @@ from torch import Tensor
 
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import launch_clock
-from zoobench.sim.kernels import half_step, parallel, serial, sleep_survey, survey
+from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
 from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
@@ -21,6 +21,7 @@ from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene, has_skin, medium_transfer
 from zoobench.sim.model.state import LARGEST_ARRAY, LaunchPlan, Matter, Parameters, lazy_zeros
+from zoobench.sim.parallel_driver import ParallelDriver
 
 LARGEST_GRID = 2**28
 
@@ -48,7 +49,7 @@ class Launcher:
         self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
     ) -> None:
         self._scene, self._fidelity = scene, fidelity
-        self._worlds, self._real, self._device, self._parallel = worlds, real, device, parallel
+        self._worlds, self._real, self._device = worlds, real, device
         self.shape = _grid_shape(scene, fidelity.grid_spacing)
         self.launches: Counter[str] = Counter()
         launch_clock.watch(self)
@@ -75,6 +76,7 @@ class Launcher:
         self._layers = 2 if self.variant.two_fields else 1
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
+        self._driver = ParallelDriver(self.shape, self.fields, self._layers, worlds, real, device) if parallel else None
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
@@ -105,17 +107,22 @@ class Launcher:
     def _own_nodes(self) -> int:
         """Nodes of the grid without those that are kept: a slab of the arena for every world that is simulated at the
         same time, and one for matter asleep."""
-        return ((self._worlds if self._parallel else 1) + self.variant.sleep) * self.nodes_of_a_world
+        return self._driver.nodes if self._driver else (1 + self.variant.sleep) * self.nodes_of_a_world
 
     @property
     def nodes_of_a_world(self) -> int:
         """Nodes of the grid for one world, in two fields those of both."""
         return self._layers * math.prod(self.shape)
 
+    def check_room(self, windows: Tensor) -> None:
+        """Raise a `SceneError` if there is no room for a world's nodes in its window `[worlds, 8]`."""
+        if self._driver:
+            self._driver.check_room(windows)
+
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
         room = (LARGEST_ARRAY // (4 * self.fields) - self._own_nodes) // self._worlds
-        nodes = 0 if self._parallel or self._scene.water else max(min(nodes, room), 0)
+        nodes = 0 if self._driver or self._scene.water else max(min(nodes, room), 0)
         if nodes != self._kept:
             self._kept = nodes
             self._grid.data = self._grid.new_empty(0)  # see `Tape.__del__`
@@ -130,15 +137,14 @@ class Launcher:
 
         Momenta are kept as far as there is room where every slot is (`stride` 1).
         """
-        arrays = (*matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid)
+        arrays = self._arrays(matter, parameters, plan)
         self._note("forward", plan)
         if self._scene.water:
             self._advance(*self._wet(matter, parameters, plan), stride, self.variant)
-        elif self._parallel:
-            for n in range(int(plan.slots[:, 1].max())):
-                parallel.advance_parallel(*arrays, n, stride, self.variant)
+        elif self._driver:
+            self._driver.advance(arrays, self._grid, plan, stride, self.variant)
         else:
-            self._advance(*arrays, plan.order, stride, self._kept if stride else 0, self.variant)
+            self._advance(*arrays, self._grid, plan.order, stride, self._kept if stride else 0, self.variant)
 
     def reverse(
         self,
@@ -152,21 +158,22 @@ class Launcher:
         if self._grid_adjoint is None:
             others = (self._worlds - 1) * self.variant.sleep  # each has the slab of its own
             self._grid_adjoint = self._new_grid(others * self.nodes_of_a_world)
-        arrays = (
-            *matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain, self._grid,
-            self._grid_adjoint, matter_adjoint.state, parameter_adjoint.body,
-        )  # fmt: skip
+        arrays = self._arrays(matter, parameters, plan)
+        adjoints = (self._grid_adjoint, matter_adjoint.state, parameter_adjoint.body)
         self._note("reverse", plan)
         if self._scene.water:
             self._reverse(
                 *self._wet(matter, parameters, plan), self._grid_adjoint, matter_adjoint.state, matter_adjoint.flow,
                 parameter_adjoint.body, self.variant,
             )  # fmt: skip
-        elif self._parallel:
-            for n in range(int(plan.slots[:, 1].max()) - 1, -1, -1):
-                parallel.reverse_parallel(*arrays, n, self.variant)
+        elif self._driver:
+            self._driver.reverse(arrays, self._grid, adjoints, plan, self.variant)
         else:
-            self._reverse(*arrays, plan.order, self.variant)
+            self._reverse(*arrays, self._grid, *adjoints, plan.order, self.variant)
+
+    def _arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
+        """The arrays that the kernels take before the grid."""
+        return (*matter.particles, parameters.body, plan.slots, plan.dt, self.constants, self.terrain)
 
     def _wet(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
         """The arrays that both kernels of water on a grid take first."""
@@ -187,8 +194,11 @@ class Launcher:
         """Report the condition of every world, or of its robot, at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
         count = matter.robot if robot_only else matter.state.shape[2]
-        law, skin = self.variant.law, self.variant.skin
-        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, count, law, skin)
+        arrays = (self.constants, alive, report, culprit, count)
+        if self._driver:
+            self._driver.survey(matter, parameters, *arrays, self.variant)
+        else:
+            self._survey(matter.state, parameters.body, *arrays, self.variant.law, self.variant.skin)
 
     def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
         """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""

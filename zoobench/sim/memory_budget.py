@@ -54,20 +54,25 @@ def allowed() -> int | None:
 
 
 @cache
-def memory_share() -> int:
-    """Memory for the stored states of this process [bytes].
+def memory_share(device: str = "cpu") -> int:
+    """Memory for the stored states of this process on a device [bytes].
 
-    Of what the environment variable allows, the part that is left beside the process itself; without it a quarter of
-    this process's part of the free memory.
+    Of what the environment variable allows, the part that is left beside the process itself; without it, and on CUDA, a
+    quarter of this process's part of the free memory.
 
     The same for as long as the process runs.
 
     Raises:
         UsageError: the variable cannot be read.
     """
+    workers = max(1, int(os.environ.get(WORKERS_VARIABLE, "1")))
+    if device == "cuda":
+        import torch
+
+        return int(_SHARE * torch.cuda.mem_get_info()[0] / workers)
     if (whole := allowed()) is not None:
         return max(whole - psutil.Process().memory_info().rss - _COMPILER_MEMORY, whole // 2)
-    return int(_SHARE * free_memory() / max(1, int(os.environ.get(WORKERS_VARIABLE, "1"))))
+    return int(_SHARE * free_memory() / workers)
 
 
 def free_memory() -> int:

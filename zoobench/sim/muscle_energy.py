@@ -3,7 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.sim.model.rollout import Rollout
@@ -47,6 +49,7 @@ class MuscleEnergy:
 
     def __init__(self, strength: float) -> None:
         self._half = 0.5 * strength
+        self._there = torch.zeros(0), torch.zeros(0)  # of fibres and energies, on the simulation's device
         self._fibre: Array = np.zeros(0)
         self._energy: Array = np.zeros(0)
         self._rollout: Rollout | None = None
@@ -57,13 +60,18 @@ class MuscleEnergy:
     def set_body(self, parameters: Parameters) -> None:
         """Take fibres and volumes of the particles from here on."""
         count = parameters.robot
-        self._fibre = parameters.fibre.double().cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
-        self._energy = self._half * parameters.volume[:, :count].double().cpu().numpy()
+        fibre, energy = parameters.fibre.double(), self._half * parameters.volume[:, :count].double()
+        self._there = fibre, energy
+        self._fibre = fibre.cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
+        self._energy = energy.cpu().numpy()
         self._members = None
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
         """Take the present state for that at the beginning of a frame; `finish` is to follow."""
-        columns = matter.on_host()[0, :, : matter.robot, 5:8]
+        if not matter.state.is_cpu:
+            rollout.muscle_potential[frame] = self._potential(rollout.body["muscle_membership"], matter.F[0])
+            return
+        columns = matter.robot_rows(5, 8)
         if rollout is not self._rollout:
             self.finish()
             self._rollout = rollout
@@ -96,6 +104,14 @@ class MuscleEnergy:
             energy = np.bincount(members.bins, members.shares * each.take(members.particles), potential[0].size)
             potential[frame] = energy.reshape(potential[0].shape)
         self._frames.clear()
+
+    def _potential(self, membership: Array, F: Tensor) -> Array:
+        """Of one state, with deformation gradients `[worlds, robot, 3, 3]`, computed where they are."""
+        fibre, energy = self._there
+        density = energy * (F.double() @ fibre[..., None]).square().sum((2, 3))
+        shares = torch.as_tensor(membership, device=F.device)
+        found: Array = (shares * density[..., None]).sum(1).cpu().numpy()
+        return found
 
     def _members_of(self, membership: Array) -> _Members:
         """Those of the muscles of a rollout; frames that are recorded one by one share them."""

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -15,8 +15,7 @@ from taichi.lang import impl
 
 from zoobench.errors import UsageError
 from zoobench.sim import front_end
-
-Device = Literal["cpu", "cuda"]
+from zoobench.sim.model.fidelity import Device
 
 STALE_LOCK_SECONDS = 60.0
 
@@ -92,8 +91,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         )
     if _started == wanted:
         return _generation
-    if device == "cuda" and not torch.cuda.is_available():
-        raise UsageError("No CUDA device is available on this machine. Use the device 'cpu'.")
+    check_device(device)
     if _started is not None and _started[1:] == wanted[1:]:
         _compute_in(precision)
     else:
@@ -108,6 +106,15 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
     _started = wanted
     _generation += 1
     return _generation
+
+
+def check_device(device: Device) -> None:
+    """Raise a `UsageError` if this machine has no such device."""
+    if device == "cuda" and not torch.cuda.is_available():
+        raise UsageError(
+            "No CUDA device is available: there is none on this machine, or this PyTorch is a build without CUDA. Use "
+            "the device 'cpu'."
+        )
 
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
@@ -155,6 +162,9 @@ def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
             environment: that takes longest of all compiling, and changes no bit of what is computed.
     """
     settings = impl.current_cfg()
+    if settings.arch == ti.cuda:  # whose threads have scalars
+        yield
+        return
     usual = settings.real_matrix_scalarize, settings.advanced_optimization
     optimised = optimised and not os.environ.get("ZOOBENCH_QUICK_COMPILE")
     settings.real_matrix_scalarize, settings.advanced_optimization = False, optimised
@@ -181,8 +191,13 @@ def generation() -> int:
 
 
 def repeats_launches() -> bool:
-    """Whether a prepared launch may be repeated: on the CPU, and without checks of bounds."""
-    return _started is not None and _started[1:] == ("cpu", False)
+    """Whether a prepared launch may be repeated: without checks of bounds."""
+    return _started is not None and not _started[2]
+
+
+def keeps_contexts() -> bool:
+    """Whether what was prepared for a launch serves others, too, as on the CPU."""
+    return _started is not None and _started[1] == "cpu"
 
 
 def stop() -> None:

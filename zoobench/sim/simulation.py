@@ -63,11 +63,11 @@ class Simulation:
         *,
         frame_seconds: float,
         start: Matter | None,
-        device: runtime.Device,
         parallel: bool | None,
     ) -> None:
+        self._device = device = fidelity.device
         self._generation = runtime.start(fidelity.precision, device)
-        self._real, self._device = runtime.real(fidelity.precision), device
+        self._real = runtime.real(fidelity.precision)
         self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
         self.limit, self.frame_seconds = limit, frame_seconds
         self.robot_count, self.particle_count = scene.robot.particle_count, scene.particle_count
@@ -80,6 +80,7 @@ class Simulation:
         cells = scene.water_cells(fidelity.grid_spacing)
         self.matter = initial_matter(scene, worlds, self.origin, self._real, device, cells)
         self.refresh_window()
+        self.launcher.check_room(self.matter.window[0])
         self.start = self.matter.copy_slot(0)
         if start is not None:
             self.start_at(start)
@@ -119,7 +120,7 @@ class Simulation:
 
     def start_at(self, state: Matter) -> None:
         """Take a state of one world for the initial state of all."""
-        self.matter.load_slot(0, state)
+        self.matter.load_slot(0, state.on(self._device))
         self.start = self.matter.copy_slot(0)
 
     def rewind(self) -> None:
@@ -219,9 +220,9 @@ class Simulation:
 
     def record_motion(self, rollout: Rollout, frame: int) -> None:
         """Write only places and velocities."""
-        rows = self.matter.on_host()[0, :, : self.robot_count, :2, :3]
-        rollout.positions[frame] = rows[:, :, 0] + self.origin
-        rollout.velocities[frame] = rows[:, :, 1]
+        rows = self.matter.robot_rows(0, 2)
+        rollout.positions[frame] = rows[:, :, 0, :3] + self.origin
+        rollout.velocities[frame] = rows[:, :, 1, :3]
 
     def finish_records(self) -> None:
         """Complete the rollout that was recorded last."""

@@ -37,7 +37,6 @@ class Solver:
         checkpoint_interval: frames between checkpoints; chosen by the memory if None.
         memory: size that all states and the trajectory may take together [bytes], by which it is chosen how many are
             kept for the gradient, and how many simulated again; `memory_share` if None. No result depends on it.
-        device: `cpu`, or `cuda` where there is one.
         start: the state of one world at time zero, as `equilibrate` gives it; the scene's own if None.
         parallel: all worlds at once with atomic adds; the default on CUDA only, where it pays.
 
@@ -65,7 +64,6 @@ class Solver:
         checkpoint_interval: int | None = None,
         memory: int | None = None,
         start: Matter | None = None,
-        device: runtime.Device = "cpu",
         parallel: bool | None = None,
     ) -> None:
         if worlds < 1:
@@ -73,7 +71,7 @@ class Solver:
         self._stiffness_max, self._density_ratio_min = stiffness_max, density_ratio_min
         self.gradients = gradients
         self.checkpoint_interval = checkpoint_interval
-        self._memory = memory_share() if memory is None and gradients else memory or 0
+        self._memory = memory_share(fidelity.device) if memory is None and gradients else memory or 0
         self._tape: Tape | None = None
         self.limit = choose_step(
             scene, fidelity, frame_seconds, stiffness_max=stiffness_max, density_ratio_min=density_ratio_min
@@ -81,7 +79,7 @@ class Solver:
         self.dt, self.substeps_per_frame = self.limit.dt, self.limit.substeps_per_frame
         simulation = Simulation(
             scene, fidelity, worlds, self.limit,
-            frame_seconds=frame_seconds, start=start, device=device, parallel=parallel,
+            frame_seconds=frame_seconds, start=start, parallel=parallel,
         )  # fmt: skip
         self.simulation = simulation
         self.scene, self.fidelity, self.worlds, self.frame_seconds = scene, fidelity, worlds, frame_seconds

@@ -1,8 +1,9 @@
 """Step control: every world takes its own steps through a control frame, and repeats it where they were too long."""
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from zoobench.errors import Divergence
 from zoobench.sim.model.diagnostics import Finding, diagnose, torn
@@ -140,10 +141,10 @@ class StepControl:
             pending = self._put_back(frame, failures)
             if pending.any():
                 sim.set_tension(rollout, frame)
-        places = sim.matter.x[0, :, : sim.robot_count].cpu().numpy()
+        growths = self._growths()
         for world, (count, condition) in enumerate(zip(counts.tolist(), self._conditions, strict=True)):
             if count:
-                self._check_tears(world, frame, condition, places[world])
+                self._check_tears(world, frame, condition, growths)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
 
@@ -185,12 +186,22 @@ class StepControl:
         ]
         return np.minimum(limits, self._most)
 
-    def _check_tears(self, world: int, frame: int, condition: Condition, places: NDArray[np.floating]) -> None:
-        """Note a world whose robot has torn, of its particles' places `[robot, 3]`."""
+    def _growths(self) -> Callable[[int], tuple[float, int]]:
+        """`Neighbours.growth` of a world in its present state; on a GPU it is found there, of all worlds."""
+        sim, present = self._sim, self._rollout.body["occupancy"] > 0.5
+        if not sim.matter.state.is_cpu:
+            return sim.neighbours.growths(sim.matter.x[0, :, : sim.robot_count], present).__getitem__
+        places = sim.matter.robot_rows(0, 1)[:, :, 0, :3]
+        return lambda world: sim.neighbours.growth(places[world], present[world])
+
+    def _check_tears(
+        self, world: int, frame: int, condition: Condition, growths: Callable[[int], tuple[float, int]]
+    ) -> None:
+        """Note a world whose robot has torn, by the growth of its neighbours' distances."""
         sim, rollout = self._sim, self._rollout
         if world in rollout.tears:
             return
-        growth, particle = sim.neighbours.growth(places, rollout.body["occupancy"][world] > 0.5)
+        growth, particle = growths(world)
         cell = sim.fidelity.grid_spacing / sim.scene.robot_edge(sim.fidelity)
         if finding := torn(growth, particle, condition.stretch, cell):
             step = int(rollout.counts[: frame + 1, world].sum())

@@ -210,6 +210,20 @@ def test_growth_is_that_of_neighbours(per_cell: int) -> None:
     assert Neighbours(rest[:1], 0.1).growth(rest[:1], present[:1]) == (1.0, 0)
 
 
+def test_growths_are_those_of_every_world() -> None:
+    """Found for all worlds at once, as on a GPU: the same ratio and particle, absent particles left out."""
+    rest = fill_box(np.zeros(3), np.full(3, 0.4), 0.1, 8)
+    neighbours = Neighbours(rest, 0.05)
+    drawn = np.stack([rest, 1.3 * rest, rest + np.where(rest[:, :1] > 0.2, 0.5, 0.0)])
+    present = np.ones(drawn.shape[:2], bool)
+    present[2] = rest[:, 0] < 0.3
+    expected = [neighbours.growth(*world) for world in zip(drawn, present, strict=True)]
+    found = neighbours.growths(torch.as_tensor(drawn), present)
+    assert [ratio for ratio, _ in found] == pytest.approx([ratio for ratio, _ in expected])
+    assert found[2][1] == expected[2][1]
+    assert Neighbours(rest[:1], 0.1).growths(torch.zeros(2, 1, 3), present[:2, :1]) == [(1.0, 0)] * 2
+
+
 def test_a_robot_that_parts_without_strain_has_torn() -> None:
     """Two halves that fly apart by more than a cell feel no gradient: only the distances tell."""
     body = scenes.thrown_body(np.zeros(3))

@@ -44,6 +44,40 @@ def medium_kappa(history, constants, law: ti.template()):
     return kappa
 
 
+@ti.func
+def condition(
+    state: ti.template(), body: ti.template(), scene: ti.template(), w, p, law: ti.template(), skin: ti.template()
+):
+    """What a particle of mass has of `step_limits.Condition` at slot 0: its four `values`, which may be NaN, and the
+    others, 0 where its matter has none."""
+    q = body[w, p, 0]
+    place, speed, rate = state[0, w, p, X], state[0, w, p, V], columns(state, 0, w, p, C)
+    nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
+    largest = 0.0 * scene.spacing - 1e30
+    for d in ti.static(range(3)):
+        cells = place[d] * scene.inverse
+        largest = ti.max(largest, WALL_NODES - cells, cells - (nodes[d] - 1 - WALL_NODES))
+    # max drops a NaN, a difference keeps it
+    spread = place.sum() - place.sum()
+    values = ti.Vector([ti.sqrt(dot(speed, speed)), ti.sqrt(contract(rate, rate)), largest + spread, -1e30])
+    per_mass = q[VOLUME] / q[MASS]
+    square, robot, medium, viscosity, ground = 0.0, 0.0, 0.0, 0.0, 0.0
+    if p < scene.robot:
+        deformation = columns(state, 0, w, p, F)
+        values[3] = -determinant(deformation)
+        k = q[STIFFNESS]
+        square = largest_square(deformation)
+        viscosity = scene.eta * per_mass
+        if ti.static(skin):
+            ground = scene.skin_rate * per_mass
+        # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
+        active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * square
+        robot = (active + 3.0 * k * scene.lam) * per_mass
+    elif ti.static(law):
+        medium = medium_kappa(history(state, 0, w, p), scene.medium, law) * per_mass
+    return ti.Struct(values=values, square=square, robot=robot, medium=medium, viscosity=viscosity, ground=ground)
+
+
 @ti.kernel
 def survey(
     state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars,
@@ -59,39 +93,17 @@ def survey(
     ti.loop_config(serialize=True)
     for w in range(state.shape[1]):
         scene = scene_constants(constants)
-        nodes = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
         worst = ti.Vector([0.0, 0.0, 0.0, -1e30])
         who = ti.Vector([0, 0, 0, 0])
         guarded, square, robot, medium, viscosity, ground = 0, 0.0, 0.0, 0.0, 0.0, 0.0
         for p in range(count * alive[w]):
-            q = body[w, p, 0]
-            if q[MASS] > 0.0:
-                place, speed, rate = state[0, w, p, X], state[0, w, p, V], columns(state, 0, w, p, C)
-                largest = 0.0 * scene.spacing - 1e30
-                for d in ti.static(range(3)):
-                    cells = place[d] * scene.inverse
-                    largest = ti.max(largest, WALL_NODES - cells, cells - (nodes[d] - 1 - WALL_NODES))
-                # max drops a NaN, a difference keeps it
-                spread = place.sum() - place.sum()
-                values = ti.Vector([ti.sqrt(dot(speed, speed)), ti.sqrt(contract(rate, rate)), largest + spread, -1e30])
-                per_mass = q[VOLUME] / q[MASS]
-                if p < scene.robot:
-                    deformation = columns(state, 0, w, p, F)
-                    values[3] = -determinant(deformation)
-                    if -values[3] < SMALLEST_J:
-                        guarded += 1
-                    k = q[STIFFNESS]
-                    stretched = largest_square(deformation)
-                    square = ti.max(square, stretched)
-                    viscosity = ti.max(viscosity, scene.eta * per_mass)
-                    if ti.static(skin):
-                        ground = ti.max(ground, scene.skin_rate * per_mass)
-                    # kappa of `step_limits.elastic_kappa`; a muscle that pushes does not lower it
-                    active = 2.0 * (k * scene.mu + ti.max(q[TENSION], 0.0)) * stretched
-                    robot = ti.max(robot, (active + 3.0 * k * scene.lam) * per_mass)
-                elif ti.static(law):
-                    kappa = medium_kappa(history(state, 0, w, p), scene.medium, law)
-                    medium = ti.max(medium, kappa * per_mass)
+            if body[w, p, 0][MASS] > 0.0:
+                found = condition(state, body, scene, w, p, law, skin)
+                values = found.values
+                guarded += ti.cast(-values[3] < SMALLEST_J, ti.i32)
+                square, robot = ti.max(square, found.square), ti.max(robot, found.robot)
+                medium, ground = ti.max(medium, found.medium), ti.max(ground, found.ground)
+                viscosity = ti.max(viscosity, found.viscosity)
                 for c in ti.static(range(4)):
                     # negated, as a NaN fails every comparison; worst is equal to itself unless it is a NaN already
                     if not (values[c] <= worst[c]) and worst[c] == worst[c]:
@@ -108,3 +120,23 @@ def survey(
         report[w, 7] = medium
         report[w, 8] = viscosity
         report[w, 9] = ground
+
+
+@ti.kernel
+def survey_each(
+    state: Rows, body: Rows, constants: Scalars, alive: Scalars, found: Scalars, count: int, law: ti.template(),
+    skin: ti.template(),
+):  # fmt: skip
+    """The `condition` of every particle of mass in a world alive `[worlds, count, 9]`, for many threads."""
+    for w, p in ti.ndrange(state.shape[1], count):
+        for c in ti.static(range(9)):
+            found[w, p, c] = -1e30 if ti.static(c == 3) else 0.0
+        if alive[w] and body[w, p, 0][MASS] > 0.0:
+            each = condition(state, body, scene_constants(constants), w, p, law, skin)
+            for c in ti.static(range(4)):
+                found[w, p, c] = each.values[c]
+            found[w, p, 4] = each.square
+            found[w, p, 5] = each.robot
+            found[w, p, 6] = each.medium
+            found[w, p, 7] = each.viscosity
+            found[w, p, 8] = each.ground

@@ -4,7 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from zoobench.arrays import Array
 from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
@@ -117,3 +119,13 @@ class Neighbours:
             return 1.0, 0
         widest = int(squares.argmax())
         return math.sqrt(squares[widest]), int(self._one[widest])
+
+    def growths(self, now: Tensor, present: NDArray[np.bool_]) -> list[tuple[float, int]]:
+        """`growth` in all worlds at once, where the places are: `[worlds, count, 3]` and `[worlds, count]`."""
+        one, other = (torch.as_tensor(each, device=now.device) for each in (self._one, self._other))
+        if not len(one):
+            return [(1.0, 0)] * len(now)
+        there = torch.as_tensor(present, device=now.device)
+        squares = (now[:, one] - now[:, other]).square().sum(2) / torch.as_tensor(self._squares_at_rest).to(now)
+        widest, pairs = (squares * (there[:, one] & there[:, other])).max(1)
+        return list(zip(widest.sqrt().tolist(), one[pairs].tolist(), strict=True))

@@ -12,6 +12,7 @@ SHIFT_ASIDE = 0.618
 
 Transfer = Literal["apic", "pic", "aflip"]
 Kernel = Literal["quadratic", "cubic"]
+Device = Literal["cpu", "cuda"]
 
 
 class Spline(NamedTuple):
@@ -50,6 +51,7 @@ class Fidelity:
             simulation does not depend on it; the scatter over several shifts is the noise floor.
         sleep: speed [m/s] below which solid matter of a bed is at rest through a control frame unless something faster
             is near, see `sim.sleep`; 0 to have all of it move, as all of it does on a GPU.
+        device: `cpu`, or `cuda` for a GPU of NVIDIA, where sums differ in their last bits from run to run.
     """
 
     grid_spacing: float
@@ -62,6 +64,7 @@ class Fidelity:
     kernel: Kernel = "quadratic"
     shift: float = 0.0
     sleep: float = 0.003
+    device: Device = "cpu"
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:
@@ -77,7 +80,8 @@ class Fidelity:
         if not 0.0 <= self.step < 1.0:
             raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")
         for name, offered in (
-            ("transfer", get_args(Transfer)), ("medium_transfer", get_args(Transfer)), ("kernel", get_args(Kernel))
+            ("transfer", get_args(Transfer)), ("medium_transfer", get_args(Transfer)), ("kernel", get_args(Kernel)),
+            ("device", get_args(Device)),
         ):  # fmt: skip
             if (given := getattr(self, name)) not in offered:
                 raise UsageError(f"The {name} {given!r} is not offered. Choose one of {', '.join(offered)}.")

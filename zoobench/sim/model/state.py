@@ -165,9 +165,14 @@ class Matter:
         state, window, flow = tensors
         return Matter(state, window, flow, self.robot)
 
-    def on_host(self) -> Array:
-        """The state as an array, on the CPU without a copy."""
-        return self.memory if isinstance(self.memory, np.ndarray) else self.memory.cpu().numpy()
+    def robot_rows(self, first: int, last: int) -> Array:
+        """Some rows of the robot's particles at slot 0 as an array `[worlds, robot, rows, 4]`, on the CPU no copy."""
+        rows = self.memory[0, :, : self.robot, first:last]
+        return rows if isinstance(rows, np.ndarray) else rows.contiguous().cpu().numpy()
+
+    def on(self, device: str) -> "Matter":
+        """The same state on a device, itself where it is there."""
+        return self if self.state.device.type == device else self._like(each.to(device) for each in self.tensors())
 
     def world(self, world: int) -> "Matter":
         """A copy of one world."""
@@ -297,6 +302,7 @@ class LaunchPlan:
         dt: `[worlds]` step [s].
         order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
         world_substeps: of all worlds together.
+        longest: substeps of the world that has most.
     """
 
     slots: Tensor
@@ -304,7 +310,7 @@ class LaunchPlan:
     order: Tensor
 
     def __post_init__(self) -> None:
-        self.world_substeps = int(self.slots[:, 1].sum())
+        self.world_substeps, self.longest = int(self.slots[:, 1].sum()), int(self.slots[:, 1].max())
         self._on_host = self.slots.cpu().numpy(), self.dt.cpu().numpy()  # on the CPU the memory of both itself
         self._is_elsewhere = not self.slots.is_cpu
 
@@ -324,7 +330,8 @@ class LaunchPlan:
             put(self.slots[:, :2], slots[:, :2])
             put(self.slots[:, 3], slots[:, 3])
             put(self.dt, steps)
-        self.world_substeps = sum(counts.tolist())
+        listed = counts.tolist()
+        self.world_substeps, self.longest = sum(listed), max(listed)
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Say which of the last particles sleep `[worlds, sleepers]`; both kinds keep their order."""

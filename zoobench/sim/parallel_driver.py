@@ -1,0 +1,95 @@
+"""Launches for many threads (CUDA): all worlds at once, a substep a launch."""
+
+import math
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoobench.errors import SceneError
+from zoobench.sim.kernels import parallel, survey
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.layout import Variant
+from zoobench.sim.launch import Launch
+from zoobench.sim.memory_budget import memory_share
+from zoobench.sim.model.state import LARGEST_ARRAY, WINDOW_SIZE, LaunchPlan, Matter, Parameters
+
+_FOUND = 9
+"""Numbers that `survey.survey_each` finds of a particle."""
+
+
+class ParallelDriver:
+    """Takes all worlds through their substeps together, each in its own part of the grid.
+
+    Args:
+        shape: grid nodes of the arena in x, y, z.
+        fields: of every node.
+        layers: how often a node is there, see `two_fields`.
+
+    Attributes:
+        room: nodes of one layer of a world: those of the arena, or as many as there is memory for.
+        nodes: of all worlds together.
+    """
+
+    def __init__(
+        self, shape: tuple[int, int, int], fields: int, layers: int, worlds: int, real: torch.dtype, device: str
+    ) -> None:
+        numbers = min(LARGEST_ARRAY, memory_share(device) // real.itemsize)
+        self.room = min(math.prod(shape), numbers // (4 * fields * worlds * layers))
+        self.nodes = worlds * layers * self.room
+        self._advance, self._reverse, self._survey = (
+            Launch(kernel, lanes=False)
+            for kernel in (parallel.advance_parallel, parallel.reverse_parallel, survey.survey_each)
+        )
+        # windows of the substep in hand, and its number
+        self._boxes = torch.zeros((1, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
+        self._step = torch.zeros(1, dtype=torch.int32, device=device)
+        self._found = torch.zeros((worlds, 0, _FOUND), dtype=real, device=device)
+
+    def check_room(self, windows: Tensor) -> None:
+        """Raise a `SceneError` if a world has more nodes in its window `[worlds, 8]` than there is room for."""
+        nodes = int((windows[:, 3:6] - windows[:, :3]).prod(1).max())
+        if nodes > self.room:
+            raise SceneError(
+                f"Matter fills {nodes} grid nodes of a world, and {len(windows)} worlds have memory for {self.room} "
+                "each. Use fewer worlds or a coarser fidelity."
+            )
+
+    def advance(self, arrays: tuple[Any, ...], grid: Tensor, plan: LaunchPlan, stride: int, variant: Variant) -> None:
+        """The planned substeps of every world; `arrays` are those that the kernel takes before the grid."""
+        self._step.zero_()
+        for _ in range(plan.longest):
+            self._advance(*arrays, grid, grid, self._boxes, self._step, stride, variant)
+
+    def reverse(
+        self, arrays: tuple[Any, ...], grid: Tensor, adjoints: tuple[Any, ...], plan: LaunchPlan, variant: Variant
+    ) -> None:
+        """Their adjoint, last to first; `adjoints` are the arrays that the kernel takes last."""
+        self._step.fill_(plan.longest - 1)
+        for _ in range(plan.longest):
+            self._reverse(*arrays, grid, grid, self._boxes, self._step, *adjoints, variant)
+
+    def survey(
+        self,
+        matter: Matter,
+        parameters: Parameters,
+        constants: Tensor,
+        alive: Tensor,
+        report: Tensor,
+        culprit: Tensor,
+        count: int,
+        variant: Variant,
+    ) -> None:
+        """`survey.survey`, as a reduction of what is found of every particle."""
+        if self._found.shape[1] != count:
+            self._found = self._found.new_zeros((len(alive), count, _FOUND))
+        self._survey(
+            matter.state, parameters.body, constants, alive, self._found, count, variant.law, variant.skin
+        )  # fmt: skip
+        worst, who = self._found[:, :, :4].max(1)  # a NaN is the largest of all to torch
+        report[:, :3], report[:, 3] = worst[:, :3].clamp(min=0.0), -worst[:, 3]
+        # without any above these there is no culprit; a NaN compares with nothing
+        culprit[:] = who * ~(worst <= worst.new_tensor([0.0, 0.0, 0.0, -1e30]))
+        report[:, 4] = (self._found[:, :, 3] > -SMALLEST_J).sum(1)
+        rest = self._found[:, :, 4:].amax(1)
+        report[:, 5], report[:, 6:] = rest[:, 0].sqrt(), rest[:, 1:]
