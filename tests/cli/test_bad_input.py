@@ -38,6 +38,8 @@ def digest(path: Path) -> str:
         ([*RUN, "--seeds", "0,-2"], "negative"),
         ([*RUN, "--seeds", "many"], "Cannot read 'many' as seeds"),
         ([*RUN, "--seeds", "0"], "no seed at all"),
+        ([*RUN, "--seeds", ""], "no seed at all"),
+        ([*RUN, "--budget", ""], "Cannot read '' as a budget"),
         ([*RUN, "--seeds", "1000000000"], "means 1,000,000,000 seeds, and 10,000 are the most"),
         ([*RUN, "--seeds", "1e9"], "Cannot read '1e9' as seeds"),
         ([*RUN, "--budget", "lots"], "Cannot read 'lots' as a budget"),

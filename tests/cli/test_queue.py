@@ -130,7 +130,10 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
     assert "run 1 here and run 1 there differ in finals" in reply.err
     assert zoobench("merge", "a.db", "./a.db").code == 2
     assert zoobench("merge", "new.db", "a.db").code == 0
-    assert zoobench("merge", "a.db", "none.db").code == 2
+    reply = zoobench("merge", "other.db", "none.db")
+    assert reply.code == 2
+    assert reply.err.strip().endswith("There is no database none.db to take runs from. Name one that exists.")
+    assert not Path("other.db").exists()
 
 
 def test_results_are_exported(zoobench: Command, database: Path, tmp_path: Path) -> None:

@@ -68,9 +68,10 @@ def test_without_relief_the_ground_is_a_plane() -> None:
 
 
 @pytest.mark.parametrize(
-    "params", [{"relief": -0.1}, {"wavelength": 0.0}, {"seed": -1}, {"octaves": 0}, {"relief": float("nan")}]
+    "params",
+    [{"relief": -0.1}, {"wavelength": 0.0}, {"seed": -1}, {"seed": 2**63}, {"octaves": 0}, {"relief": float("nan")}],
 )
 def test_impossible_hills_are_refused(params: dict[str, float]) -> None:
-    """The message has the remedy."""
-    with pytest.raises(UsageError, match="Give a relief"):
+    """The message has the remedy, every bound in it."""
+    with pytest.raises(UsageError, match=r"Give a relief of 0 or more, .* a seed from 0 to 9223372036854775807"):
         hills((1.0, 1.0), **({"relief": 0.02, "wavelength": 0.1, "seed": 0} | params))  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.footer import footer
 from zoobench.report.run_results import choose_results, origins
-from zoobench.report.table_forms import long_listing, table_listing
+from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
 from zoobench.report.tables import Table, score_tables
 from zoobench.spec import RunSelection
 
@@ -227,10 +227,25 @@ def test_nobody_wins_where_one_has_spent_more(
     assert any(cell.is_winner for cell in table.rows[0].cells if cell) is is_fair
     listing = table_listing(table)
     assert ("spent [substeps]" in listing.columns) is not is_fair
+    pivot = pivot_listing(table)
+    assert ("spent [substeps]" in pivot.columns) is not is_fair
     if not is_fair:
         assert listing.rows[0][-1] == f"{spent[0]:,.0f} / {spent[1]:,.0f}"
+        assert [row[-1] for row in pivot.rows] == [f"{amount:,.0f}" for amount in spent]
     used = 8.0 if "episodes" in budget else spent[0]
     assert long_listing([table]).records()[0]["used"] == used
+
+
+def test_a_pivot_tells_what_was_spent_where_methods_differ_in_it(tmp_path: Path) -> None:
+    """In the order of the environments; in one where they do not, nothing."""
+    with Store(tmp_path / "runs.db") as store:
+        for env, rival in (("desert", 900.0), ("ground", 1000.0)):
+            for method, amount in (("cmaes-v1", 1000.0), ("random-v1", rival)):
+                add_ended(store, make_spec(env=env, method=method), _finals(1.0, amount))
+    (table,) = tables_of(tmp_path / "runs.db")
+    listing = pivot_listing(table)
+    assert listing.columns[-3:] == ("desert", "ground", "spent [substeps]")
+    assert [row[-1] for row in listing.rows] == ["1,000 / -", "900 / -"]
 
 
 def test_a_method_that_does_not_depend_on_the_seed_neither_wins_nor_loses(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ MethodOption = Annotated[
     str,
     component_option("methods", "--method", "Methods, as in 'random,diffphysics[lr=0.05]'; the preset's if not given."),
 ]
-SeedsOption = Annotated[str, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
+SeedsOption = Annotated[str | None, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
 PresetOption = Annotated[
     str,
     Option(
@@ -90,7 +90,7 @@ SuiteOption = Annotated[
 ]
 SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
 BudgetOption = Annotated[
-    str, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
+    str | None, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
 ]
 FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
 FidelityOption = Annotated[
@@ -146,11 +146,11 @@ def request(
     design: DesignOption = "",
     controller: ControllerOption = "",
     method: MethodOption = "",
-    seeds: SeedsOption = "",
+    seeds: SeedsOption = None,
     suite: SuiteOption = "",
     preset: PresetOption = "",
     smoke: SmokeOption = False,
-    budget: BudgetOption = "",
+    budget: BudgetOption = None,
     frames: FramesOption = None,
     fidelity: FidelityOption = "",
     tolerance: ToleranceOption = None,

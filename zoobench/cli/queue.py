@@ -71,6 +71,8 @@ def merge(
 
     if target == source or (Path(target).exists() and Path(source).exists() and Path(target).samefile(source)):
         raise UsageError(f"{target} and {source} are the same database. Name two.")
+    if "://" not in source and not Path(source).exists():
+        raise UsageError(f"There is no database {source} to take runs from. Name one that exists.")
     with Reader(source, create=False) as other, Store(target) as store:
         report = store.merge(other)
     _tell_merge(report)

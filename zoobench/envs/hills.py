@@ -56,12 +56,14 @@ def hills(
         octaves: number of octaves.
 
     Raises:
-        UsageError: a negative relief or seed, a wavelength that is not positive, or no octave.
+        UsageError: a negative relief, a wavelength that is not positive, no octave, or a seed that is negative or
+            needs more than 63 bits.
     """
     if not 0.0 <= relief < np.inf or not 0.0 < wavelength < np.inf or octaves < 1 or not 0 <= seed < 2**63:
         raise UsageError(
             f"Hills of {relief:g} m, a wavelength of {wavelength:g} m, {octaves} octaves and seed {seed} are not "
-            "possible. Give a relief and a seed of 0 or more, a positive wavelength and at least 1 octave."
+            "possible. Give a relief of 0 or more, a positive wavelength, at least 1 octave and a seed from 0 to "
+            f"{2**63 - 1}."
         )
     if not relief:
         return None

@@ -33,14 +33,17 @@ Choose = Callable[[Ref, Ref, float | None, float | None], Chosen]
 
 @dataclass(frozen=True)
 class RunRequest:
-    """A request for runs; an empty text or None leaves the choice to the preset, or takes all that the suite has."""
+    """A request for runs; None, or an empty text, leaves the choice to the preset, or takes all that the suite has.
+
+    An empty text of seeds or of a budget is none of either.
+    """
 
     selection: RunSelection
-    seeds: str = ""
+    seeds: str | None = None
     suite: str = ""
     preset: str = ""
     smoke: bool = False
-    budget: str = ""
+    budget: str | None = None
     frames: int | None = None
     tolerance: float | None = None
     decide: float | None = None
@@ -138,10 +141,10 @@ class RunRequest:
         return narrowed(suite, self.selection, seeds=self._seeds(), budget=self._budget(), frames=self.frames)
 
     def _seeds(self) -> tuple[int, ...] | None:
-        return parse_seeds(self.seeds) if self.seeds else None
+        return None if self.seeds is None else parse_seeds(self.seeds)
 
     def _budget(self) -> Budget | None:
-        return Budget.parse(self.budget) if self.budget else None
+        return None if self.budget is None else Budget.parse(self.budget)
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:

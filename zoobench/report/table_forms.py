@@ -58,7 +58,9 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
         for row in table.rows
         for method, cell in zip(table.methods, row.cells, strict=True)
     }
-    rows: list[tuple[str, ...]] = []
+    # what was spent is told where the methods of a row differ in it, as in `table_listing`
+    uneven = {(row.env, row.task, row.design, row.controller) for row in table.rows if _is_uneven(table, row)}
+    rows: list[tuple[str | None, ...]] = []
     winners = set()
     for place in places:
         words = [names[axis][ref] for axis, ref in zip(axes, place, strict=True) if axis in shown]
@@ -67,10 +69,14 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
             if any(found):
                 won = (column for column, cell in enumerate(found) if cell is not None and cell.is_winner)
                 winners |= {(len(rows), len(shown) + 1 + column) for column in won}
-                rows.append(
-                    (*words, methods[method], *("" if cell is None else cell.text(normalised) for cell in found))
-                )
-    return Listing((*shown, "method", *envs.values()), tuple(rows), frozenset(winners))
+                told = [
+                    _amount(cell) if (env, *place) in uneven else "-" for env, cell in zip(envs, found, strict=True)
+                ]
+                spent = [None if set(told) == {"-"} else " / ".join(told)] if uneven else []
+                texts = ("" if cell is None else cell.text(normalised) for cell in found)
+                rows.append((*words, methods[method], *texts, *spent))
+    columns = (*shown, "method", *envs.values(), *([f"spent [{table.currency}]"] if uneven else []))
+    return Listing(columns, tuple(rows), frozenset(winners))
 
 
 def _is_uneven(table: Table, row: Row) -> bool:
@@ -80,7 +86,11 @@ def _is_uneven(table: Table, row: Row) -> bool:
 
 def _spent_text(row: Row) -> str:
     """What each method of a row has spent, in their order."""
-    return " / ".join("?" if cell is None or cell.spent is None else f"{cell.spent:,.0f}" for cell in row.cells)
+    return " / ".join(map(_amount, row.cells))
+
+
+def _amount(cell: TableCell | None) -> str:
+    return "?" if cell is None or cell.spent is None else f"{cell.spent:,.0f}"
 
 
 def long_listing(tables: Sequence[Table]) -> Listing:
