@@ -8,6 +8,7 @@ import torch
 from taichi.lang import kernel_impl
 from torch import Tensor
 
+from zoobench.sim import launch as launching
 from zoobench.sim import runtime
 from zoobench.sim.launch import Launch
 
@@ -49,6 +50,22 @@ def test_a_repeated_launch_reads_what_its_arrays_hold_now(taichis: list[str]) ->
         launch(total, part, 2.0, 1)
     assert total.tolist() == [20.0, 20.0, 30.0]
     assert taichis == ["add_to"]
+
+
+def test_a_context_that_serves_once_is_made_anew(taichis: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a GPU: by the same calls, without Taichi's examination."""
+    made: list[object] = []
+    make = launching.taichi_python.Kernel.make_launch_context
+    monkeypatch.setattr(
+        launching.taichi_python.Kernel, "make_launch_context", lambda kernel: made.append(kernel) or make(kernel)
+    )
+    monkeypatch.setattr(runtime, "keeps_contexts", lambda: False)
+    total, part = _pair()
+    launch = Launch(add_to)
+    for _ in range(3):
+        launch(total, part, 2.0, 1)
+    assert total.tolist() == [6.0, 12.0, 18.0]
+    assert (taichis, len(made)) == (["add_to"], 3)
 
 
 def test_other_arguments_are_another_launch(taichis: list[str]) -> None:

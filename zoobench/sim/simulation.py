@@ -51,7 +51,7 @@ class Simulation:
         start: the state of all worlds at time zero, one slot.
 
     Raises:
-        SceneError: the arena has more grid nodes than can be held.
+        SceneError: the arena has more grid nodes than can be held, or on a GPU matter fills more.
     """
 
     def __init__(

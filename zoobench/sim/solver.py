@@ -47,7 +47,7 @@ class Solver:
         origin: the grid's first node [m], from which the positions of `matter` are measured.
 
     Raises:
-        SceneError: the arena has more grid nodes than can be held.
+        SceneError: the arena has more grid nodes than can be held, or on a GPU matter fills more.
         StepSizeError: the fidelity asks for a fixed step that is unsafe.
     """
 
