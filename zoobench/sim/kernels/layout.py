@@ -19,7 +19,7 @@ Compiled so, Taichi cannot cast or negate a vector (nor subtract in place), take
 adds to a single lane of an array's row wrongly and silently: add to the whole row.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import taichi as ti
 
@@ -70,6 +70,7 @@ class Variant:
         transfer, medium_transfer: of the robot and of the medium, see `transfer`.
         sleep: whether matter may sleep, see `sleepers`.
         two_fields: whether robot and medium have nodes of their own, see `two_fields`.
+        robot: whether a particle may be the robot's: not where only the medium's are visited.
     """
 
     muscle: bool
@@ -82,10 +83,16 @@ class Variant:
     medium_transfer: int
     sleep: bool
     two_fields: bool
+    robot: bool = True
 
     def uses(self, transfer: int) -> bool:
-        """Whether any matter has this transfer."""
-        return self.transfer == transfer or (self.law != 0 and self.medium_transfer == transfer)
+        """Whether any matter that is visited has this transfer."""
+        return (self.robot and self.transfer == transfer) or (self.law != 0 and self.medium_transfer == transfer)
+
+    @property
+    def of_medium(self) -> "Variant":
+        """The same where only the medium's particles are visited."""
+        return replace(self, robot=False)
 
 
 @ti.func

@@ -30,6 +30,7 @@ from zoobench.sim.kernels.substep import (
     clear_node,
     contribution,
     from_grid,
+    no_contribution,
     press_node,
     to_grid,
     update_node,
@@ -59,13 +60,14 @@ def scatter_all(
     """Momenta of all particles of a world at slot s, from node `start` on."""
     begin_nodes(grid, window, start, nodes, scene, s, w, variant)
     last = awake(state, plan, w, variant) - 1
-    coming = contribution(state, body, nodes, scene, dt, s, w, listed(order, w, 0, variant), variant)
-    for i in range(last + 1):
+    coming = no_contribution(dt)
+    for i in range(-1, last + 1):
         given = coming
-        p = listed(order, w, i, variant)
+        p = listed(order, w, ti.max(i, 0), variant)
         after = listed(order, w, ti.min(i + 1, last), variant)
         coming = contribution(state, body, nodes, scene, dt, s, w, after, variant)
-        to_grid(state, body, grid, start, nodes, scene, s, w, p, given, variant)
+        if i >= 0:
+            to_grid(state, body, grid, start, nodes, scene, s, w, p, given, variant)
 
 
 @ti.func

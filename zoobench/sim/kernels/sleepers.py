@@ -91,8 +91,8 @@ def lie_down(
             window[s, w, 0], window[s, w, 1], window[s, w, 2] = box.x0, box.y0, box.z0
             window[s, w, 3], window[s, w, 4], window[s, w, 5] = box.x1, box.y1, box.z1
             for i in range(count, state.shape[2]):
-                given = contribution(state, body, nodes, scene, dt, s, w, order[w, i], variant)
-                to_grid(state, body, grid, 0, nodes, scene, s, w, order[w, i], given, variant)
+                given = contribution(state, body, nodes, scene, dt, s, w, order[w, i], variant.of_medium)
+                to_grid(state, body, grid, 0, nodes, scene, s, w, order[w, i], given, variant.of_medium)
 
 
 @ti.func
@@ -207,7 +207,9 @@ def lie_down_adjoint(
                 held = [adjoint[0, w, p, row] for row in ti.static(_CARRIED)]
                 for row in ti.static(_CARRIED):
                     adjoint[0, w, p, row] = zero_lanes()
-                to_grid_adjoint(state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant)
+                to_grid_adjoint(
+                    state, body, adjoint, body_adjoint, grid_adjoint, nodes, scene, dt, s, w, p, variant.of_medium
+                )  # fmt: skip
                 for n in ti.static(range(len(_CARRIED))):
                     adjoint[0, w, p, ti.static(_CARRIED[n])] += held[n]
             clear_slab(grid_adjoint, nodes, asleep, variant)

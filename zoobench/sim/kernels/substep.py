@@ -56,15 +56,17 @@ from zoobench.sim.kernels.water import correction_share, density_factor, room
 
 @ti.func
 def is_robot(scene: ti.template(), p, variant: ti.template()):
-    """True for a particle of the robot; known when a scene without a medium is compiled."""
-    if ti.static(variant.law == 0):
-        return True
+    """True for a particle of the robot; known at compile time where all particles are, or none is."""
+    if ti.static(variant.law == 0 or not variant.robot):
+        return variant.robot
     return p < scene.robot
 
 
 @ti.func
 def has_transfer(scene: ti.template(), p, variant: ti.template(), transfer: ti.template()):
     """True for a particle with this transfer; known at compile time where all matter has the same or there is one."""
+    if ti.static(not variant.robot):
+        return variant.medium_transfer == transfer
     if ti.static(variant.law == 0 or variant.transfer == variant.medium_transfer):
         return variant.transfer == transfer
     if ti.static(variant.transfer == transfer):
@@ -90,7 +92,9 @@ def clear_node(grid: ti.template(), node, variant: ti.template()):
 def particle_stress(state: ti.template(), body: ti.template(), scene: ti.template(), s, w, p, variant: ti.template()):
     """Kirchhoff stress [Pa] of a particle at slot s; that of a solid medium was stored with its plastic return."""
     stress = diagonal(0.0 * scene.spacing)
-    if is_robot(scene, p, variant):
+    if ti.static(not variant.robot):
+        stress = medium_stress(state, s, w, p, scene.medium, variant.law)
+    elif is_robot(scene, p, variant):
         deformation, q = columns(state, s, w, p, F), body[w, p, 0]
         stress = scale(q[STIFFNESS], neo_hookean(deformation, scene.mu, scene.lam))
         if ti.static(variant.muscle):
@@ -133,6 +137,13 @@ def contribution(
         slope = add(slope, scale(m * scene.spacing, columns(state, s, w, p, C)))
     origin = at_first_node(m * state[s, w, p, V], m, slope, at.offset)
     return ti.Struct(node=at.node, offset=at.offset, origin=origin, slope=slope)
+
+
+@ti.func
+def no_contribution(dt):
+    """A `contribution` of nothing."""
+    zero = zero_lanes()
+    return ti.Struct(node=0, offset=zero, origin=zero, slope=diagonal(0.0 * dt))
 
 
 @ti.func

@@ -276,7 +276,9 @@ def to_grid_adjoint(
     adjoint[0, w, p, X] += scene.inverse * offset_adjoint
     if p < body_adjoint.shape[1]:  # a medium's mass has an adjoint only where the robot displaces it
         body_adjoint[w, p, 0] += ti.Vector([mass_adjoint, contract(even, stress), 0.0, 0.0])
-    if is_robot(scene, p, variant):
+    if ti.static(not variant.robot):
+        medium_stress_adjoint(state, adjoint, s, w, p, tau_adjoint, scene.medium, variant.law)
+    elif is_robot(scene, p, variant):
         robot_stress_adjoint(state, body, adjoint, body_adjoint, scene, s, w, p, tau_adjoint, variant)
     elif ti.static(variant.law):
         medium_stress_adjoint(state, adjoint, s, w, p, tau_adjoint, scene.medium, variant.law)

@@ -51,9 +51,11 @@ def layers(variant: ti.template()):
 def layer(nodes: ti.template(), scene: ti.template(), p, variant: ti.template()):
     """The nodes of a particle's own matter in a box of nodes."""
     origin = nodes.origin
-    if ti.static(variant.two_fields):
+    if ti.static(variant.two_fields and variant.robot):
         if p >= scene.robot:
             origin += nodes.size
+    elif ti.static(variant.two_fields):
+        origin += nodes.size
     return ti.Struct(sx=nodes.sx, sy=nodes.sy, origin=origin, size=nodes.size)
 
 
@@ -68,12 +70,9 @@ def part_before(distance):
     """Share of a quadratic spline that lies before a wall `distance` cells behind the node."""
     a = ti.max(-1.5, ti.min(1.5, distance))
     b = 1.5 - ti.abs(a)
-    share = b * b * b / 6.0  # of the tail beyond
-    if ti.abs(a) < 0.5:
-        share = 0.5 - 0.75 * ti.abs(a) + ti.abs(a) * a * a / 3.0
-    if a > 0.0:
-        share = 1.0 - share
-    return share
+    tail, middle = b * b * b / 6.0, 0.5 - 0.75 * ti.abs(a) + ti.abs(a) * a * a / 3.0
+    share = ti.select(ti.abs(a) < 0.5, middle, tail)  # of what lies beyond
+    return ti.select(a > 0.0, 1.0 - share, share)
 
 
 @ti.func
@@ -86,21 +85,43 @@ def ground_height(terrain: ti.template(), index: ti.template(), ground: ti.templ
 
 
 @ti.func
-def node_room(scene: ti.template(), index: ti.template(), terrain: ti.template(), ground: ti.template()):
-    """Share of a node's cell that lies in the arena and above the ground, at least `LEAST_ROOM` in each direction."""
-    count = (scene.nodes_x, scene.nodes_y, scene.nodes_z)
-    low = (ti.cast(WALL_NODES, float), ground_height(terrain, index, ground), ti.cast(WALL_NODES, float))
-    room = 1.0 + 0.0 * scene.spacing
-    for d in ti.static(range(3)):
-        place = ti.cast(index[d], float)
-        before = part_before(place - low[d]) * part_before(count[d] - 1.0 - WALL_NODES - place)
-        room *= ti.max(LEAST_ROOM, before)
-    return room
+def room_along(place, low, count):
+    """Share of a node's cell that lies between the walls of one direction, at least `LEAST_ROOM`."""
+    at = ti.cast(place, float)
+    return ti.max(LEAST_ROOM, part_before(at - low) * part_before(count - 1.0 - WALL_NODES - at))
+
+
+@ti.func
+def room_around(scene: ti.template(), index: ti.template(), terrain: ti.template(), ground: ti.template()):
+    """`room_along` each direction at a node; their product is the share that lies in the arena, above the ground."""
+    low = ti.cast(WALL_NODES, float)
+    return ti.Vector([
+        room_along(index[0], low, scene.nodes_x),
+        room_along(index[1], ground_height(terrain, index, ground), scene.nodes_y),
+        room_along(index[2], low, scene.nodes_z),
+    ])  # fmt: skip
+
+
+@ti.func
+def room_beside(
+    scene: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template(), terrain: ti.template(),
+    ground: ti.template(),
+):  # fmt: skip
+    """Room of the next node (`step` 1) or the last one (-1) along direction d, from the `rooms` at a node."""
+    there = [index[e] + ti.static(step * int(d == e)) for e in ti.static(range(3))]
+    x, y, z = rooms[0], rooms[1], rooms[2]
+    if ti.static(d == 0):
+        x = room_along(there[0], ti.cast(WALL_NODES, float), scene.nodes_x)
+    if ti.static(d == 1 or ground == TERRAIN):
+        y = room_along(there[1], ground_height(terrain, there, ground), scene.nodes_y)
+    if ti.static(d == 2):
+        z = room_along(there[2], ti.cast(WALL_NODES, float), scene.nodes_z)
+    return x * y * z
 
 
 @ti.func
 def beside(
-    scene: ti.template(), window: ti.template(), s, w, index: ti.template(), terrain: ti.template(),
+    scene: ti.template(), window: ti.template(), s, w, index: ti.template(), rooms, terrain: ti.template(),
     ground: ti.template(),
 ):  # fmt: skip
     """Factors of the shares' masses at the next and at the last node along each direction in central differences: zero
@@ -109,14 +130,11 @@ def beside(
     low = (1.0 * WALL_NODES, ground_height(terrain, index, ground), 1.0 * WALL_NODES)
     up, down = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
     for d in ti.static(range(3)):
-        step = [ti.static(int(d == e)) for e in ti.static(range(3))]
         if index[d] > low[d] and index[d] < count[d] - 1 - WALL_NODES:
             if index[d] + 1 < window[s, w, 3 + d]:
-                after = (index[0] + step[0], index[1] + step[1], index[2] + step[2])
-                up[d] = 0.5 / node_room(scene, after, terrain, ground)
+                up[d] = 0.5 / room_beside(scene, index, rooms, d, 1, terrain, ground)
             if index[d] > window[s, w, d]:
-                before = (index[0] - step[0], index[1] - step[1], index[2] - step[2])
-                down[d] = 0.5 / node_room(scene, before, terrain, ground)
+                down[d] = 0.5 / room_beside(scene, index, rooms, d, -1, terrain, ground)
     return up, down
 
 
@@ -237,15 +255,17 @@ def meeting(
     v, u = free_velocity(q, dt, scene), free_velocity(o, dt, scene)
     share, rise, reduced, carried, strength = 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt, 0.0 * dt
     slope, change, impulse = 0.0 * v, 0.0 * v, 0.0 * v
+    room, up, down = 1.0 + 0.0 * dt, 0.0 * v, 0.0 * v
     if q[3] > 0.0 and o[3] > 0.0:
-        room = node_room(scene, index, terrain, variant.ground)
+        rooms = room_around(scene, index, terrain, variant.ground)
+        room = rooms[0] * rooms[1] * rooms[2]
         total = (q[3] / scene.robot_full + o[3] / scene.medium_full) / room
         share, rise = closure(total)
         if share > 0.0:
             if ti.static(variant.law != WATER):
                 strength = dt * CARRIED * scene.inverse / (CLOSED - CLOSING)
                 carried = strength * (total - CLOSING)
-            up, down = beside(scene, window, s, w, index, terrain, variant.ground)
+            up, down = beside(scene, window, s, w, index, rooms, terrain, variant.ground)
             slope = mass_gradient(grid, m + nodes.size, nodes, up, down) / scene.medium_full
             change = touched(v - u, slope, share, carried, scene.interface_friction)
             reduced = q[3] * o[3] / (q[3] + o[3])
@@ -254,7 +274,7 @@ def meeting(
             u += (-1.0 / o[3]) * impulse
     return ti.Struct(
         v=v, u=u, share=share, rise=rise, carried=carried, strength=strength, reduced=reduced, slope=slope,
-        change=change, impulse=impulse,
+        change=change, impulse=impulse, room=room, up=up, down=down,
     )  # fmt: skip
 
 
@@ -353,8 +373,7 @@ def update_both_adjoint(
         by_velocity, by_slope, by_share, by_carried = touched_adjoint(
             relative, found.slope, found.share, found.carried, scene.interface_friction, found.reduced * impulse_adjoint
         )
-        room = node_room(scene, index, terrain, variant.ground)
-        by_total = (by_share * found.rise + by_carried * found.strength) / room
+        by_total = (by_share * found.rise + by_carried * found.strength) / found.room
         # reduced = q o / (q + o)
         q_part, o_part = found.reduced / q[3], found.reduced / o[3]
         q_mass += by_total / scene.robot_full
@@ -363,8 +382,8 @@ def update_both_adjoint(
         o_mass += by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / (o[3] * o[3])
         v_adjoint += by_velocity
         u_adjoint = u_adjoint - by_velocity
-        up, down = beside(scene, window, s, w, index, terrain, variant.ground)
-        mass_gradient_adjoint(grid_adjoint, node + nodes.size, nodes, up, down, by_slope / scene.medium_full)
+        by_slope = by_slope / scene.medium_full
+        mass_gradient_adjoint(grid_adjoint, node + nodes.size, nodes, found.up, found.down, by_slope)
     grid_adjoint[MOMENTUM, node] += momentum_adjoint(q, v_adjoint, q_mass, stored)
     grid_adjoint[MOMENTUM, node + nodes.size] += momentum_adjoint(o, u_adjoint, o_mass, other)
 
