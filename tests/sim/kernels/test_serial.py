@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,16 @@ def test_an_escaped_particle_writes_nothing_out_of_bounds(name: str, place: floa
 def test_parallel_driver_agrees_with_the_serial_one(name: str) -> None:
     """Path and gradient to 1e-12; on one thread even the order of the additions is nearly the same."""
     serial, parallel = scenes.compare_drivers(scenes.SCENES[name](), 3)
+    assert np.abs(parallel.velocities - serial.velocities).max() <= 1e-12 * np.abs(serial.velocities).max()
+
+
+def test_the_parallel_driver_takes_water_to_the_walls() -> None:
+    """Where two walls meet, a node is pressed by both, in another order than in turn."""
+    scene = scenes.wading_scene()
+    assert scene.medium is not None
+    water = replace(scenes.medium_bed("water", first=0), friction=0.0, transfer="aflip")
+    aside = replace(scene.robot, positions=scene.robot.positions - 8 * scenes.SPACING * np.array([1.0, 0.0, 1.0]))
+    serial, parallel = scenes.compare_drivers(replace(scene, robot=aside, medium=water), 3)
     assert np.abs(parallel.velocities - serial.velocities).max() <= 1e-12 * np.abs(serial.velocities).max()
 
 

@@ -8,6 +8,7 @@ the host does not know how many they are.
 import taichi as ti
 
 from zoobench.sim.kernels.array_types import Rows, Scalars
+from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
 from zoobench.sim.kernels.lane_scatter import to_grid_by_lanes
 from zoobench.sim.kernels.layout import V, X, box, scene_constants
@@ -17,13 +18,14 @@ from zoobench.sim.kernels.splines import stencil
 from zoobench.sim.kernels.substep import (
     clear_node,
     from_grid,
-    press_node,
+    press_along,
     update_node,
 )
 from zoobench.sim.kernels.substep_adjoint import (
     from_grid_adjoint,
-    press_node_adjoint,
+    press_along_adjoint,
     to_grid_adjoint,
+    unpressed,
     update_node_adjoint,
 )
 from zoobench.sim.kernels.transfer import AFLIP
@@ -114,16 +116,16 @@ def velocities_of_all(
                 if ti.static(variant.uses(AFLIP)):
                     for field in ti.static(range(layers(variant))):
                         divide_node(grid, m + field * nodes.size)
-    if ti.static(variant.law == WATER):
+    # an edge's nodes are pressed by two walls, and their threads would write each other's
+    for d in ti.static(range(3 * (variant.law == WATER))):
         for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
             n, room = step[0], capacity(state, grid, variant)
             if takes_part(plan, boxes, w, n, room):
-                scene, s = scene_constants(constants), plan[w, 0] + n * stride
-                nodes = slab(boxes, w, room, variant)
+                scene, nodes = scene_constants(constants), slab(boxes, w, room, variant)
                 for turn in range(turns(boxes, w, thread)):
                     index = node_index(boxes, w, thread + turn * NODE_THREADS)
                     m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
-                    press_node(grid, nodes, boxes, 0, w, m, index, scene, variant.ground)
+                    press_along(grid, nodes, boxes, 0, w, m, index, scene, d, variant.ground)
 
 
 @ti.kernel
@@ -196,18 +198,19 @@ def reverse_parallel(
             scene, s = scene_constants(constants), plan[w, 0] + n
             nodes = slab(boxes, w, room, variant)
             from_grid_adjoint(state, adjoint, grid, grid_adjoint, 0, nodes, scene, dts[w], s, s + 1, w, p, variant)
-    if ti.static(variant.law == WATER):
+    for d in ti.static(range(3 * (variant.law == WATER))):
         for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
             n, room = step[0], capacity(state, grid, variant)
             if takes_part(plan, boxes, w, n, room):
-                scene, s = scene_constants(constants), plan[w, 0] + n
-                nodes = slab(boxes, w, room, variant)
+                scene, nodes = scene_constants(constants), slab(boxes, w, room, variant)
                 for turn in range(turns(boxes, w, thread)):
                     index = node_index(boxes, w, thread + turn * NODE_THREADS)
-                    m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
-                    press_node_adjoint(
-                        grid, grid_adjoint, nodes, boxes, 0, w, m, m, index, dts[w], scene, terrain, variant
-                    )
+                    if behind_wall(index[d], (scene.nodes_x, scene.nodes_y, scene.nodes_z)[d], d, variant.ground) != 0:
+                        m = own_node(w, room, thread, turn, variant) + medium_layer(nodes, variant)
+                        free = unpressed(grid, nodes, boxes, 0, w, m, index, dts[w], scene, terrain, variant)
+                        press_along_adjoint(
+                            grid, grid_adjoint, nodes, boxes, 0, w, m, m, index, free, scene, d, variant.ground
+                        )
     for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):

@@ -210,18 +210,27 @@ def press_node(
 ):  # fmt: skip
     """Pressure of tight walls on a node behind them and on its mirror image before them, after `update_node`."""
     for d in ti.static(range(3)):
-        normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, ground)
-        if normal != 0 and grid[VELOCITY, node][3] > 0.0:
-            here = grid[VELOCITY, node]
-            there = 0.0 * here
-            if image >= 0:
-                there = grid[VELOCITY, image]
-            behind, before = press(normal * here[d], normal * there[d], here[3], there[3])
-            here[d] = normal * behind
-            grid[VELOCITY, node] = here
-            if image >= 0:
-                there[d] = normal * before
-                grid[VELOCITY, image] = there
+        press_along(grid, nodes, window, s, w, node, index, scene, d, ground)
+
+
+@ti.func
+def press_along(
+    grid: ti.template(), nodes: ti.template(), window: ti.template(), s, w, node, index: ti.template(),
+    scene: ti.template(), d: ti.template(), ground: ti.template(),
+):  # fmt: skip
+    """`press_node` by the walls of one direction, whose pairs of nodes have none in common."""
+    normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, ground)
+    if normal != 0 and grid[VELOCITY, node][3] > 0.0:
+        here = grid[VELOCITY, node]
+        there = 0.0 * here
+        if image >= 0:
+            there = grid[VELOCITY, image]
+        behind, before = press(normal * here[d], normal * there[d], here[3], there[3])
+        here[d] = normal * behind
+        grid[VELOCITY, node] = here
+        if image >= 0:
+            there[d] = normal * before
+            grid[VELOCITY, image] = there
 
 
 @ti.func

@@ -6,7 +6,7 @@ parameters, `grid_adjoint` those of the nodes.
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import contact_adjoint, press_adjoint
+from zoobench.sim.kernels.boundary import behind_wall, contact_adjoint, press_adjoint
 from zoobench.sim.kernels.columns import (
     add,
     contract,
@@ -68,29 +68,53 @@ def press_node_adjoint(
 
     The momentum and mass of the node are at m, its velocity after `press_node` and its adjoint at `node`.
     """
-    q = grid[MOMENTUM, m]
-    # beside gravity nothing but the contact of two fields acts on a node behind a wall before `press`
-    free = free_velocity(q, dt, scene)
+    count, is_behind = (scene.nodes_x, scene.nodes_y, scene.nodes_z), False
+    for d in ti.static(range(3)):
+        is_behind = is_behind or behind_wall(index[d], count[d], d, variant.ground) != 0
+    if is_behind:
+        free = unpressed(grid, nodes, window, s, w, m, index, dt, scene, terrain, variant)
+        for d in ti.static(range(3)):
+            press_along_adjoint(
+                grid, grid_adjoint, nodes, window, s, w, m, node, index, free, scene, d, variant.ground
+            )  # fmt: skip
+
+
+@ti.func
+def unpressed(
+    grid: ti.template(), nodes: ti.template(), window: ti.template(), s, w, m, index: ti.template(), dt,
+    scene: ti.template(), terrain: ti.template(), variant: ti.template(),
+):  # fmt: skip
+    """Velocity of a node behind a wall before `press_node`: only gravity and the contact of two fields act on it."""
+    free = free_velocity(grid[MOMENTUM, m], dt, scene)
     if ti.static(variant.two_fields):
         free = meeting(grid, m - nodes.size, nodes, window, s, w, index, dt, scene, terrain, variant).u
-    for d in ti.static(range(3)):
-        normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, variant.ground)
-        if normal != 0 and q[3] > 0.0:
-            here, stored = grid[VELOCITY, node], grid_adjoint[MOMENTUM, node]
-            there, image_stored = 0.0 * here, 0.0 * here
-            if image >= 0:
-                there, image_stored = grid[VELOCITY, image], grid_adjoint[MOMENTUM, image]
-            adjoints = press_adjoint(
-                normal * free[d], normal * here[d], normal * there[d], q[3], there[3],
-                normal * stored[d], normal * image_stored[d],
-            )  # fmt: skip
-            stored[d] = normal * adjoints[0]
-            stored[3] += adjoints[2]
-            grid_adjoint[MOMENTUM, node] = stored
-            if image >= 0:
-                image_stored[d] = normal * adjoints[1]
-                image_stored[3] += adjoints[3]
-                grid_adjoint[MOMENTUM, image] = image_stored
+    return free
+
+
+@ti.func
+def press_along_adjoint(
+    grid: ti.template(), grid_adjoint: ti.template(), nodes: ti.template(), window: ti.template(), s, w, m, node,
+    index: ti.template(), free, scene: ti.template(), d: ti.template(), ground: ti.template(),
+):  # fmt: skip
+    """Adjoint of `press_along` for a node whose velocity was `free`."""
+    mass = grid[MOMENTUM, m][3]
+    normal, image = mirror_image(nodes, window, s, w, node, index, scene, d, ground)
+    if normal != 0 and mass > 0.0:
+        here, stored = grid[VELOCITY, node], grid_adjoint[MOMENTUM, node]
+        there, image_stored = 0.0 * here, 0.0 * here
+        if image >= 0:
+            there, image_stored = grid[VELOCITY, image], grid_adjoint[MOMENTUM, image]
+        adjoints = press_adjoint(
+            normal * free[d], normal * here[d], normal * there[d], mass, there[3],
+            normal * stored[d], normal * image_stored[d],
+        )  # fmt: skip
+        stored[d] = normal * adjoints[0]
+        stored[3] += adjoints[2]
+        grid_adjoint[MOMENTUM, node] = stored
+        if image >= 0:
+            image_stored[d] = normal * adjoints[1]
+            image_stored[3] += adjoints[3]
+            grid_adjoint[MOMENTUM, image] = image_stored
 
 
 @ti.func
