@@ -85,6 +85,7 @@ class Launcher:
             Launch(kernel, optimised=law == 0) for kernel in (serial.advance, serial.reverse, survey.survey)
         )
         self._find_sleepers = Launch(sleep_survey.find_sleepers)
+        self._scatter_first = Launch(half_step.scatter_first)
         self._cells = lazy_zeros((2, math.prod(self.shape) * self.variant.sleep), torch.int32, device)
         self._asleep = torch.zeros((worlds, scene.particle_count), dtype=torch.int32, device=device)
         if scene.water:
@@ -211,9 +212,7 @@ class Launcher:
         """Momentum [kg m/s] and mass [kg] of the first world's nodes after the internal forces of a substep of `dt` [s]
         from slot 0, before gravity and contact: `[layers, nx, ny, nz, 4]`, a copy of the window; the layers are one, or
         robot and medium."""
-        Launch(half_step.scatter_first)(
-            *matter.particles, parameters.body, self.constants, self._grid, dt, self.variant
-        )
+        self._scatter_first(*matter.particles, parameters.body, self.constants, self._grid, dt, self.variant)
         return self._field(MOMENTUM, matter.window[0, 0])
 
     def nodes(self, window: Tensor) -> Tensor:

@@ -125,10 +125,8 @@ def _substep(solver: Solver, dt: float, losses: Losses) -> None:
 def _rates(solver: Solver, nodes: Array, first: Array, places: Array) -> Array:
     """Velocity gradients `[particle_count, 3, 3]` [1/s] of all particles, each in its own field of the grid."""
     count = solver.robot_count
-    return np.concatenate([
-        grid_rates(nodes[0], first, places[:count], solver.fidelity),
-        grid_rates(nodes[-1], first, places[count:], solver.fidelity),
-    ])  # fmt: skip
+    fields = [(nodes[0], places[:count]), (nodes[-1], places[count:])]
+    return np.concatenate([grid_rates(field, first, own, solver.fidelity) for field, own in fields if len(own)])
 
 
 def _contact_loss(unforced: Array, forced: Array, after: Array, push: Array) -> float:

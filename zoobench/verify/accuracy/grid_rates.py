@@ -20,10 +20,16 @@ def grid_rates(nodes: Array, first: Array, places: Array, fidelity: Fidelity) ->
     spline = BSpline.basis_element(np.arange(width + 1) - 0.5 * width)
     cells = places / h - first
     corner = np.floor(cells - (0.5 * width - 1.0)).astype(int)
-    found = np.zeros((len(places), 3, 3))
-    for step in np.ndindex(width, width, width):
-        node = corner + step
-        arm = node - cells
-        weighted = spline(arm).prod(axis=1)[:, None] * nodes[tuple(node.T)][:, :3]
-        found += weighted[:, :, None] * arm[:, None, :]
-    return fidelity.spline.inverse_moment / h * found
+    # of every node of the stencil in every direction [width, 3, n]
+    arms = corner.T + np.arange(width)[:, None, None] - cells.T
+    shares = spline(arms)
+    _, ny, nz = nodes.shape[:3]
+    flat = (corner[:, 0] * ny + corner[:, 1]) * nz + corner[:, 2]
+    velocities = nodes[..., :3].reshape(-1, 3).T.copy()
+    found = np.zeros((3, 3, len(places)))
+    for i, j, k in np.ndindex(width, width, width):
+        velocity = velocities.take(flat + ((i * ny + j) * nz + k), axis=1)
+        weighted = shares[i, 0] * shares[j, 1] * shares[k, 2] * velocity
+        for d, step in enumerate((i, j, k)):
+            found[:, d] += weighted * arms[step, d]
+    return fidelity.spline.inverse_moment / h * np.ascontiguousarray(np.moveaxis(found, -1, 0))
