@@ -235,7 +235,7 @@ def test_the_meter_goes_on_where_it_stopped() -> None:
 
 def test_a_robot_that_is_torn_apart_has_no_score() -> None:
     """A torn robot counts as diverged, with the reason, so that it cannot win by throwing off a piece."""
-    problem = Problem(cell(environment="ground[muscle_strength=4e3,damping=0]", frames=60))
+    problem = Problem(cell(environment="ground[muscle_strength=4e3,damping=1e-6]", frames=60))
     evaluation, gradient = problem.loss_and_grad(20.0 * _draws(problem, 1)[0])
     assert evaluation.failure is not None
     assert evaluation.failure.quantity == "distance of neighbours by that at rest"
