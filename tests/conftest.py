@@ -19,8 +19,11 @@ for _library in ("MKL", "OMP", "OPENBLAS"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "verify")
-_OF_CELLS_TOO = ("test_specialisation.py", "test_advection.py", "test_immersed.py")
+_OF_CELLS_TOO = ("test_compiled_functions.py", "test_advection.py", "test_immersed.py")
 """Files of `tests/sim` that need the kernels of cells."""
+
+_OF_SCENES_TOO = ("test_energy_audit.py",)
+"""Files of `tests/verify` that need the kernels of the scenes in `tests/sim`."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -39,7 +42,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     groups: dict[str, list[pytest.Item]] = {}
     for item in items:
         folder = item.path.relative_to(config.rootpath / "tests").parts[0]
-        groups.setdefault("cell" if item.path.name in _OF_CELLS_TOO else folder, []).append(item)
+        own = {**dict.fromkeys(_OF_CELLS_TOO, "cell"), **dict.fromkeys(_OF_SCENES_TOO, "sim")}
+        groups.setdefault(own.get(item.path.name, folder), []).append(item)
     cells = [item for name in _OF_CELLS for item in groups.pop(name, [])]
     scenes = groups.pop("sim", [])
     others = [item for group in groups.values() for item in group]

@@ -3,6 +3,7 @@
 import pytest
 
 from zoobench.sim.kernels import serial, survey
+from zoobench.sim.kernels.water_grid import immersed
 
 
 @pytest.fixture
@@ -11,5 +12,6 @@ def nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
     That is there again afterwards, so that it costs less than to stop the runtime, which must go on in the test.
     """
-    for kernel in (serial.advance, serial.reverse, survey.survey):
+    kernels = (serial.advance, serial.reverse, immersed.advance_immersed, immersed.reverse_immersed, survey.survey)
+    for kernel in kernels:
         monkeypatch.setattr(kernel._primal, "compiled_kernels", {})

@@ -1,4 +1,4 @@
-"""Only the effects that a scene calls for are compiled, launched and held in memory, by the records of real runs."""
+"""What a scene does not call for is not held in memory, not worked on, and changes no bit."""
 
 import gc
 import math
@@ -7,82 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from taichi.lang.kernel_impl import Func
 
 from tests.sim import scenes
-from zoobench import registry
-from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import Environment
-from zoobench.registry import Kind
-from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Gradient, Rollout
 from zoobench.sim.model.scene import Effect, Ground, Scene
 from zoobench.sim.solver import Solver
-from zoobench.spec import Ref
-
-COARSE = Fidelity(1 / 32, precision=64)
-
-# Kernel functions of every effect: compiled into the substep and its reverse where a scene calls for it, else not.
-CODE = {
-    "muscle": {"fibre_stress", "fibre_stress_adjoint"},
-    "damping": {"viscous"},
-    "friction": {"coulomb", "coulomb_adjoint"},
-    "contact": {"update_both", "update_both_adjoint"},
-    "decomposition": {"eigen_symmetric"},
-    "plasticity": {"hencky_update", "hencky_update_adjoint", "snow_update", "snow_update_adjoint"},
-    "fluid": {"water_pressure", "shear_rate"},
-}
 
 
 def _run(solver: Solver, frames: int = 1, replay: Rollout | None = None) -> Rollout:
     return solver.run(scenes.actuation(solver, frames), replay=replay)
-
-
-@pytest.fixture
-def compiled(nothing_compiled: None, monkeypatch: pytest.MonkeyPatch) -> set[str]:
-    """Names of the kernel functions that are compiled from now on."""
-    names: set[str] = set()
-    call = Func.__call__
-
-    def noting(self: Func, *args: object, **kwargs: object) -> object:
-        names.add(self.func.__name__)
-        return call(self, *args, **kwargs)
-
-    monkeypatch.setattr(Func, "__call__", noting)
-    return names
-
-
-@pytest.mark.parametrize(
-    "name",
-    # each compiles kernels that no other test needs, for seconds: of beds one is fast, and no water, whose pressure
-    # other tests see
-    [
-        pytest.param(name, marks=() if name in ("ground", "ice", "desert") else pytest.mark.slow)
-        for name in registry.names(Kind.ENV)
-    ],
-)
-def test_an_environment_compiles_and_launches_what_it_calls_for(name: str, compiled: set[str]) -> None:
-    """A frame and its reverse are recorded with its effects, whose functions alone are compiled."""
-    env: Environment = registry.create(Kind.ENV, Ref(name))
-    scene = env.scene(Caterpillar().body(COARSE), COARSE)
-    solver, rollout, _ = scenes.episode(scene, 1, COARSE)
-    launched = scenes.launched(scene)
-    record = dict(solver.launcher.launches)
-    assert record.pop("survey") > 0
-    assert (record.pop("forward launches"), record.pop("reverse launches")) == (1, 1)
-    once = rollout.substeps
-    assert record == {f"{way} {e}": once for e in launched for way in ("forward", "reverse")}
-    assert {"scatter", "gather", "neo_hookean", "scatter_adjoint"} <= compiled
-    for effect, functions in CODE.items():
-        assert bool(functions & compiled) == (effect in launched), effect
-
-
-def test_passive_matter_in_flight_compiles_elasticity_alone(compiled: set[str]) -> None:
-    """No muscle, no contact law, no medium."""
-    block = Scene(scenes.passive_block((0.3, 0.3, 0.3), (2, 2, 2), np.zeros(3)), (0, 0, 0), scenes.ARENA)
-    _run(Solver(block, scenes.fidelity()))
-    assert "neo_hookean" in compiled
-    assert not compiled & set().union(*CODE.values())
 
 
 def _tensors() -> dict[int, int]:
