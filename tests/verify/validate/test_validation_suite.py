@@ -12,6 +12,7 @@ SHOWN_ELSEWHERE = {
     "gradient-differences": "tests/sim/test_adjoint.py, every group",
     "gradient-muscle": "tests/sim/test_adjoint.py, actuation and fibres",
     "gradient-checkpoints": "tests/sim/test_adjoint.py, every interval",
+    "gradient-taylor": "tests/sim/test_adjoint.py, every group; with AFLIP tests/sim/kernels/test_transfer.py",
     "gradient-frictionless": "tests/sim/test_adjoint.py, thrust needs friction",
     "gradient-single": "tests/sim/test_adjoint.py, 32 against 64 bits",
     "incline": "tests/sim/kernels/test_boundary.py, a block slides and sticks",
@@ -20,6 +21,10 @@ SHOWN_ELSEWHERE = {
     "free-fall-single": "tests/sim/test_solver.py, free fall in both precisions",
     "spinning-disc-single": "the same in 64 bits, and tests/sim/test_solver.py",
     "cantilever": "shear-wave and bar-mode: bending is both",
+    "bed-friction": "tests/sim/kernels/test_two_fields.py, what slides and what sticks",
+    "taylor-green-vortex": "tests/sim/kernels/water_grid/test_advection.py, a vortex lasts",
+    "coasting-ball": "tests/sim/kernels/water_grid/test_immersed.py, a body takes water along and coasts",
+    "sinking-ball": "the same, a body sinks or rises by its density",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""
 
