@@ -25,6 +25,9 @@ _OF_CELLS_TOO = ("test_compiled_functions.py", "test_advection.py", "test_immers
 _OF_SCENES_TOO = ("test_energy_audit.py",)
 """Files of `tests/verify` that need the kernels of the scenes in `tests/sim`."""
 
+_RESTARTING = ("test_launch.py", "test_runtime.py")
+"""Files that restart the runtime, which then loads again what others have compiled: they come before those."""
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """Kernels are compiled quickly, in child processes, too; with `-m slow` as users have them."""
@@ -45,7 +48,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         own = {**dict.fromkeys(_OF_CELLS_TOO, "cell"), **dict.fromkeys(_OF_SCENES_TOO, "sim")}
         groups.setdefault(own.get(item.path.name, folder), []).append(item)
     cells = [item for name in _OF_CELLS for item in groups.pop(name, [])]
-    scenes = groups.pop("sim", [])
+    scenes = sorted(groups.pop("sim", []), key=lambda item: item.path.name not in _RESTARTING)
     others = [item for group in groups.values() for item in group]
     share = max(len(items) // 2 - len(cells), 0)
     items[:] = cells + others[:share] + scenes + others[share:]
