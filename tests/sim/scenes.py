@@ -170,6 +170,13 @@ def passive_block(lower: tuple[float, float, float], cells: tuple[int, int, int]
     return replace(body, velocities=body.velocities + velocity)
 
 
+def with_idle_muscle(body: ElasticBody) -> ElasticBody:
+    """A passive body of soft matter with a muscle at rest along x, so that its kernels are those of the muscle cube."""
+    count = body.particle_count
+    fibres = np.tile([1.0, 0.0, 0.0], (count, 1))
+    return replace(body, material=SOFT, muscle_membership=np.ones((count, 1)), fibres=fibres)
+
+
 def thrown_body(velocity: Array | None = None, gradient: Array | None = None, cells: int = 3) -> ElasticBody:
     """The muscle cube in the velocity field `velocity + gradient (x - centre)`, its APIC matrix set to match."""
     middle = 0.375 - cells * SPACING / 2

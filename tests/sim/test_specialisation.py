@@ -73,8 +73,8 @@ def test_no_grid_work_outside_the_window(name: str, parallel: bool) -> None:
 
 
 PASSIVE = ("stiffness", "density_ratio", "occupancy")
-GROUND = scenes.ground_scene()
-LIMP = replace(GROUND, robot=replace(GROUND.robot, material=replace(scenes.SOFT, muscle_strength=0.0)))
+GROUND, FLIGHT = scenes.ground_scene(), scenes.flight_scene()
+LIMP = replace(FLIGHT, robot=replace(FLIGHT.robot, material=replace(scenes.SOFT, muscle_strength=0.0)))
 
 
 def _beside(name: str, height: float) -> tuple[Scene, Scene]:
@@ -93,7 +93,7 @@ slow = pytest.mark.slow
     ("on", "off", "idle", "effects"),
     [
         # compiled in and not activated
-        pytest.param(GROUND, LIMP, True, {Effect.MUSCLE}, id="muscle"),
+        pytest.param(FLIGHT, LIMP, True, {Effect.MUSCLE}, id="muscle"),
         # compiled in with the smallest positive coefficient
         pytest.param(
             scenes.ground_scene(friction=5e-324),

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from tests.sim import scenes
 from zoobench.sim.kernels.layout import KEPT
-from zoobench.sim.model.fidelity import Transfer
+from zoobench.sim.model.fidelity import Kernel, Transfer
 from zoobench.sim.model.state import LaunchPlan, Matter, Parameters, empty_matter
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.solver import Solver
@@ -17,9 +17,10 @@ from zoobench.sim.solver import Solver
 WORLDS, STEPS = 2, 6
 
 
-def _simulation(name: str, transfer: Transfer, precision: int) -> Simulation:
+def _simulation(name: str, transfer: Transfer, kernel: Kernel, precision: int) -> Simulation:
     """Two worlds of a scene in motion, with muscles active."""
-    solver = Solver(scenes.SCENES[name](), scenes.fidelity(precision, transfer=transfer), worlds=WORLDS)
+    fidelity = scenes.fidelity(precision, transfer=transfer, kernel=kernel)
+    solver = Solver(scenes.SCENES[name](), fidelity, worlds=WORLDS)
     solver.run(scenes.actuation(solver, 2))
     return solver.simulation
 
@@ -57,20 +58,20 @@ def _results(found: tuple[Matter, Matter, Parameters]) -> list[Tensor]:
 
 
 CASES = [
-    ("ground", "apic"),
-    ("sand", "apic"),
-    ("water", "apic"),
-    ("ground", "aflip"),
-    ("water", "aflip"),
+    ("ground", "apic", "quadratic"),
+    ("sand", "apic", "quadratic"),
+    ("water", "apic", "quadratic"),
+    ("ground", "aflip", "cubic"),  # which test_transfer.py compiles, too
+    ("water", "aflip", "quadratic"),
 ]
 
 
-def _is_fast(name: str, transfer: Transfer, precision: int) -> bool:
+def _is_fast(name: str, transfer: Transfer, kernel: Kernel, precision: int) -> bool:
     return name != "water" and (precision == 64 or (name, transfer) == ("ground", "apic"))
 
 
 @pytest.mark.parametrize(
-    ("name", "transfer", "precision"),
+    ("name", "transfer", "kernel", "precision"),
     [
         # in 32 bits the kernels are the same, and only those of the ground are compiled for other tests, too
         pytest.param(*case, precision, marks=() if _is_fast(*case, precision) else pytest.mark.slow)
@@ -78,9 +79,11 @@ def _is_fast(name: str, transfer: Transfer, precision: int) -> bool:
         for precision in (64, 32)
     ],
 )
-def test_kept_momenta_give_the_same_bits_as_those_computed_again(name: str, transfer: Transfer, precision: int) -> None:
+def test_kept_momenta_give_the_same_bits_as_those_computed_again(
+    name: str, transfer: Transfer, kernel: Kernel, precision: int
+) -> None:
     """States, adjoints of states and of parameters, with room for all substeps, for some and for none."""
-    sim = _simulation(name, transfer, precision)
+    sim = _simulation(name, transfer, kernel, precision)
     expected = _pass(sim, None)
     assert not expected[0].window[..., KEPT].any()
     assert all(part.isfinite().all() and part.any() for part in _results(expected))

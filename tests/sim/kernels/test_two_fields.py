@@ -25,12 +25,8 @@ def _thrown(gap: float, friction: float | None, speed: Array = SPEED) -> Scene:
     bed = scenes.medium_bed("sand", depth=4, first=6, cells=12)
     bed = replace(bed, positions=bed.positions + np.array([0.0, 0.25, 0.0]), friction=friction)
     block = scenes.passive_block((0.3, 0.25 + (4 + gap) * scenes.SPACING, 0.3), (3, 3, 3), speed)
-    muscle = {
-        "muscle_membership": np.ones((block.particle_count, 1)),
-        "fibres": np.tile([1.0, 0.0, 0.0], (block.particle_count, 1)),
-    }
     return Scene(
-        replace(block, material=scenes.SOFT, **muscle), (0, 0, 0), scenes.ARENA,
+        scenes.with_idle_muscle(block), (0, 0, 0), scenes.ARENA,
         ground=Ground(0.5), medium=bed, gravity=scenes.NO_GRAVITY,
     )  # fmt: skip
 
