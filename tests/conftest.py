@@ -19,11 +19,13 @@ for _library in ("MKL", "OMP", "OPENBLAS"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "verify")
-_OF_CELLS_TOO = ("test_compiled_functions.py", "test_advection.py", "test_immersed.py")
-"""Files of `tests/sim` that need the kernels of cells."""
-
-_OF_SCENES_TOO = ("test_energy_audit.py",)
-"""Files of `tests/verify` that need the kernels of the scenes in `tests/sim`."""
+_WITH = {
+    "test_compiled_functions.py": "cell",
+    "test_advection.py": "cell",
+    "test_immersed.py": "cell",
+    "test_energy_audit.py": "sim",
+}
+"""Files that need the kernels of another folder's tests, and which."""
 
 _RESTARTING = ("test_launch.py", "test_runtime.py")
 """Files that restart the runtime, which then loads again what others have compiled: they come before those."""
@@ -45,8 +47,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     groups: dict[str, list[pytest.Item]] = {}
     for item in items:
         folder = item.path.relative_to(config.rootpath / "tests").parts[0]
-        own = {**dict.fromkeys(_OF_CELLS_TOO, "cell"), **dict.fromkeys(_OF_SCENES_TOO, "sim")}
-        groups.setdefault(own.get(item.path.name, folder), []).append(item)
+        groups.setdefault(_WITH.get(item.path.name, folder), []).append(item)
     cells = [item for name in _OF_CELLS for item in groups.pop(name, [])]
     scenes = sorted(groups.pop("sim", []), key=lambda item: item.path.name not in _RESTARTING)
     others = [item for group in groups.values() for item in group]
