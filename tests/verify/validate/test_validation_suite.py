@@ -23,6 +23,7 @@ SHOWN_ELSEWHERE = {
     "cantilever": "shear-wave and bar-mode: bending is both",
     "bed-friction": "tests/sim/kernels/test_two_fields.py, what slides and what sticks",
     "taylor-green-vortex": "tests/sim/kernels/water_grid/test_advection.py, a vortex lasts",
+    "vortices-of-a-body": "the same, vortices of a few cells",
     "coasting-ball": "tests/sim/kernels/water_grid/test_immersed.py, a body takes water along and coasts",
     "sinking-ball": "the same, a body sinks or rises by its density",
 }

@@ -29,6 +29,18 @@ def test_a_vortex_lasts(speed: float) -> None:
     assert np.sqrt(np.square(flow_of(solver)).sum() / np.square(given).sum()) == pytest.approx(1.0, abs=0.006)
 
 
+@pytest.mark.parametrize(("cells", "spacing", "least"), [(3, 1 / 64, 200.0), (5, 1 / 96, 600.0)])
+def test_vortices_of_a_few_cells_decay_as_in_water_of_hundreds(cells: int, spacing: float, least: float) -> None:
+    """What they lose is what the viscosity of a Reynolds number of hundreds would take, of 0.1 m at 50 mm/s."""
+    given = taylor_green(0.05, cells, spacing)
+    solver = Solver(empty_water(given, spacing), fine(32, spacing))
+    solver.substeps(250, 1e-3)
+    left = np.sqrt(np.square(flow_of(solver)).sum() / np.square(given).sum())
+    viscosity = -np.log(left) / (2 * (np.pi / (cells * spacing)) ** 2 * 0.25)
+    assert left < 1.0
+    assert 0.1 * 0.05 / viscosity >= least
+
+
 @pytest.mark.parametrize(("precision", "bound"), [(64, 1e-13), (32, 1e-6)])
 @pytest.mark.parametrize("cells", [CELLS, (5, 4, 13)])
 def test_water_is_incompressible(precision: int, bound: float, cells: tuple[int, int, int]) -> None:
