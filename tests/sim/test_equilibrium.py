@@ -145,13 +145,15 @@ def test_an_interrupted_write_leaves_nothing_behind(tmp_path: Path, monkeypatch:
 
 def test_the_folder_keeps_its_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The longest unused state is removed first; the newest one stays whatever its size."""
-    get(medium_scene("sand"))
+    bed = medium_scene("sand")
+    heavier, heaviest = (replace(bed, gravity=(0.0, down, 0.0)) for down in (-10.0, -11.0))
+    get(bed)
     (old,) = (tmp_path / "equilibrated").iterdir()
     os.utime(old, (0, 0))
-    get(medium_scene("clay"))
+    get(heavier)
     assert len(list((tmp_path / "equilibrated").iterdir())) == 2
     monkeypatch.setattr(module, "LARGEST_FOLDER", 0)
-    get(medium_scene("water"))
+    get(heaviest)
     assert len(list((tmp_path / "equilibrated").iterdir())) == 1
     assert not old.exists()
 
