@@ -73,11 +73,11 @@ def test_serial_driver_holds_one_grid_for_all_worlds() -> None:
 
 def test_matter_that_needs_more_nodes_than_there_is_memory_for_diverges(monkeypatch: pytest.MonkeyPatch) -> None:
     """The parallel driver holds a part of the arena for each world, the serial one all of it."""
-    scene, actuation = scenes.flight_scene(), np.zeros((1, 2, 3))
+    scene, actuation = scenes.ground_scene(), np.zeros((1, 2, 3))
     monkeypatch.setattr(parallel_driver, "memory_share", lambda _: 2 * 3 * 4 * 8 * 1000)
     assert not Solver(scene, scenes.fidelity(), worlds=2, parallel=True).run(actuation).divergences
     monkeypatch.setattr(parallel_driver, "memory_share", lambda _: 2 * 3 * 4 * 8 * 100)
-    with pytest.raises(SceneError, match="2 worlds have memory for 150 each"):
+    with pytest.raises(SceneError, match="2 worlds have memory for 100 each"):
         Solver(scene, scenes.fidelity(), worlds=2, parallel=True)
     monkeypatch.setattr(parallel_driver.ParallelDriver, "check_room", lambda *_: None)
     found = Solver(scene, scenes.fidelity(), worlds=2, parallel=True).run(actuation).divergences
