@@ -87,7 +87,7 @@ def test_it_is_one_piece_with_every_muscle(name: str, fidelity: Fidelity) -> Non
     body = body_of(name, fidelity)
     near = 1.45 * fidelity.grid_spacing / 2
     tree = KDTree(body.sites)
-    assert connected_components(tree.sparse_distance_matrix(tree, near))[0] == 1
+    assert connected_components(tree.sparse_distance_matrix(tree, near, output_type="coo_matrix"))[0] == 1
     shares = body.muscle_membership.sum(axis=0) / body.particle_count
     assert shares.min() > 0.01
     assert len(set(body.muscles)) == len(body.muscles) <= 10

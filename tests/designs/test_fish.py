@@ -24,6 +24,11 @@ def test_a_swimmer_has_three_particles_along_a_cell(spacing: float) -> None:
     assert ocean.scene(Caterpillar().body(fidelity), fidelity).robot_edge(fidelity) == pytest.approx(spacing / 2)
 
 
+def test_a_swimmer_is_sampled_once_for_fidelities_of_fewer_particles() -> None:
+    """They have its lattice in common."""
+    assert FISH.body(Fidelity(1 / 32, particles_per_cell=1)) is FISH.body(Fidelity(1 / 32, particles_per_cell=27))
+
+
 @pytest.mark.parametrize("spacing", [1 / 64, 1 / 96, 1 / 128])
 def test_no_cube_of_a_swimmer_is_of_both_sides(spacing: float) -> None:
     """Left and right muscles would cancel in it, and their arms be shorter by up to a tenth."""

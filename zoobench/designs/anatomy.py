@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -162,10 +162,14 @@ class Animal:
         solid = Shape.standing(lambda points: self.distance(points) <= 0.0, length, height, width)
         return replace(solid, points=_POINTS)
 
-    @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution; its properties are smooth functions of place."""
-        sample = self.shape.sample(fidelity.with_particles(self.particles_per_cell))
+        return self._body(fidelity.with_particles(self.particles_per_cell))
+
+    @sampled_once
+    def _body(self, fidelity: Fidelity) -> Body:
+        """On this lattice, which has particles enough; several fidelities may share it."""
+        sample = self.shape.sample(fidelity)
         drawn = sample.points / self.scale
         tissue = self._tissue(drawn)
         density = sample.mean(tissue @ [part.density_ratio for part in self.parts])
@@ -185,8 +189,9 @@ class Animal:
     def _tissue(self, drawn: Array) -> Array:
         """Share of each part at each point `[n, part_count]`: 1 in the part with the least distance, blended nearby."""
         drawn = np.asfortranarray(drawn)
-        distances = np.stack([part.solid(drawn) for part in self.parts], axis=1)
-        weights = np.maximum(1.0 - (distances - distances.min(axis=1, keepdims=True)) / _MARGIN, 0.0)
+        distances = [part.solid(drawn) for part in self.parts]
+        least = reduce(np.minimum, distances)
+        weights = np.stack([np.maximum(1.0 - (each - least) / _MARGIN, 0.0) for each in distances], axis=1)
         found: Array = weights / weights.sum(axis=1, keepdims=True)
         return found
 

@@ -155,11 +155,12 @@ class Shape:
         found: list[tuple[Array, ...]] = []
         for n in range(0, len(sites), step):
             block = cell_points(sites[n : n + step], middle, spacing, per_cell, count)
-            owner = np.broadcast_to(np.arange(n, n + len(block))[:, None], block.shape[:2])
             own = np.isfinite(block[..., 0])
-            weights = np.asarray(self.inside(block[own]), float) / own.sum(axis=1)[owner[own] - n]
-            solid = weights > 0.0
-            found.append((block[own][solid], weights[solid], owner[own][solid]))
+            points, counts = block[own], own.sum(axis=1)
+            weights = np.asarray(self.inside(points), float) / np.repeat(counts, counts)
+            solid = np.flatnonzero(weights > 0.0)
+            owner = np.repeat(np.arange(n, n + len(block)), counts)
+            found.append((points[solid], weights[solid], owner[solid]))
         points, weights, owners = (np.concatenate(column) for column in zip(*found, strict=True))
         return points, weights, owners
 

@@ -72,7 +72,8 @@ def clumps(points: Array, near: float) -> NDArray[np.int64]:
     from scipy.spatial import KDTree
 
     tree = KDTree(points)
-    labels = connected_components(tree.sparse_distance_matrix(tree, near), directed=False)[1]
+    gaps = tree.sparse_distance_matrix(tree, near, output_type="coo_matrix")  # the default, a dictionary, is slow
+    labels = connected_components(gaps, directed=False)[1]
     return np.asarray(labels, np.int64)
 
 
