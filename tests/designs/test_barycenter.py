@@ -1,5 +1,7 @@
 """The barycenter space: the ends of the simplex, volume kept between them, and gradients."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import torch
@@ -9,8 +11,26 @@ from scipy.spatial import KDTree
 from tests.designs.test_mixture import COUNT, ORCA, TUNA, mixture, workspace
 from zoobench.designs.barycenter import barycenter_space, keep_volume
 from zoobench.designs.sdf_lerp import sdf_lerp
+from zoobench.designs.wasserstein import barycenter
 
 SPACE = barycenter_space()
+KNOWN: dict[tuple[bytes, int], torch.Tensor] = {}
+"""Barycenters of the space by weights and iterations: no grid of particles changes them."""
+
+
+@pytest.fixture(autouse=True)
+def _transported_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same weights are transported once for all tests that ask for no gradient."""
+
+    def remembered(densities: torch.Tensor, weights: torch.Tensor, **rest: Any) -> torch.Tensor:
+        if weights.requires_grad:
+            return barycenter(densities, weights, **rest)
+        key = weights.numpy().tobytes(), rest["iterations"]
+        if key not in KNOWN:
+            KNOWN[key] = barycenter(densities, weights, **rest)
+        return KNOWN[key]
+
+    monkeypatch.setattr("zoobench.designs.barycenter.barycenter", remembered)
 
 
 def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
@@ -18,6 +38,7 @@ def overlap(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
     return float((one & other).sum() / (one | other).sum())
 
 
+@pytest.mark.usefixtures("few_iterations")
 def test_fibres_are_ahead() -> None:
     """Everywhere."""
     assert (mixture(SPACE, np.full(COUNT, 0.25), 32).fibres[0] == torch.tensor([1.0, 0.0, 0.0])).all()
@@ -74,9 +95,15 @@ def test_left_and_right_are_mirror_images() -> None:
     np.testing.assert_allclose(occupancy[twin], occupancy, atol=1e-9)
 
 
-@pytest.mark.parametrize("parameters", [[0.0] * 12, [60.0, -60.0, 0.0, 0.0] * 3, [800.0, 0.0, 0.0, -800.0] * 3])
-def test_gradients_are_finite_everywhere(parameters: list[float]) -> None:
-    """At the middle of the simplex, and at ends where a weight underflows."""
+@pytest.mark.parametrize(
+    ("parameters", "iterations"),
+    [([0.0] * 12, 10), ([60.0, -60.0, 0.0, 0.0] * 3, 10), ([800.0, 0.0, 0.0, -800.0] * 3, 100)],
+)
+def test_gradients_are_finite_everywhere(
+    parameters: list[float], iterations: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the middle of the simplex, and at ends where a weight underflows; after all iterations at the farthest."""
+    monkeypatch.setattr("zoobench.designs.barycenter._ITERATIONS", iterations)
     body = workspace(64)
     free = torch.tensor([parameters], dtype=torch.float64, requires_grad=True)
     (gradient,) = torch.autograd.grad(SPACE.form(free, body).occupancy.square().sum(), free)

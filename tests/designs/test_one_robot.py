@@ -22,7 +22,7 @@ LEVELS = (
     pytest.param("fine", marks=pytest.mark.slow),
     pytest.param("reference", marks=pytest.mark.slow),
 )
-POINTS = 1_500_000  # by which a solid is measured: muscles of a fiftieth of it to 0.3 %
+POINTS = 500_000  # by which a solid is measured: muscles of a fiftieth of it to 0.5 %, all of it to 0.03 %
 
 
 @cache
