@@ -152,7 +152,7 @@ class Shape:
         """Points in the solid `[n, 3]` [m], the share of a cube that each stands for, and its site `[n]`."""
         middle, count = (np.array(self.lower) + self.upper) / 2, max(_LEAST_POINTS, self.points // len(sites))
         spacing, per_cell, step = fidelity.grid_spacing, fidelity.particles_per_cell, max(1, _BLOCK // count)
-        found: list[tuple[Array, ...]] = []
+        found: list[tuple[Array, Array, NDArray[np.int64]]] = []
         for n in range(0, len(sites), step):
             block = cell_points(sites[n : n + step], middle, spacing, per_cell, count)
             own = np.isfinite(block[..., 0])
