@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from tests.methods.toy import OPTIMUM, Context, OneSite, Quadratic
 from zoobench.methods.evolution import Evolution
@@ -10,6 +11,7 @@ from zoobench.methods.hyperneat import HyperNeat
 from zoobench.spec import Budget
 
 
+@pytest.mark.usefixtures("no_checkpoints")
 def test_it_finds_body_and_controller() -> None:
     """Of the quadratic problem, within 0.3 of the optimum in the median of three runs.
 
@@ -20,6 +22,7 @@ def test_it_finds_body_and_controller() -> None:
     assert np.median(gaps) < 0.3
 
 
+@pytest.mark.usefixtures("no_checkpoints")
 def test_it_ends_after_a_hundred_generations_of_ten() -> None:
     """As in the specification, with any budget; the facts are those of both parts."""
     problem = Quadratic(Budget("episodes", 5000))
