@@ -69,6 +69,13 @@ def _end_runtime() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _end_fork_server() -> Iterator[None]:
+    yield
+    if (forking := sys.modules.get("tests.forking")) is not None:
+        forking.stop()
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _repeated_migrations() -> Iterator[None]:
     from tests.new_databases import repeated_migrations  # late: it loads libraries whose threads are chosen above
 

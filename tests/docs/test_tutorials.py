@@ -1,11 +1,11 @@
 """The tutorials run as they are printed, each in a process of its own."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests import forking
 
 DOCS = Path(__file__).parents[2] / "docs"
 TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
@@ -20,8 +20,6 @@ def code_of(page: Path) -> str:
 def test_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
     """In an empty folder, without an error."""
     (tmp_path / "tutorial.py").write_text(code_of(page))
-    done = subprocess.run(
-        [sys.executable, "tutorial.py"], capture_output=True, text=True, check=False, cwd=tmp_path, timeout=300
-    )
+    done = forking.run("tutorial.py", cwd=tmp_path)
     assert code_of(page)
     assert done.returncode == 0, done.stderr
