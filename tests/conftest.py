@@ -92,6 +92,15 @@ def ctrl_c() -> Iterator[None]:
 
 
 @pytest.fixture
+def shared_fork_server() -> Iterator[None]:
+    """Pools of workers have one fork server for all tests of this process, in place of one each."""
+    from tests.forking import for_pools
+
+    with for_pools():
+        yield
+
+
+@pytest.fixture
 def keep() -> Iterator[dict[str, Start]]:
     """The stored runs of this process, by name; put some in."""
     found: dict[str, Start] = {}

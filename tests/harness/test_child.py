@@ -17,6 +17,8 @@ from zoobench.methods.archive import Archive
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec
 
+pytestmark = pytest.mark.usefixtures("shared_fork_server")
+
 _KILLS = 2
 
 # Iterations that are short, so that a kill falls into one of many.

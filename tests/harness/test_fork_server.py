@@ -14,6 +14,7 @@ from typing import Any
 import psutil
 import pytest
 
+from tests import forking
 from tests.harness.helpers import enqueue, fake, numbers
 from zoobench import registry
 from zoobench.db.rows import RunRow, RunState
@@ -31,11 +32,10 @@ pytestmark = pytest.mark.skipif(not can_fork(), reason="this system has no fork 
 _COMMAND = (sys.executable, "-m", "tests.harness.forked_probe")
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[ForkServer]:
-    """A fork server."""
-    with ForkServer() as server:
-        yield server
+@pytest.fixture
+def server() -> ForkServer:
+    """A fork server, that of all tests."""
+    return forking.server()
 
 
 @pytest.fixture(autouse=True)
@@ -148,7 +148,7 @@ def test_what_nobody_waits_for_any_more_is_not_forked(monkeypatch: pytest.Monkey
 @pytest.fixture
 def forked_fakes(monkeypatch: pytest.MonkeyPatch) -> tuple[str, ...]:
     """The command of a fake child, which is forked."""
-    command = fake(iterations=500)
+    command = fake(iterations=150, pause=0.03)
     monkeypatch.setattr(worker_pool, "CHILD_COMMAND", command)
     return command
 
@@ -160,7 +160,7 @@ def test_runs_go_on_without_the_server(tmp_path: Path, forked_fakes: tuple[str, 
 
     def kill(rows: list[RunRow]) -> None:
         if not killed and all(row.fraction > 0.0 for row in rows):
-            (server,) = filter(_is_server_at_work, psutil.Process().children())
+            (server,) = filter(_is_server_at_work, forking.children())
             killed.extend(server.children())
             server.kill()
 
@@ -170,10 +170,11 @@ def test_runs_go_on_without_the_server(tmp_path: Path, forked_fakes: tuple[str, 
     with Store(path) as store:
         outcomes = [[attempt.outcome for attempt in store.attempts(row.id)] for row in rows]
     assert outcomes == [[RunState.LOST, RunState.DONE]] * 2
-    worker_pool.run_all(calm, enqueue(calm, 2), child=fake(iterations=500, pause=0.0))
+    worker_pool.run_all(calm, enqueue(calm, 2), child=fake(iterations=150, pause=0.0))
     assert [numbers(path, row.id) for row in rows] == [numbers(calm, row.id) for row in rows]
 
 
+@pytest.mark.usefixtures("shared_fork_server")
 def test_a_forked_child_that_dies_is_known_by_its_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one that was started."""
     command = fake("segfault")

@@ -94,6 +94,7 @@ def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
         assert [line.text for line in store.logs(1)] == ["x" * 2000]
 
 
+@pytest.mark.usefixtures("shared_fork_server")
 @pytest.mark.parametrize("oddity", ["leaves", "leaves-and-dies"])
 @pytest.mark.parametrize("forks", [False, pytest.param(True, marks=pytest.mark.skipif(not can_fork(), reason="none"))])
 def test_what_a_child_has_started_ends_with_it(

@@ -1,6 +1,5 @@
 """Runs from queue to result, with real workers and child processes and a small method in place of the simulator."""
 
-import os
 import signal
 import sqlite3
 import subprocess
@@ -14,6 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from tests.forking import children
 from tests.harness.helpers import enqueue, fake, launch_fakes, numbers, work_on_fakes
 from tests.postgres import Server
 from zoobench.db.rows import Batch, RunRow, RunState
@@ -110,7 +110,7 @@ def test_an_interrupt_leaves_the_runs_to_go_on_with(path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         launch_fakes(path, 2, child=_SLOW_WALK, on_update=interrupt)
-    assert psutil.Process().children(recursive=True) == []
+    assert children() == []
     with Store(path) as store:
         assert store.counts() == {RunState.QUEUED: 2}
         assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.CANCELLED]
@@ -215,7 +215,7 @@ def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path, mo
     try:
         with pytest.raises(StorageError, match="What was stored is safe"):
             launch_fakes(url, child=_SLOW_WALK, on_update=stop)
-        assert psutil.Process().children(recursive=True) == []
+        assert children() == []
     finally:
         postgres.start()
     assert [row.state for row in launch_fakes(url, child=_SLOW_WALK)] == [RunState.DONE]
@@ -260,7 +260,7 @@ def test_a_full_disk_stops_the_child_and_the_run_goes_on_later(path: Path) -> No
         assert claim is not None
         with pytest.raises(StorageFullError):
             supervise(store, claim, partial(start, _SLOW_WALK), stop=threading.Event())
-    assert psutil.Process().children(recursive=True) == []
+    assert children() == []
     with Store(path) as store:
         assert store.check() == []
         assert store.counts() == {RunState.QUEUED: 1}
@@ -306,5 +306,5 @@ def test_a_stopped_writer_is_waited_for_with_a_word(
 def _no_orphans() -> Iterator[None]:
     """Every test ends with the processes that it began with."""
     yield
-    for process in psutil.Process().children(recursive=True):
-        os.kill(process.pid, signal.SIGKILL)
+    for process in children():
+        process.kill()
