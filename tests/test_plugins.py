@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.conftest import ROOT, Reply
+
 GOOD = '''
 """A moon to hop on, a brick, and a method that is content with its first draw."""
 
@@ -127,21 +129,38 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return target
 
 
-_WITHOUT_TAICHI = """
-import sys
+_COMMANDS = """
+import io, json, sys
+from contextlib import redirect_stderr, redirect_stdout
+from functools import partial
+from tests.harness.helpers import fake
 from zoobench.cli.main import main
+from zoobench.harness import worker
 from zoobench.verify import doctor
+
 doctor._check_taichi = lambda: iter(())
-sys.exit(main())
+worker.WorkerOrders = partial(worker.WorkerOrders, child=fake())
+replies = []
+for words in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            code = main(words)
+        except SystemExit as end:
+            code = end.code or 0
+    replies.append((code, out.getvalue(), err.getvalue()))
+print(json.dumps(replies))
 """
+"""Commands one after the other; the doctor does without what takes seconds, and `work` without the simulator."""
 
 
-def zoobench(site: Path, *words: str, program: Sequence[str] = ("-m", "zoobench")) -> subprocess.CompletedProcess[str]:
-    """The command line in a process that finds the plug-ins."""
-    path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
+def zoobench(site: Path, *commands: Sequence[str]) -> list[Reply]:
+    """Command lines in one process that finds the plug-ins, and knows their code as it is when it begins."""
+    path = os.pathsep.join([str(site), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     environ = {**os.environ, "PYTHONPATH": path, "ZOOBENCH_DB": str(site.parent / "zoobench.db")}
-    command = [sys.executable, *program, *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=site.parent, env=environ)
+    program = [sys.executable, "-c", _COMMANDS, json.dumps(commands)]
+    done = subprocess.run(program, capture_output=True, text=True, check=True, cwd=site.parent, env=environ)
+    return [Reply(*each) for each in json.loads(done.stdout)]
 
 
 def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
@@ -149,47 +168,45 @@ def test_a_plugin_is_listed_runs_and_is_in_the_table(site: Path) -> None:
 
     Where a broken one claims the name of a method that is there, that stays what it is.
     """
-    listed = zoobench(site, "list", "--format", "json")
-    assert listed.returncode == 0, listed.stderr
-    found = {(item["kind"], item["name"]) for item in json.loads(listed.stdout)}
-    assert set(GOOD_POINTS.items()) <= found
-    assert {("envs", "ground"), ("methods", "ppo"), ("designs", "panda")} <= found
     cell = ("--env", "moon[friction=0.2]", "--task", "hopping", "--design", "brick", "--method", "content")
     size = ("--fidelity", "draft", "--frames", "4", "--budget", "2 episodes", "--seeds", "1")
-    run = zoobench(site, "run", *cell, *size, "-j", "1")
-    assert run.returncode == 0, run.stderr
+    asked = (("run", *cell, *size, "-j", "1"), ("list", "--format", "json"), ("show", "1", "--format", "json"))
+    run, listed, shown = zoobench(site, *asked)
+    assert (run.code, listed.code) == (0, 0), run.err + listed.err
+    found = {(item["kind"], item["name"]) for item in json.loads(listed.out)}
+    assert set(GOOD_POINTS.items()) <= found
+    assert {("envs", "ground"), ("methods", "ppo"), ("designs", "panda")} <= found
     for name, (_, reason) in BROKEN.items():
-        told = next(line for line in run.stderr.splitlines() if f"plug-in {name} of zoobench.methods" in line)
+        told = next(line for line in run.err.splitlines() if f"plug-in {name} of zoobench.methods" in line)
         assert reason in told
-    (shown,) = json.loads(zoobench(site, "show", "1", "--format", "json").stdout)["attempts"]
-    told = shown["provenance"]["plugins"]
+    (attempt,) = json.loads(shown.out)["attempts"]
+    told = attempt["provenance"]["plugins"]
     assert told.keys() == {"environment moon-v1", "task hopping-v1", "design brick-v1", "method content-v1"}
     assert {(each["distribution"], each["version"]) for each in told.values()} == {("zoo_moon", "1.0")}
     assert {len(each["code"]) for each in told.values()} == {64}
-    assert "has changed" not in run.stderr
+    assert "has changed" not in run.err
     module = site / "zoo_moon.py"
     module.write_text(GOOD.replace("Draw once.", "Draw but once."))
     more = (*cell, *size[:-1], "2")
-    asked = (("run", *more, "--no-wait"), ("plan", *more), ("table",), ("work",))
-    replies = [zoobench(site, *words) for words in asked]
+    replies = zoobench(site, ("run", *more, "--no-wait"), ("plan", *more), ("table",), ("work",))
     module.write_text(GOOD)
     warning = "The code of the environment moon-v1, of zoo_moon 1.0, has changed"
-    assert [reply.stderr.count(warning) for reply in replies] == [1, 1, 1, 1]
-    assert "environment moon-v1 of zoo_moon 1.0, code" in replies[2].stdout
-    assert "CHANGED" not in replies[2].stdout
-    both = zoobench(site, "table")
-    assert both.stdout.count("(CHANGED between runs)") == 4
-    assert warning not in both.stderr
-    cells = json.loads(zoobench(site, "table", "--format", "json").stdout)["cells"]
+    assert [reply.err.count(warning) for reply in replies] == [1, 1, 1, 1]
+    assert "environment moon-v1 of zoo_moon 1.0, code" in replies[2].out
+    assert "CHANGED" not in replies[2].out
+    both, listing = zoobench(site, ("table",), ("table", "--format", "json"))
+    assert both.out.count("(CHANGED between runs)") == 4
+    assert warning not in both.err
+    cells = json.loads(listing.out)["cells"]
     assert {cell["method"].partition("-v")[0] for cell in cells} == {"content"}
     assert all(cell["env"].startswith("moon") and cell["design"].startswith("brick") for cell in cells)
 
 
 def test_the_doctor_names_what_is_broken(site: Path) -> None:
     """Each broken entry point with its reason, and exit code 1; working ones are not listed."""
-    reply = zoobench(site, "doctor", "--format", "json", program=("-c", _WITHOUT_TAICHI))
-    assert reply.returncode == 1
-    (check,) = (check for check in json.loads(reply.stdout) if check["check"] == "plug-ins")
+    (reply,) = zoobench(site, ("doctor", "--format", "json"))
+    assert reply.code == 1
+    (check,) = (check for check in json.loads(reply.out) if check["check"] == "plug-ins")
     assert check["verdict"] == "problem"
     told = dict(part.split(" of zoobench.methods: ") for part in check["detail"].split("; "))
     assert told.keys() == BROKEN.keys()

@@ -36,7 +36,7 @@ _FAST = ("cmaes",)
 
 def _iterations(method: str) -> int:
     """So many that a run lasts for some of the launcher's looks at it, and for long after its kill was decided upon."""
-    return 240 if method in _FAST else 150
+    return 120 if method in _FAST else 150
 
 
 @pytest.fixture(autouse=True)
