@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import forking
 from tests.test_plugins import build
 from zoobench import registry
 from zoobench.errors import UsageError
@@ -50,9 +51,8 @@ def site(packages: Path) -> Path:
 def own_tests(packages: Path, site: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Their tests, in a process that finds them."""
     path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", packages, *words]
-    environ = {**os.environ, "PYTHONPATH": path}
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=packages, env=environ)
+    command = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", packages, *words)
+    return forking.run(*command, cwd=packages, environ={"PYTHONPATH": path})
 
 
 def test_a_package_of_every_kind_passes_its_own_tests(packages: Path, site: Path) -> None:
