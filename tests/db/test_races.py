@@ -4,9 +4,11 @@ import itertools
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from multiprocessing import get_context
 from typing import Any
+
+import pytest
 
 from tests.harness.helpers import spec
 from zoobench.db.owner import Owner
@@ -35,37 +37,56 @@ def plan(location: str, number: int) -> int:
     return len(Store(location).enqueue(spec(seed) for seed in sorted(range(100), reverse=number % 2 == 1)).new)
 
 
-def crowd(name: str, location: str, size: int) -> None:
-    """Print what each of so many processes at once, forked from this one, makes of it."""
-    with get_context("fork").Pool(size) as pool:
-        print(json.dumps(pool.starmap(globals()[name], [(location, number) for number in range(size)], chunksize=1)))
+def serve() -> None:
+    """For each line that asks for it, what each of so many processes at once, forked from this one, makes of it."""
+    for line in sys.stdin:
+        name, location, size = json.loads(line)
+        with get_context("fork").Pool(size) as pool:
+            answers = pool.starmap_async(globals()[name], [(location, number) for number in range(size)], chunksize=1)
+            print(json.dumps(answers.get(timeout=120.0)), flush=True)
 
 
-def _crowd(location: str, done: Callable[[str, int], object], size: int) -> list[Any]:
-    code = f"from tests.db.test_races import crowd; crowd({done.__name__!r}, {location!r}, {size})"
-    ended = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True, timeout=120)
-    answers: list[Any] = json.loads(ended.stdout)
-    return answers
+Crowd = Callable[[str, Callable[[str, int], object], int], list[Any]]
 
 
-def test_no_run_is_claimed_twice(location: str) -> None:
+@pytest.fixture(scope="module")
+def crowd() -> Iterator[Crowd]:
+    """Have so many processes at once do something with a database; their answers."""
+    code = "from tests.db.test_races import serve; serve()"
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+    ) as process:
+        assert process.stdin
+        assert process.stdout
+        asked, told = process.stdin, process.stdout
+
+        def ask(location: str, done: Callable[[str, int], object], size: int) -> list[Any]:
+            print(json.dumps([done.__name__, location, size]), file=asked)
+            answers: list[Any] = json.loads(told.readline())
+            return answers
+
+        yield ask
+        asked.close()
+
+
+def test_no_run_is_claimed_twice(location: str, crowd: Crowd) -> None:
     """Three processes that empty one queue at the same time share it without overlap."""
     with Store(location) as store:
         ids = store.enqueue(spec(seed) for seed in range(60)).new
-        claimed = _crowd(location, work, 3)
+        claimed = crowd(location, work, 3)
         assert sorted(itertools.chain(*claimed)) == list(ids)
         assert store.counts() == {RunState.DONE: 60}
         assert all(run.attempt == 1 for run in store.runs())
         assert store.check() == []
 
 
-def test_many_can_make_the_database_at_once(location: str) -> None:
+def test_many_can_make_the_database_at_once(location: str, crowd: Crowd) -> None:
     """The one that comes first makes the tables, the others find them."""
-    assert _crowd(location, make, 4) == [0] * 4
+    assert crowd(location, make, 4) == [0] * 4
 
 
-def test_one_grid_is_queued_once_in_whatever_order(location: str) -> None:
+def test_one_grid_is_queued_once_in_whatever_order(location: str, crowd: Crowd) -> None:
     """Several who ask for the same runs at once, first to last and last to first, do not stand in each other's way."""
-    assert sum(_crowd(location, plan, 2)) == 100
+    assert sum(crowd(location, plan, 2)) == 100
     with Store(location) as store:
         assert [run.id for run in store.runs()] == list(range(1, 101))
