@@ -29,6 +29,9 @@ from zoobench.spec import AXES, Ref, Scalar
 COMPOSED = "composed"
 """Tag of a component that is made of others and is nothing without settings."""
 
+FOR_STUDIES = "study"
+"""Tag of a component that a study uses: globs leave it out."""
+
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 

@@ -31,7 +31,6 @@ from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
-from zoobench.harness.grid import FOR_STUDIES
 from zoobench.harness.lifeline import Lifeline, die_with, end_group
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
@@ -159,7 +158,7 @@ class ChildContext:
 
 def _is_study(spec: RunSpec) -> bool:
     """Whether the run measures the simulator and is compared with no other."""
-    return FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
+    return registry.FOR_STUDIES in registry.get(Kind.METHOD, spec.method.name, spec.method.version).tags
 
 
 def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:

@@ -24,7 +24,6 @@ HAS_NO_GRADIENT = "no-gradient"  # tag of any other component
 MOST_SEEDS = 10_000
 MOST_RUNS = 200_000  # of one grid
 _AXES = ("envs", "tasks", "designs", "controllers", "methods", "seeds")
-FOR_STUDIES = "study"  # tag of a component that a study uses: globs leave it out
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def parse_one(text: str, kind: Kind) -> Ref:
 def _is_meant(component: registry.Component, given: Collection[str]) -> bool:
     """Whether a glob stands for a component too: not for those of studies, nor for those that lack a parameter."""
     lacks_settings = not component.required <= set(given) or (component.needs_settings and not given)
-    return FOR_STUDIES not in component.tags and not lacks_settings
+    return registry.FOR_STUDIES not in component.tags and not lacks_settings
 
 
 def _product(grid: GridSpec) -> Iterator[RunSpec]:
