@@ -4,6 +4,7 @@ import itertools
 import json
 import subprocess
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
 from typing import Any
@@ -43,7 +44,12 @@ def serve() -> None:
         name, location, size = json.loads(line)
         with get_context("fork").Pool(size) as pool:
             answers = pool.starmap_async(globals()[name], [(location, number) for number in range(size)], chunksize=1)
-            print(json.dumps(answers.get(timeout=120.0)), flush=True)
+            try:
+                found = answers.get(timeout=120.0)
+            except Exception:  # of this crowd alone
+                traceback.print_exc()
+                found = None
+        print(json.dumps(found), flush=True)
 
 
 Crowd = Callable[[str, Callable[[str, int], object], int], list[Any]]
@@ -62,7 +68,8 @@ def crowd() -> Iterator[Crowd]:
 
         def ask(location: str, done: Callable[[str, int], object], size: int) -> list[Any]:
             print(json.dumps([done.__name__, location, size]), file=asked)
-            answers: list[Any] = json.loads(told.readline())
+            answers: list[Any] | None = json.loads(told.readline())
+            assert answers is not None, "a process of the crowd has failed"
             return answers
 
         yield ask
