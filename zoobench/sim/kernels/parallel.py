@@ -79,12 +79,11 @@ def own_node(w, room, thread, turn, variant: ti.template()):
 
 
 @ti.func
-def velocities_of_all(
-    state: ti.template(), body: ti.template(), plan: ti.template(), dts: ti.template(), constants: ti.template(),
-    terrain: ti.template(), grid: ti.template(), lanes: ti.template(), boxes: ti.template(), step: ti.template(),
-    stride, variant: ti.template(),
+def clear_all(
+    cleared: ti.template(), state: ti.template(), plan: ti.template(), grid: ti.template(), boxes: ti.template(),
+    step: ti.template(), variant: ti.template(),
 ):  # fmt: skip
-    """The first half of a substep, up to the nodes' velocities; its loops are the kernel's own, each by all threads."""
+    """Zero the nodes of all windows, of the grid or of the adjoints, by a loop of the kernel's own."""
     for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
@@ -92,7 +91,17 @@ def velocities_of_all(
             for turn in range(turns(boxes, w, thread)):
                 m = own_node(w, room, thread, turn, variant)
                 for k in ti.static(range(layers(variant))):
-                    clear_node(grid, m + k * nodes.size, variant)
+                    clear_node(cleared, m + k * nodes.size, variant)
+
+
+@ti.func
+def velocities_of_all(
+    state: ti.template(), body: ti.template(), plan: ti.template(), dts: ti.template(), constants: ti.template(),
+    terrain: ti.template(), grid: ti.template(), lanes: ti.template(), boxes: ti.template(), step: ti.template(),
+    stride, variant: ti.template(),
+):  # fmt: skip
+    """The first half of a substep, up to the nodes' velocities; by loops of the kernel's own."""
+    clear_all(grid, state, plan, grid, boxes, step, variant)
     for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
@@ -184,14 +193,7 @@ def reverse_parallel(
     velocities_of_all(
         state, body, plan, dts, constants, terrain, grid, lanes, boxes, step, 1, variant
     )  # fmt: skip
-    for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
-        n, room = step[0], capacity(state, grid, variant)
-        if takes_part(plan, boxes, w, n, room):
-            nodes = slab(boxes, w, room, variant)
-            for turn in range(turns(boxes, w, thread)):
-                m = own_node(w, room, thread, turn, variant)
-                for k in ti.static(range(layers(variant))):
-                    clear_node(grid_adjoint, m + k * nodes.size, variant)
+    clear_all(grid_adjoint, state, plan, grid, boxes, step, variant)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
