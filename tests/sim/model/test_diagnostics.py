@@ -214,9 +214,11 @@ def test_growths_are_those_of_every_world() -> None:
     """Found for all worlds at once, as on a GPU: the same ratio and particle, absent particles left out."""
     rest = fill_box(np.zeros(3), np.full(3, 0.4), 0.1, 8)
     neighbours = Neighbours(rest, 0.05)
-    drawn = np.stack([rest, 1.3 * rest, rest + np.where(rest[:, :1] > 0.2, 0.5, 0.0)])
+    apart = rest + np.where(rest[:, :1] > 0.2, 0.5, 0.0)
+    drawn = np.stack([rest, 1.3 * rest, apart, apart, apart])
     present = np.ones(drawn.shape[:2], bool)
-    present[2] = rest[:, 0] < 0.3
+    # of two halves some of one are absent, or all of either
+    present[2], present[3], present[4] = rest[:, 0] < 0.3, rest[:, 0] < 0.2, rest[:, 0] > 0.2
     expected = [neighbours.growth(*world) for world in zip(drawn, present, strict=True)]
     found = neighbours.growths(torch.as_tensor(drawn), present)
     assert [ratio for ratio, _ in found] == pytest.approx([ratio for ratio, _ in expected])
