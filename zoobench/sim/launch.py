@@ -117,9 +117,12 @@ def _seen_launches() -> Iterator[list[_Seen]]:
         makers[:] = [partial(make, of)]
         return make(of)
 
-    def setting(setter: Callable[..., None], of: Any, *arguments: Any) -> None:
-        settings.append((setter, arguments))
-        setter(of, *arguments)
+    def watched(setter: Callable[..., None]) -> Callable[..., None]:
+        def setting(of: Any, *arguments: Any) -> None:
+            settings.append((setter, arguments))
+            setter(of, *arguments)
+
+        return setting
 
     def launching(of: Any, compiled: Any, made: Any) -> None:
         seen.append(_Seen(compiled, made, makers[0], settings.copy()))
@@ -127,19 +130,10 @@ def _seen_launches() -> Iterator[list[_Seen]]:
 
     kernel.make_launch_context, program.launch_kernel = making, launching
     for name, setter in setters.items():
-        setattr(context, name, _method(setting, setter))
+        setattr(context, name, watched(setter))
     try:
         yield seen
     finally:
         kernel.make_launch_context, program.launch_kernel = make, launch
         for name, setter in setters.items():
             setattr(context, name, setter)
-
-
-def _method(watcher: Callable[..., None], setter: Callable[..., None]) -> Callable[..., None]:
-    """A method, as a `partial` would not be bound."""
-
-    def method(of: Any, *arguments: Any) -> None:
-        watcher(setter, of, *arguments)
-
-    return method

@@ -76,7 +76,9 @@ class Launcher:
         self._layers = 2 if self.variant.two_fields else 1
         self.terrain = self._sample_terrain()
         self.fields = 1 + max(self._fields())
-        self._driver = ParallelDriver(self.shape, self.fields, self._layers, worlds, real, device) if parallel else None
+        self._driver = (
+            ParallelDriver(self.shape, self.fields, worlds, self.variant, self.constants) if parallel else None
+        )
         self._grid = self._new_grid()
         self._grid_adjoint: Tensor | None = None
         self._kept = 0
@@ -143,7 +145,7 @@ class Launcher:
         if self._scene.water:
             self._advance(*self._wet(matter, parameters, plan), stride, self.variant)
         elif self._driver:
-            self._driver.advance(arrays, self._grid, plan, stride, self.variant)
+            self._driver.advance(arrays, self._grid, plan, stride)
         else:
             self._advance(*arrays, self._grid, plan.order, stride, self._kept if stride else 0, self.variant)
 
@@ -168,7 +170,7 @@ class Launcher:
                 parameter_adjoint.body, self.variant,
             )  # fmt: skip
         elif self._driver:
-            self._driver.reverse(arrays, self._grid, adjoints, plan, self.variant)
+            self._driver.reverse(arrays, self._grid, adjoints, plan)
         else:
             self._reverse(*arrays, self._grid, *adjoints, plan.order, self.variant)
 
@@ -195,11 +197,11 @@ class Launcher:
         """Report the condition of every world, or of its robot, at slot 0 (see `survey.survey`)."""
         self.launches["survey"] += 1
         count = matter.robot if robot_only else matter.state.shape[2]
-        arrays = (self.constants, alive, report, culprit, count)
+        law, skin = self.variant.law, self.variant.skin
         if self._driver:
-            self._driver.survey(matter, parameters, *arrays, self.variant)
+            self._driver.survey(matter, parameters, alive, report, culprit, count)
         else:
-            self._survey(matter.state, parameters.body, *arrays, self.variant.law, self.variant.skin)
+            self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, count, law, skin)
 
     def find_sleepers(self, matter: Matter, parameters: Parameters, reach: int) -> Tensor:
         """Which particles may sleep from slot 0 on: 1 or 0 `[worlds, particles]`, until the next call."""

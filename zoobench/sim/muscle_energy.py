@@ -56,6 +56,7 @@ class MuscleEnergy:
         self._frames: list[int] = []
         self._waiting: Array = np.zeros(0)
         self._members: _Members | None = None
+        self._shares: tuple[Array, Tensor] | None = None  # a membership, and the same on the simulation's device
 
     def set_body(self, parameters: Parameters) -> None:
         """Take fibres and volumes of the particles from here on."""
@@ -64,7 +65,7 @@ class MuscleEnergy:
         self._there = fibre, energy
         self._fibre = fibre.cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
         self._energy = energy.cpu().numpy()
-        self._members = None
+        self._members = self._shares = None
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
         """Take the present state for that at the beginning of a frame; `finish` is to follow."""
@@ -109,8 +110,9 @@ class MuscleEnergy:
         """Of one state, with deformation gradients `[worlds, robot, 3, 3]`, computed where they are."""
         fibre, energy = self._there
         density = energy * (F.double() @ fibre[..., None]).square().sum((2, 3))
-        shares = torch.as_tensor(membership, device=F.device)
-        found: Array = (shares * density[..., None]).sum(1).cpu().numpy()
+        if self._shares is None or self._shares[0] is not membership:
+            self._shares = membership, torch.as_tensor(membership, device=F.device)
+        found: Array = (self._shares[1] * density[..., None]).sum(1).cpu().numpy()
         return found
 
     def _members_of(self, membership: Array) -> _Members:

@@ -24,7 +24,7 @@ class ParallelDriver:
     Args:
         shape: grid nodes of the arena in x, y, z.
         fields: of every node.
-        layers: how often a node is there, see `two_fields`.
+        variant, constants: as of the launcher; the device and the type of all numbers are those of the constants.
 
     Attributes:
         room: nodes of one layer of a world: those of the arena, or as many as there is memory for.
@@ -32,9 +32,11 @@ class ParallelDriver:
     """
 
     def __init__(
-        self, shape: tuple[int, int, int], fields: int, layers: int, worlds: int, real: torch.dtype, device: str
+        self, shape: tuple[int, int, int], fields: int, worlds: int, variant: Variant, constants: Tensor
     ) -> None:
-        numbers = min(LARGEST_ARRAY, memory_share(device) // real.itemsize)
+        self._variant, self._constants = variant, constants
+        device, layers = constants.device, 1 + variant.two_fields
+        numbers = min(LARGEST_ARRAY, memory_share(device.type) // constants.itemsize)
         self.room = min(math.prod(shape), numbers // (4 * fields * worlds * layers))
         self.nodes = worlds * layers * self.room
         self._advance, self._reverse, self._survey = (
@@ -44,7 +46,7 @@ class ParallelDriver:
         # windows of the substep in hand, and its number
         self._boxes = torch.zeros((1, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
         self._step = torch.zeros(1, dtype=torch.int32, device=device)
-        self._found = torch.zeros((worlds, 0, _FOUND), dtype=real, device=device)
+        self._found = constants.new_zeros((worlds, 0, _FOUND))
 
     def check_room(self, windows: Tensor) -> None:
         """Raise a `SceneError` if a world has more nodes in its window `[worlds, 8]` than there is room for."""
@@ -55,41 +57,37 @@ class ParallelDriver:
                 "each. Use fewer worlds or a coarser fidelity."
             )
 
-    def advance(self, arrays: tuple[Any, ...], grid: Tensor, plan: LaunchPlan, stride: int, variant: Variant) -> None:
+    def advance(self, arrays: tuple[Any, ...], grid: Tensor, plan: LaunchPlan, stride: int) -> None:
         """The planned substeps of every world; `arrays` are those that the kernel takes before the grid."""
         self._step.zero_()
         for _ in range(plan.longest):
-            self._advance(*arrays, grid, grid, self._boxes, self._step, stride, variant)
+            self._advance(*arrays, grid, grid, self._boxes, self._step, stride, self._variant)
 
-    def reverse(
-        self, arrays: tuple[Any, ...], grid: Tensor, adjoints: tuple[Any, ...], plan: LaunchPlan, variant: Variant
-    ) -> None:
+    def reverse(self, arrays: tuple[Any, ...], grid: Tensor, adjoints: tuple[Any, ...], plan: LaunchPlan) -> None:
         """Their adjoint, last to first; `adjoints` are the arrays that the kernel takes last."""
         self._step.fill_(plan.longest - 1)
         for _ in range(plan.longest):
-            self._reverse(*arrays, grid, grid, self._boxes, self._step, *adjoints, variant)
+            self._reverse(*arrays, grid, grid, self._boxes, self._step, *adjoints, self._variant)
 
     def survey(
         self,
         matter: Matter,
         parameters: Parameters,
-        constants: Tensor,
         alive: Tensor,
         report: Tensor,
         culprit: Tensor,
         count: int,
-        variant: Variant,
     ) -> None:
         """`survey.survey`, as a reduction of what is found of every particle."""
-        if self._found.shape[1] != count:
-            self._found = self._found.new_zeros((len(alive), count, _FOUND))
-        self._survey(
-            matter.state, parameters.body, constants, alive, self._found, count, variant.law, variant.skin
-        )  # fmt: skip
-        worst, who = self._found[:, :, :4].max(1)  # a NaN is the largest of all to torch
+        if not self._found.numel():  # for all matter, as a launch with other arrays has to be prepared anew
+            self._found = self._found.new_zeros((len(alive), matter.state.shape[2], _FOUND))
+        arrays = (matter.state, parameters.body, self._constants, alive, self._found)
+        self._survey(*arrays, count, self._variant.law, self._variant.skin)
+        found = self._found[:, :count]
+        worst, who = found[:, :, :4].max(1)  # a NaN is the largest of all to torch
         report[:, :3], report[:, 3] = worst[:, :3].clamp(min=0.0), -worst[:, 3]
         # without any above these there is no culprit; a NaN compares with nothing
         culprit[:] = who * ~(worst <= worst.new_tensor([0.0, 0.0, 0.0, -1e30]))
-        report[:, 4] = (self._found[:, :, 3] > -SMALLEST_J).sum(1)
-        rest = self._found[:, :, 4:].amax(1)
+        report[:, 4] = (found[:, :, 3] > -SMALLEST_J).sum(1)
+        rest = found[:, :, 4:].amax(1)
         report[:, 5], report[:, 6:] = rest[:, 0].sqrt(), rest[:, 1:]

@@ -102,6 +102,7 @@ class Neighbours:
             self._one, self._other = tree.query_pairs(1.01 * spacing, output_type="ndarray").T
         between = np.linalg.norm(rest[self._one] - rest[self._other], axis=1)
         self._squares_at_rest = np.square(np.maximum(between, edge))
+        self._there: tuple[Tensor, ...] | None = None  # the same where `growths` has found the places
 
     def growth(self, now: NDArray[np.floating], present: NDArray[np.bool_]) -> tuple[float, int]:
         """Largest ratio of two neighbours' distance to that at rest [-], and one of the two particles.
@@ -122,10 +123,13 @@ class Neighbours:
 
     def growths(self, now: Tensor, present: NDArray[np.bool_]) -> list[tuple[float, int]]:
         """`growth` in all worlds at once, where the places are: `[worlds, count, 3]` and `[worlds, count]`."""
-        one, other = (torch.as_tensor(each, device=now.device) for each in (self._one, self._other))
-        if not len(one):
+        if not len(self._one):
             return [(1.0, 0)] * len(now)
+        if self._there is None:
+            pairs = (torch.as_tensor(each, device=now.device) for each in (self._one, self._other))
+            self._there = (*pairs, torch.as_tensor(self._squares_at_rest).to(now))
+        one, other, squares_at_rest = self._there
         there = torch.as_tensor(present, device=now.device)
-        squares = (now[:, one] - now[:, other]).square().sum(2) / torch.as_tensor(self._squares_at_rest).to(now)
-        widest, pairs = (squares * (there[:, one] & there[:, other])).max(1)
-        return list(zip(widest.sqrt().tolist(), one[pairs].tolist(), strict=True))
+        squares = (now[:, one] - now[:, other]).square().sum(2) / squares_at_rest
+        widest, places = (squares * (there[:, one] & there[:, other])).max(1)
+        return list(zip(widest.sqrt().tolist(), one[places].tolist(), strict=True))

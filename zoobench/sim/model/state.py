@@ -302,7 +302,6 @@ class LaunchPlan:
         dt: `[worlds]` step [s].
         order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
         world_substeps: of all worlds together.
-        longest: substeps of the world that has most.
     """
 
     slots: Tensor
@@ -310,7 +309,7 @@ class LaunchPlan:
     order: Tensor
 
     def __post_init__(self) -> None:
-        self.world_substeps, self.longest = int(self.slots[:, 1].sum()), int(self.slots[:, 1].max())
+        self.world_substeps = int(self.slots[:, 1].sum())
         self._on_host = self.slots.cpu().numpy(), self.dt.cpu().numpy()  # on the CPU the memory of both itself
         self._is_elsewhere = not self.slots.is_cpu
 
@@ -330,8 +329,12 @@ class LaunchPlan:
             put(self.slots[:, :2], slots[:, :2])
             put(self.slots[:, 3], slots[:, 3])
             put(self.dt, steps)
-        listed = counts.tolist()
-        self.world_substeps, self.longest = sum(listed), max(listed)
+        self.world_substeps = sum(counts.tolist())
+
+    @property
+    def longest(self) -> int:
+        """Substeps of the world that has most."""
+        return int(self._on_host[0][:, 1].max())
 
     def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
         """Say which of the last particles sleep `[worlds, sleepers]`; both kinds keep their order."""
