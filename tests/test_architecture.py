@@ -42,7 +42,7 @@ ALLOWED = {
     "gym": "errors arrays spec registry tasks controllers cell render",
     "methods": "errors arrays spec inputs registry cell gym",
     "db": "errors spec inputs",
-    "report": "errors arrays files spec registry db render",
+    "report": "errors arrays files spec registry tasks db render",
     "harness": "errors files spec inputs registry rounding tasks cell methods db",
     "verify": (
         "errors arrays files spec inputs registry sim.model sim.kernels sim designs envs tasks controllers cell db "

@@ -26,14 +26,14 @@ def table(*means: float) -> Table:
     [
         ((3.0, 2.1, 1.9, -1.0), 1.5, [False, True, False, False]),
         ((3.0, 2.1), None, [False, False]),
-        ((-1.0, -1.1), 1.5, [False, False]),
+        ((-1.0, -1.1, -1.6), 1.5, [False, True, False]),
         ((3.0, 3.0, 2.9), 1.0, [False, False, False]),
     ],
 )
 def test_means_too_near_to_the_best_are_marked(
     means: tuple[float, ...], ratio: float | None, marked: list[bool]
 ) -> None:
-    """Those within the ratio of it, if there is a study and if ratios mean something."""
+    """Those within the ratio of it, if there is a study; of errors, too, and not where one is an error alone."""
     (found,) = mark_undecided([table(*means)], lambda *place: ratio)
     assert [cell.is_undecided for cell in found.rows[0].cells if cell is not None] == marked
 

@@ -6,6 +6,7 @@ from functools import cache
 
 from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
+from zoobench.tasks.scores import score_ratio
 
 Decides = Callable[[Ref, Ref, Ref], float | None]
 """The ratio of two scores in an environment and task, above which a fidelity gives their order; None if unknown."""
@@ -41,11 +42,11 @@ def footnotes(tables: Sequence[Table], decides: Decides) -> tuple[str, ...]:
 def _marked(row: Row, ratio: float | None) -> Row:
     means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in row.cells]
     best = max((mean for mean in means if mean is not None), default=0.0)
-    if ratio is None or best <= 0.0:
+    if ratio is None:
         return row
     cells = tuple(
         replace(cell, is_undecided=True)
-        if cell is not None and mean is not None and mean < best < ratio * mean
+        if cell is not None and mean is not None and mean < best and score_ratio(best, mean) < ratio
         else cell
         for cell, mean in zip(row.cells, means, strict=True)
     )

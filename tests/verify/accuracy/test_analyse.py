@@ -112,6 +112,33 @@ def test_a_level_that_reverses_orders_needs_larger_ratios() -> None:
     assert found["draft"].decides == pytest.approx(1.5 / 1.2)
 
 
+def negated(measurements: Measurements) -> Measurements:
+    """The same with scores that are errors."""
+    return replace(
+        measurements,
+        samples=tuple(replace(one, scores=scaled(-1.0, one.scores)) for one in measurements.samples),
+    )
+
+
+def test_errors_keep_their_order_as_gains_do() -> None:
+    """Scores below zero, where zero is perfect, have the same errors and decide by the same ratios."""
+    wrong = {gait: score * (1.5 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
+    gains, errors = rows(ladder(draft=wrong)), rows(negated(ladder(draft=wrong)))
+    for name, gain in gains.items():
+        assert (errors[name].error, errors[name].unknown) == (gain.error, gain.unknown)
+        assert (errors[name].decides, errors[name].pairs) == (pytest.approx(gain.decides), gain.pairs)
+    assert errors["draft"].decides == pytest.approx(1.5 / 1.2)
+
+
+def test_an_error_that_hardly_counts_is_a_good_one() -> None:
+    """The gait with a thousandth of the largest error is the best of all, and has a share in the ratios."""
+    best = {one.fidelity: sample(str(one.fidelity), {"e@0": 1e-4}) for one in ladder().samples}
+    best[ladder().samples[0].fidelity] = sample("draft", {"e@0": 1e-3})
+    found = rows(negated(ladder(others=list(best.values()))))["draft"]
+    assert (found.gaits, found.high) == (17, pytest.approx(0.5))
+    assert found.pairs == 112
+
+
 def test_gradients_are_compared_with_those_of_the_finest_level_that_has_them() -> None:
     """One turned by 0.1 rad, of any length, and one that the other level lacks."""
     samples = list(ladder().samples)

@@ -1,6 +1,5 @@
 """The gaits of one environment, task and design at every fidelity, and their references."""
 
-import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import combinations
@@ -9,6 +8,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.registry import Kind
+from zoobench.tasks.scores import score_ratio
 from zoobench.verify.accuracy.plan import LADDER, other_transfer
 from zoobench.verify.accuracy.records import Numbers, Sample, label
 
@@ -56,10 +56,26 @@ class DesignCell:
     def _share(self, differences: Numbers) -> float:
         return rms(differences.values()) / rms(self.references[gait] for gait in differences)
 
+    @cached_property
+    def are_errors(self) -> bool:
+        """Whether the scores are errors, as of a task where zero is perfect."""
+        return max(self.references.values(), default=0.0) < 0.0
+
     def going(self) -> list[str]:
-        """The gaits that get somewhere."""
+        """The gaits that get somewhere; where scores are errors, all of them."""
+        if self.are_errors:
+            return list(self.references)
         least = GOING * max((abs(value) for value in self.references.values()), default=0.0)
         return [gait for gait, value in self.references.items() if value > 0.0 and value >= least]
+
+    def _found_at(self, level: str) -> list[str]:
+        """Those that were found at a level, and whose score there has the sign of the reference."""
+        scores = self.scores(level)
+        return [
+            gait
+            for gait in self.going()
+            if self.found[gait] == level and scores.get(gait, 0.0) / self.references[gait] > 0.0
+        ]
 
     def ratios(self, name: str) -> list[float]:
         """Scores by their references."""
@@ -69,14 +85,12 @@ class DesignCell:
     def carried(self, home: str, name: str) -> list[float]:
         """Scores at a fidelity by those at the level where the gaits were found."""
         own, other = self.scores(home), self.scores(name)
-        gaits = [gait for gait in self.going() if self.found[gait] == home and own.get(gait, 0.0) > 0.0]
-        return [other[gait] / own[gait] for gait in gaits if gait in other]
+        return [other[gait] / own[gait] for gait in self._found_at(home) if gait in other]
 
     def kept(self, name: str) -> list[float]:
         """References of the gaits found at a level by their scores there."""
         scores = self.scores(name)
-        gaits = [gait for gait in self.going() if self.found[gait] == name and scores.get(gait, 0.0) > 0.0]
-        return [self.references[gait] / scores[gait] for gait in gaits]
+        return [self.references[gait] / scores[gait] for gait in self._found_at(name)]
 
     def pairs(self, name: str) -> list[tuple[float, bool]]:
         """Of all pairs of gaits of different trainings, the ratio of their scores, and whether their order holds.
@@ -89,9 +103,8 @@ class DesignCell:
         found = []
         for one, two in combinations([gait for gait in judges if gait in scores], 2):
             worse, better = sorted((one, two), key=scores.__getitem__)
-            if training_of(one) != training_of(two) and scores[better] > 0.0:
-                ratio = scores[better] / scores[worse] if scores[worse] > 0.0 else math.inf
-                found.append((ratio, judges[better] > judges[worse]))
+            if training_of(one) != training_of(two) and (scores[better] > 0.0 or self.are_errors):
+                found.append((score_ratio(scores[better], scores[worse]), judges[better] > judges[worse]))
         return found
 
     def angles(self, name: str) -> list[float]:
