@@ -18,6 +18,11 @@ from zoobench.inputs import Start, find_with
 for _library in ("MKL", "OMP", "OPENBLAS"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+# For workers and other processes that are started from here on. The GNU C library returns the memory of every large
+# array to the system at once, which then has to clear it for the next: a twentieth of the processor's time of designs.
+for _threshold in ("MMAP", "TRIM"):
+    os.environ.setdefault(f"MALLOC_{_threshold}_THRESHOLD_", str(2**30))
+
 _OF_CELLS = ("cell", "gym", "render", "cli", "conformance", "envs", "verify")
 _WITH = {
     "test_compiled_functions.py": "cell",
