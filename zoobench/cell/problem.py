@@ -167,22 +167,18 @@ class Problem:
         """
         return [(episode.evaluation, episode.gradient) for episode in self._evaluate(batch, gradient=True)]
 
-    def relaxed(self, parameters: Array, *, gradient: bool = False) -> Episode:
+    def relaxed(self, parameters: Array) -> Episode:
         """The episode of the relaxed body, whose gradient `loss_and_grad` gives; for tests of derivatives.
 
         Raises:
             UsageError: parameters of another shape, not finite, or of a body that cannot be built.
         """
         if self.robot.space is None:
-            return self.episode(parameters, gradient=gradient)
-        (draft,) = self._drafts(self._check([parameters]), gradient)
+            return self.episode(parameters)
+        (draft,) = self._drafts(self._check([parameters]), gradient=False)
         if draft.fault:
             raise UsageError(str(Unbuildable(draft.fault)))
-        return self._simulate_one(draft.relaxed(), gradient=gradient)
-
-    def prepare(self, *, gradient: bool = False) -> None:
-        """Equilibrate the scene and build the solver of one world, so that the next `episode` only simulates."""
-        self.solvers.get(1, gradient)
+        return self._simulate_one(draft.relaxed())
 
     def episode(self, parameters: Array, *, gradient: bool = False, watch: Watch | None = None) -> Episode:
         """Simulate one episode and return its full record. Raises as `evaluate_batch`.
