@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     import torch
     from torch import Tensor
 
-UP = (0.0, 1.0, 0.0)
-
 
 @dataclass(frozen=True)
 class Metric:
