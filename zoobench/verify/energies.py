@@ -50,19 +50,19 @@ def to_array(tensor: Any) -> Array:
     return np.asarray(tensor.detach().cpu().double().numpy())
 
 
-def energy_balance(solver: Solver, world: int = 0, *, step: float = 0.0) -> EnergyBalance:
-    """The energy balance of the present state (slot 0) of a world.
+def energy_balance(solver: Solver, *, step: float = 0.0) -> EnergyBalance:
+    """The energy balance of the present state (slot 0) of the first world.
 
     Args:
-        world: must be the first where a step is given.
+        solver: with that state.
         step: of the integrator [s], by half of which velocities lag behind places (see `nodal_power`); 0 for the
             plain sum.
     """
     matter, parameters = solver.matter, solver.parameters
-    mass = to_array(parameters.mass[world])
-    x, v, C = (to_array(tensor[0, world]) for tensor in (matter.x, matter.v, matter.C))
+    mass = to_array(parameters.mass[0])
+    x, v, C = (to_array(tensor[0, 0]) for tensor in (matter.x, matter.v, matter.C))
     place = x + solver.origin
-    elastic, smallest_j = _elastic(solver, world)
+    elastic, smallest_j = _elastic(solver)
     affine = solver.fidelity.moment * np.square(C).sum((1, 2))
     gravity = np.array(solver.scene.gravity)
     return EnergyBalance(
@@ -70,7 +70,7 @@ def energy_balance(solver: Solver, world: int = 0, *, step: float = 0.0) -> Ener
         + (0.5 * step * nodal_power(solver) if step else 0.0),
         elastic=elastic,
         potential=-float(mass @ ((place - np.array(solver.scene.lower)) @ gravity)),
-        skin=_skin_energy(solver, world, place),
+        skin=_skin_energy(solver, place),
         momentum=mass @ v,
         smallest_j=smallest_j,
         lowest=place.min(0),
@@ -92,46 +92,49 @@ def nodal_power(solver: Solver) -> float:
     return float((before[..., :3] / np.maximum(before[..., 3:], np.finfo(float).tiny) * force).sum())
 
 
-def _skin_energy(solver: Solver, world: int, place: Array) -> float:
+def _skin_energy(solver: Solver, place: Array) -> float:
     """Energy [J] of the ground's skin, by the places `[particle_count, 3]` of all particles [m]."""
     ground, count = solver.scene.ground, solver.robot_count
     if ground is None or not has_skin(solver.scene):
         return 0.0
     gap, _ = heights_above(place[:count], ground.terrain)
     density = ground.skin.energy(gap, solver.scene.robot_edge(solver.fidelity))
-    return float(to_array(solver.parameters.volume[world])[:count] @ density)
+    return float(to_array(solver.parameters.volume[0])[:count] @ density)
 
 
-def _elastic(solver: Solver, world: int) -> tuple[float, float]:
+def _elastic(solver: Solver) -> tuple[float, float]:
     """Elastic energy [J] of robot and medium, and the smallest volume ratio."""
     material, count = solver.scene.robot.material, solver.robot_count
-    volume = to_array(solver.parameters.volume[world])
-    F = to_array(solver.matter.F[0, world])
+    volume = to_array(solver.parameters.volume[0])
+    F = to_array(solver.matter.F[0, 0])
     J = np.linalg.det(F)
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     # where the stress clamps log J, its energy is linear in log J
     log_j = np.log(np.maximum(J, np.finfo(float).tiny))
     held = np.maximum(log_j, np.log(SMALLEST_J))
     density = 0.5 * mu * (np.square(F).sum((1, 2)) - 3.0) - mu * log_j + lam * held * (log_j - 0.5 * held)
-    energy = float((volume[:count] * to_array(solver.parameters.stiffness[world])) @ density)
+    energy = float((volume[:count] * to_array(solver.parameters.stiffness[0])) @ density)
     smallest = float(J.min())
     medium = solver.scene.medium
     if medium is not None:
-        strain, history = medium_strain(solver, world)
+        strain, history = medium_strain(solver)
         energy += float(volume[count:] @ medium_energy(medium.material, strain, history))
         smallest = min(smallest, float(np.exp(strain.sum(1)).min()))
     return energy, smallest
 
 
-def medium_strain(solver: Solver, world: int = 0) -> tuple[Array, Array]:
-    """Principal elastic Hencky strains `[medium, 3]`, of water (log J, 0, 0), and the law's history `[medium]`."""
+def medium_strain(solver: Solver) -> tuple[Array, Array]:
+    """Principal elastic Hencky strains `[medium, 3]`, of water (log J, 0, 0), and the law's history `[medium]`.
+
+    Of the first world.
+    """
     medium = solver.scene.medium
     assert medium is not None
-    history = to_array(solver.matter.history[0, world])
+    history = to_array(solver.matter.history[0, 0])
     if medium.material.law is Law.WATER:
         strain = np.zeros((len(history), 3))
         strain[:, 0] = np.log(np.maximum(history, np.finfo(float).tiny))
         return strain, history
-    packed = to_array(solver.matter.b[0, world])
+    packed = to_array(solver.matter.b[0, 0])
     squares = np.linalg.eigvalsh(packed[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])
     return 0.5 * np.log(np.maximum(squares, np.finfo(float).tiny)), history
