@@ -37,13 +37,14 @@ def _rows(rig: Rig, material: WaterMaterial, row: Array) -> Array:
     return np.bincount(row, water_pressure(material, J) / J) / np.bincount(row)
 
 
-def _settled(cells: int, deep: float = 1.0, mach: float = 0.1) -> tuple[Rig, Array, Array]:
-    """A column of water, `cells` deep, settled under drag and then free for two periods.
+def _settled(cells: int) -> tuple[Rig, Array, Array]:
+    """A column of water, 1 m and `cells` deep, settled under drag and then free for two periods.
 
     Returns:
         the rig, and by rows of cells the heights [m] and the pressures' errors over rho g H [-].
     """
-    h, wide, material = deep / cells, 4, _water(deep, mach)
+    deep, wide, material = 1.0, 4, _water(1.0, 0.1)
+    h = deep / cells
     points = lattice((0, 0, 0), (wide * h, deep, h), (h / 2, h / 2, h))
     scene = Scene(
         dust((wide * h / 2, deep / 2, h / 2), h), (0, 0, 0), (wide * h, deep + 8 * h, h),

@@ -88,8 +88,8 @@ class Vibration(NamedTuple):
     amplitude: Array
 
 
-def vibrate(modes: Modes, mode: int, cells: int, periods: float = 2.0, **settings: Any) -> Vibration:
-    """The block, of `cells` through its thickness, begins with a small velocity of the shape of a mode."""
+def vibrate(modes: Modes, mode: int, cells: int, **settings: Any) -> Vibration:
+    """Two periods of the block, `cells` thick, that begins with a small velocity of the shape of a mode."""
     h, margin, strain = SIZE[1] / cells, 3 / cells, 1e-3
     points = lattice((0, 0, 0), SIZE, h / 2) + margin
     shape, gradients = modes.shape(mode, points - (np.array(SIZE) / 2 + margin))
@@ -98,7 +98,7 @@ def vibrate(modes: Modes, mode: int, cells: int, periods: float = 2.0, **setting
     body = passive_body(MATERIAL, points, h**3 / 8)
     upper = (SIZE[0] + 2 * margin, SIZE[1] + 2 * margin, SIZE[2] + 2 * margin)
     scene = Scene(body, (0, 0, 0), upper, gravity=WEIGHTLESS)
-    rig = Rig(scene, h, periods * 2 * math.pi / omega, **settings)
+    rig = Rig(scene, h, 2 * 2 * math.pi / omega, **settings)
     rig.v[:], rig.C[:] = scale * shape, scale * gradients
     norm = float((shape**2).sum()) * scale
     amplitude = [1.0]

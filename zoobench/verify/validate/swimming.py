@@ -157,13 +157,13 @@ def towed_ball(record: CaseRecorder) -> None:
         figure.computed(f"Reynolds number {reynolds:g}", np.arange(5) + 0.5, ratios)
 
 
-def _swim(frequency: float, way: float, place: float = 0.0, periods: int = 4) -> tuple[Array, Array, float]:
+def _swim(frequency: float, way: float, place: float) -> tuple[Array, Array, float]:
     """A plate of 0.1 x 0.012 m, bent by a wave 0.2 m long that runs backward (`way` 1) or forward (-1).
 
     Its amplitude grows from 2 mm at the head to 10 mm at the tail. Its middle lies `place` cells beside the faces.
 
     Returns:
-        times [s], the way ahead [m], and the speed in the last period [m/s].
+        times [s], the way ahead [m], and the speed in the last of four periods [m/s].
     """
     h, long, thick, wave = _SPACING, 0.1, 0.012, 0.2
     corner = np.array([13 * h - long / 2, 0.0, (7 + place) * h - thick / 2])
@@ -174,7 +174,7 @@ def _swim(frequency: float, way: float, place: float = 0.0, periods: int = 4) ->
     amplitude, phase = 0.01 * (0.2 + 0.8 * back), -way * 2 * math.pi * back * long / wave
     rate, spring = 2 * math.pi * frequency, 300.0
     ahead, times = [0.0], [0.0]
-    for step in range(periods * rig.steps):
+    for step in range(4 * rig.steps):
         time = step * rig.dt
         swing = amplitude * min(1.0, time * frequency)
         lag = swing * np.sin(rate * time + phase) - (rig.positions[:, 2] - points[:, 2])
