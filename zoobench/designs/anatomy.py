@@ -233,9 +233,9 @@ def swimmer(length: float, height: float, width: float, *parts: BodyPart) -> Ani
     )  # fmt: skip
 
 
-def myomeres(trunk: Distance, rear: float = -0.046, front: float = 0.040, sides: Muscles = SIDES) -> BodyPart:
-    """A trunk with four segments of muscle on each of two sides from `rear` to `front` along x [m]."""
-    rows = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), rear, front)
+def myomeres(trunk: Distance, sides: Muscles = SIDES) -> BodyPart:
+    """A trunk with four segments of muscle on each of two sides, from -0.046 to 0.040 m along x."""
+    rows = in_a_row(("segment-1", "segment-2", "segment-3", "segment-4"), -0.046, 0.040)
     return BodyPart(solid=trunk, muscles=crossed(rows, sides))
 
 
