@@ -157,9 +157,9 @@ class ManyReader:
         with self._database.read() as session:
             for some in batched(ids):
                 for record, document in session.execute(statement.where(among(AttemptRecord.run_id, some))):
-                    provenance = known.setdefault(document, {}) or json.loads(document)
-                    known[document] = provenance
-                    found.setdefault(record.run_id, []).append(_attempt_row(record, provenance))
+                    if document not in known:
+                        known[document] = json.loads(document)
+                    found.setdefault(record.run_id, []).append(_attempt_row(record, known[document]))
         return found
 
     def origins(self, ids: Collection[int]) -> list[OriginRow]:

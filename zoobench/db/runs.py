@@ -80,7 +80,7 @@ def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Itera
         key, seed, long = row[:3]
         run_id, state, unit = row[_SPEC_COUNT : _SPEC_COUNT + 3]
         spec = cell_of(key, seed, row[3:_SPEC_COUNT], long)
-        if not chosen.exact or chosen.holds(spec):
+        if chosen.holds(spec):
             yield CellRun(spec, run_id, seed, states[state], unit or "", row[_SPEC_COUNT + 3 :])
 
 

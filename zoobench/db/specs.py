@@ -23,9 +23,7 @@ LONGEST_NAME = 200  # of the columns that are there to be searched; the document
 CellColumns = tuple[Any, ...]
 """The values of `CELL_COLUMNS`."""
 
-CELL_COLUMNS = tuple(
-    getattr(SpecRecord, name) for name in (*AXES, "frames", "budget_kind", "budget_amount")
-)  # fmt: skip
+CELL_COLUMNS = tuple(getattr(SpecRecord, name) for name in (*AXES, "frames", "budget_kind", "budget_amount"))
 """What the runs of a cell share."""
 
 
