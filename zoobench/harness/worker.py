@@ -80,8 +80,7 @@ def work(
         store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
         has_plugins = registry.has_plugins()
-        plugins = plugins_of if has_plugins else None
-        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins, sweep=orders.sweep)
+        claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
         if claim is None:
             return
         taken += 1
