@@ -54,7 +54,6 @@ def energy_balance(solver: Solver, *, step: float = 0.0) -> EnergyBalance:
     """The energy balance of the present state (slot 0) of the first world.
 
     Args:
-        solver: with that state.
         step: of the integrator [s], by half of which velocities lag behind places (see `nodal_power`); 0 for the
             plain sum.
     """
