@@ -85,7 +85,12 @@ def test_its_tests_fail_for_a_component_that_is_wrong(packages: Path, site: Path
 
 @pytest.mark.parametrize(
     ("name", "advice"),
-    [("Odd Name", "kebab-case"), ("class", "Python"), ("ground", "already"), ("my-environment", "exists already")],
+    [
+        ("Odd Name", "kebab-case"),
+        ("class", "Python"),
+        ("ground", "The environment 'ground' exists already"),
+        ("my-environment", "exists already"),
+    ],
 )
 def test_a_name_that_cannot_be_used_is_refused(packages: Path, name: str, advice: str) -> None:
     """Malformed, a word of the language, that of a component, or of a folder; nothing is written."""

@@ -133,8 +133,9 @@ class Shape:
         sites, edge = self.lattice(fidelity), fidelity.particle_edge
         points, weights, owner = self._points(sites, fidelity)
         if not len(points):
+            size = tuple(np.round(np.subtract(self.upper, self.lower), 6).tolist())
             raise SceneError(
-                f"A body of {tuple(np.round(np.subtract(self.upper, self.lower), 4))} m holds no particle at a grid "
+                f"A body of {size} m holds no particle at a grid "
                 f"spacing of {fidelity.grid_spacing:.4g} m. Use a finer fidelity or a larger body."
             )
         fill: Array = np.bincount(owner, weights, len(sites)).astype(np.float64)

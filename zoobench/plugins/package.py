@@ -40,7 +40,7 @@ def write_package(kind: Kind, name: str, folder: Path) -> Path:
     if iskeyword(name):
         raise UsageError(f"{name!r} is a word of the language Python. Choose another name.")
     if name in registry.names(kind):
-        raise UsageError(f"There is a {kind.noun} {name!r} already. Choose another name.")
+        raise UsageError(f"The {kind.noun} {name!r} exists already. Choose another name.")
     package = folder / f"zoobench-{name}"
     if package.exists():
         raise UsageError(f"{package} exists already. Choose another name, or another folder with --into.")

@@ -56,7 +56,9 @@ def test_box_that_is_no_whole_number_of_cells() -> None:
 
 
 def test_box_without_a_particle_is_refused() -> None:
-    """With the advice to go finer."""
+    """With its size in plain numbers, and the advice to go finer."""
+    with pytest.raises(SceneError, match=r"A box of \(0\.2, 1\.0, 1\.0\) m"):
+        fill_box(np.zeros(3), np.array([0.2, 1.0, 1.0]), 1.0, 8)
     with pytest.raises(SceneError, match="Use a finer fidelity or a larger body"):
         fill_box(np.zeros(3), np.array([0.2, 1.0, 1.0]), 1.0, 8)
     with pytest.raises(SceneError, match="holds no particle"):

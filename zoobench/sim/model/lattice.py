@@ -84,7 +84,7 @@ def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell
     inside = points[np.all(points < upper - 1e-9 * grid_spacing, axis=1)]
     if not len(inside):
         raise SceneError(
-            f"A box of {tuple(np.round(upper - lower, 6))} m holds no particle at a grid spacing of "
+            f"A box of {tuple(np.round(upper - lower, 6).tolist())} m holds no particle at a grid spacing of "
             f"{grid_spacing:.4g} m. Use a finer fidelity or a larger body."
         )
     return inside
