@@ -65,6 +65,12 @@ def test_box_without_a_particle_is_refused() -> None:
         fill_box(np.zeros(3), np.array([-1.0, 1.0, 1.0]), 1.0, 8)
 
 
+def test_a_box_in_another_unit_is_refused() -> None:
+    """A hundred metres on cells of a centimetre, before memory for them is asked for."""
+    with pytest.raises(SceneError, match=r"8\.0e\+12 particles .* lengths are in metres"):
+        fill_box(np.zeros(3), np.full(3, 100.0), 0.01, 8)
+
+
 def test_unknown_sampling_is_refused() -> None:
     """Only the lattices that exist are offered."""
     with pytest.raises(UsageError, match="5 particles per cell are not offered"):
