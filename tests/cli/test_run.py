@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import create_autospec
 
 import pytest
 import torch
@@ -22,6 +23,7 @@ from zoobench.cli.options import parse_duration
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
+from zoobench.harness import engines, ray_pool
 from zoobench.harness.grid import expand
 from zoobench.harness.request import RunRequest, parse_seeds
 from zoobench.spec import RunSelection, RunSpec, repeat_command
@@ -276,3 +278,15 @@ def test_python_m_zoobench_is_the_command_line() -> None:
     """The module form works where the script is not on the path."""
     done = subprocess.run([sys.executable, "-m", "zoobench", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("zoobench ")
+
+
+def test_on_ray_the_pool_knows_what_a_run_takes(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The address as it was given, and the measured memory, for Ray to place runs by."""
+    monkeypatch.setattr(engines, "find_spec", lambda library: library)
+    pool = create_autospec(ray_pool.RayPool, side_effect=UsageError("No Ray cluster answers."))
+    monkeypatch.setattr(ray_pool, "RayPool", pool)
+    reply = zoobench("run", *CELL, "--seeds", "1", "--on", "ray=head:6379")
+    assert (reply.code, "No Ray cluster answers." in reply.err) == (2, True)
+    told = pool.call_args.kwargs
+    assert told["address"] == "head:6379"
+    assert 10**8 < told["memory"] < 10**10
