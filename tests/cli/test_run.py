@@ -274,6 +274,12 @@ def test_malformed_durations(text: str) -> None:
         parse_duration(text)
 
 
+def test_an_empty_time_limit_is_refused(zoobench: Command) -> None:
+    """It is no way to say that there is none, and nothing is queued."""
+    reply = zoobench("run", *CELL, "--timeout", "")
+    assert (reply.code, "Cannot read '' as a time limit" in reply.err) == (2, True)
+
+
 def test_python_m_zoobench_is_the_command_line() -> None:
     """The module form works where the script is not on the path."""
     done = subprocess.run([sys.executable, "-m", "zoobench", "--version"], capture_output=True, text=True, check=True)

@@ -110,7 +110,7 @@ DecideOption = Annotated[
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
-TimeoutOption = Annotated[str, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")]
+TimeoutOption = Annotated[str | None, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")]
 MemoryOption = Annotated[
     str,
     Option(

@@ -49,7 +49,7 @@ class Retry(StrEnum):
 def run(
     asked: "RunRequest",
     jobs: WorkersOption = 2,
-    timeout: TimeoutOption = "",
+    timeout: TimeoutOption = None,
     retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
     rerun: Annotated[
         str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
@@ -80,10 +80,10 @@ def run(
     from zoobench.harness.grid import Skip
     from zoobench.harness.suites import spec_of
 
-    if no_wait and (timeout or memory):
+    if no_wait and (timeout is not None or memory):
         raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
     engine: Callable[..., WorkerPool] | None = engine_named(on)
-    limit = parse_duration(timeout) if timeout else None
+    limit = None if timeout is None else parse_duration(timeout)
     if memory:
         allow(memory)
     cells = asked.cells(db, coarsest_fidelity, say)

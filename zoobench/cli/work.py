@@ -26,7 +26,7 @@ def work(
     sweep: Annotated[
         int | None, Option("--sweep", help="Only the runs of this sweep, as `zoobench run --no-wait` names it.")
     ] = None,
-    timeout: TimeoutOption = "",
+    timeout: TimeoutOption = None,
     memory: MemoryOption = "",
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
@@ -43,7 +43,7 @@ def work(
     from zoobench.harness.shift import shift_of, work_shift
     from zoobench.harness.worker import WorkerOrders
 
-    limit = parse_duration(timeout) if timeout else None
+    limit = None if timeout is None else parse_duration(timeout)
     shift = shift_of(parse_duration(max_time) if max_time else None, max_runs)
     if memory:
         allow(memory)
