@@ -274,9 +274,10 @@ def test_malformed_durations(text: str) -> None:
         parse_duration(text)
 
 
-def test_an_empty_time_limit_is_refused(zoobench: Command) -> None:
-    """It is no way to say that there is none, and nothing is queued."""
-    reply = zoobench("run", *CELL, "--timeout", "")
+@pytest.mark.parametrize("words", [("run", *CELL, "--timeout"), ("work", "--timeout"), ("work", "--max-time")])
+def test_an_empty_time_limit_is_refused(zoobench: Command, words: tuple[str, ...]) -> None:
+    """It is no way to say that there is none, and nothing is begun."""
+    reply = zoobench(*words, "")
     assert (reply.code, "Cannot read '' as a time limit" in reply.err) == (2, True)
 
 

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 def work(
     max_time: Annotated[
-        str, Option("--max-time", help="End after this time, as in 3h; the run in hand is handed back at a checkpoint.")
-    ] = "",
+        str | None,
+        Option("--max-time", help="End after this time, as in 3h; the run in hand is handed back at a checkpoint."),
+    ] = None,
     max_runs: Annotated[int | None, Option("--max-runs", min=1, help="End after so many runs.")] = None,
     sweep: Annotated[
         int | None, Option("--sweep", help="Only the runs of this sweep, as `zoobench run --no-wait` names it.")
@@ -44,7 +45,7 @@ def work(
     from zoobench.harness.worker import WorkerOrders
 
     limit = None if timeout is None else parse_duration(timeout)
-    shift = shift_of(parse_duration(max_time) if max_time else None, max_runs)
+    shift = shift_of(None if max_time is None else parse_duration(max_time), max_runs)
     if memory:
         allow(memory)
     seen: dict[int, RunRow] = {}

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array, Mask
-from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.sim.model.lattice import cell_points, fill_box
+from zoobench.sim.model.lattice import cell_points, fill_box, too_small
 
 _MEASURE_CELLS = 100  # along the longest edge when a volume is measured: an error of 0.1 % on rounded shapes
 _LEAST_POINTS = 24  # in a cube
@@ -133,11 +132,7 @@ class Shape:
         sites, edge = self.lattice(fidelity), fidelity.particle_edge
         points, weights, owner = self._points(sites, fidelity)
         if not len(points):
-            size = tuple(np.round(np.subtract(self.upper, self.lower), 6).tolist())
-            raise SceneError(
-                f"A body of {size} m holds no particle at a grid "
-                f"spacing of {fidelity.grid_spacing:.4g} m. Use a finer fidelity or a larger body."
-            )
+            raise too_small("body", np.subtract(self.upper, self.lower), fidelity.grid_spacing)
         fill: Array = np.bincount(owner, weights, len(sites)).astype(np.float64)
         owner = _without_slivers(sites, edge, points, owner, fill)
         order = np.argsort(owner, kind="stable")

@@ -79,7 +79,6 @@ def work(
     while not stop.is_set() and time.monotonic() < shift.ask_at and taken != shift.runs:
         store.recover(sweep=orders.sweep)
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
-        has_plugins = registry.has_plugins()
         claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
         if claim is None:
             return
@@ -87,7 +86,8 @@ def work(
         on_run(claim.run_id)
         # kernels are shared by runs that need no more than their spec, and not beside plug-ins: these may do to a
         # process what they like, and so before kernels are loaded
-        is_plain = not (has_plugins or named_runs(claim.spec.design, claim.spec.controller, claim.spec.method))
+        named = named_runs(claim.spec.design, claim.spec.controller, claim.spec.method)
+        is_plain = not (named or registry.has_plugins())
         spec = claim.spec if is_plain and orders.child == CHILD_COMMAND else None
         begin = partial(start, orders.child, orders.requests, spec, _held(store, claim, stop))
         with suppress(ClaimLostError):  # somebody took this worker for dead, or cancelled the run

@@ -18,8 +18,8 @@ _SITES: dict[int, Array] = {
 }
 
 
-MOST = 5_000_000
-"""Particles of a lattice, five times those of the largest scene that was measured."""
+MOST_PARTICLES = 5_000_000
+"""Of a lattice: five times those of the largest scene that was measured."""
 
 
 def particle_volume(grid_spacing: float, particles_per_cell: int) -> float:
@@ -76,25 +76,35 @@ def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell
     spacing above it, as the first-order wall requires.
 
     Raises:
-        SceneError: the box is thinner than one particle spacing in some direction, or holds more than `MOST` particles.
+        SceneError: the box is thinner than one particle spacing in some direction, or holds more than
+            `MOST_PARTICLES`.
     """
     if particles_per_cell not in _SITES:
         raise UsageError(f"{particles_per_cell} particles per cell are not offered. Choose one of {tuple(_SITES)}.")
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
     cells = np.maximum(np.ceil((upper - lower) / grid_spacing - 1e-9), 0).astype(int)
-    size = tuple(np.round(upper - lower, 6).tolist())
-    if (count := float(np.prod(cells, dtype=float)) * particles_per_cell) > MOST:
+    if (count := float(np.prod(cells, dtype=float)) * particles_per_cell) > MOST_PARTICLES:
         raise SceneError(
-            f"A box of {size} m holds {count:.1e} particles at a grid spacing of {grid_spacing:.4g} m, and at most "
-            f"{MOST:.0e} are made. Use a coarser fidelity or a smaller body; lengths are in metres."
+            f"A box of {_size(upper - lower)} m holds {count:.1e} particles at a grid spacing of {grid_spacing:.4g} m, "
+            f"and at most {MOST_PARTICLES:.0e} are made. Use a coarser fidelity or a smaller body; lengths are in "
+            "metres."
         )
     corners = np.indices(tuple(cells)).reshape(3, -1).T
     sites = (corners[:, None, :] + _SITES[particles_per_cell][None]).reshape(-1, 3)
     points = lower + grid_spacing * sites
     inside = points[np.all(points < upper - 1e-9 * grid_spacing, axis=1)]
     if not len(inside):
-        raise SceneError(
-            f"A box of {size} m holds no particle at a grid spacing of {grid_spacing:.4g} m. Use a finer fidelity or a "
-            "larger body."
-        )
+        raise too_small("box", upper - lower, grid_spacing)
     return inside
+
+
+def too_small(what: str, extent: Array, grid_spacing: float) -> SceneError:
+    """The refusal of a box or body of this extent `[3]` [m], of which no particle is left on a grid."""
+    return SceneError(
+        f"A {what} of {_size(extent)} m holds no particle at a grid spacing of {grid_spacing:.4g} m. Use a finer "
+        "fidelity or a larger body."
+    )
+
+
+def _size(extent: Array) -> tuple[float, ...]:
+    return tuple(np.round(extent, 6).tolist())

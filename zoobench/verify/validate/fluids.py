@@ -43,8 +43,8 @@ def _settled(cells: int) -> tuple[Rig, Array, Array]:
     Returns:
         the rig, and by rows of cells the heights [m] and the pressures' errors over rho g H [-].
     """
-    deep, wide, material = 1.0, 4, _water(1.0, 0.1)
-    h = deep / cells
+    deep, wide = 1.0, 4
+    h, material = deep / cells, _water(deep, 0.1)
     points = lattice((0, 0, 0), (wide * h, deep, h), (h / 2, h / 2, h))
     scene = Scene(
         dust((wide * h / 2, deep / 2, h / 2), h), (0, 0, 0), (wide * h, deep + 8 * h, h),

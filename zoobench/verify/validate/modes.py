@@ -98,7 +98,7 @@ def vibrate(modes: Modes, mode: int, cells: int, **settings: Any) -> Vibration:
     body = passive_body(MATERIAL, points, h**3 / 8)
     upper = (SIZE[0] + 2 * margin, SIZE[1] + 2 * margin, SIZE[2] + 2 * margin)
     scene = Scene(body, (0, 0, 0), upper, gravity=WEIGHTLESS)
-    rig = Rig(scene, h, 2 * 2 * math.pi / omega, **settings)
+    rig = Rig(scene, h, 4 * math.pi / omega, **settings)
     rig.v[:], rig.C[:] = scale * shape, scale * gradients
     norm = float((shape**2).sum()) * scale
     amplitude = [1.0]
