@@ -1,4 +1,4 @@
-"""The caterpillar: size, mass, feet, muscles and labels at every resolution."""
+"""The caterpillar: size, mass, sole, muscles and labels at every resolution."""
 
 from functools import cache
 
@@ -34,14 +34,11 @@ def test_it_has_its_size() -> None:
     assert (extent >= 2.95 * fidelity.grid_spacing).all()
 
 
-def test_it_stands_on_eight_feet() -> None:
-    """The lowest layer has separate patches, one left and one right under every segment."""
-    body = Caterpillar().body(Fidelity(1 / 256))
-    lowest = body.positions[body.positions[:, 1] < 0.004]
-    assert body.positions[:, 1].min() >= 0.0
-    for side in (lowest[lowest[:, 2] < 0], lowest[lowest[:, 2] > 0]):
-        xs = np.unique(np.round(side[:, 0], 6))
-        assert (np.diff(xs) > 1.5 / 512).sum() == 3
+def test_it_lies_on_one_broad_sole() -> None:
+    """No foot, gap or groove under it: at the ground it is wider than 35 mm everywhere over 70 mm of its length."""
+    x, z = np.meshgrid(np.linspace(-0.035, 0.035, 71), np.linspace(-0.0175, 0.0175, 36))
+    sole = Caterpillar().shape.inside(np.stack([x.ravel(), np.full(x.size, 1e-6), z.ravel()], axis=1))
+    assert sole.all()
 
 
 def test_muscles_share_out_every_particle() -> None:

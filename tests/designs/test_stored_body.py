@@ -53,7 +53,7 @@ def test_at_another_fidelity_it_is_made_again_or_refused(keep: dict[str, Start])
 def test_a_body_that_was_given_is_refused(keep: dict[str, Start]) -> None:
     """The message names the design."""
     ref, _ = stored(keep, cell(design="caterpillar"))
-    with pytest.raises(UsageError, match=r"was given to it. Give the same: --design 'caterpillar-v2"):
+    with pytest.raises(UsageError, match=r"was given to it. Give the same: --design 'caterpillar-v3"):
         registry.create(Kind.DESIGN, ref)
 
 

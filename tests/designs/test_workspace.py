@@ -39,7 +39,7 @@ def test_it_is_the_whole_base() -> None:
 
 def test_a_base_may_have_a_version_and_a_parameter() -> None:
     """As on the command line."""
-    long = workspace("caterpillar-v2[length=0.2]", DRAFT)
+    long = workspace("caterpillar-v3[length=0.2]", DRAFT)
     np.testing.assert_array_equal(long.positions, Caterpillar(length=0.2).body(DRAFT).positions)
 
 
