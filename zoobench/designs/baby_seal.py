@@ -4,14 +4,14 @@ from zoobench.designs.anatomy import LIGHT, SIDES, SOFT, THINNEST, Animal, BodyP
 from zoobench.designs.shapes import Plane, capsule, ellipsoid, fin, loft, mirrored
 from zoobench.registry import Kind, register
 
-_TRUNK = loft(
+_TRUNK = loft(  # the ground cuts it off, so that it lies on a belly up to four cells of `standard` wide
     [
-        (-0.042, 0.0100, 0.0070, 0.0080),
-        (-0.028, 0.0125, 0.0125, 0.0150),
-        (-0.008, 0.0180, 0.0190, 0.0230),
-        (0.010, 0.0200, 0.0210, 0.0240),
-        (0.024, 0.0220, 0.0180, 0.0185),
-        (0.034, 0.0230, 0.0, 0.0),
+        (-0.042, 0.0060, 0.0110, 0.0080),
+        (-0.028, 0.0090, 0.0160, 0.0150),
+        (-0.008, 0.0130, 0.0240, 0.0230),
+        (0.010, 0.0145, 0.0265, 0.0240),
+        (0.024, 0.0160, 0.0240, 0.0185),
+        (0.034, 0.0160, 0.0, 0.0),
     ]
 )
 _NECK = capsule((0.014, 0.022, 0.0), (0.029, 0.034, 0.0), 0.0170, 0.0150)
@@ -36,9 +36,9 @@ _HIND = mirrored(
 )  # fmt: skip
 
 
-@register(Kind.DESIGN, "baby-seal", version=3, tags=("animal", "land"))
+@register(Kind.DESIGN, "baby-seal", version=4, tags=("animal", "land"))
 def baby_seal(*, length: float = 0.10) -> Animal:
-    """A fat crawler on its belly with four flippers, 0.10 m long, with ten muscles.
+    """A fat crawler on its broad belly with four flippers, 0.10 m long, with ten muscles.
 
     The fibres of the trunk run along the body, at rear and front on each side, for waves that gallop like a seal. Those
     of the neck run up to the head, those of the flippers outwards. Blubber on the back is soft and light, which keeps
