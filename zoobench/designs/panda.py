@@ -13,17 +13,20 @@ _LEG_X = {"fore": 0.010, "hind": -0.037}
 
 
 def _leg(end: str) -> BodyPart:
-    """A pair of legs: the muscle before the bone swings the foot forward, that behind it swings it back."""
+    """A pair of legs: the muscle before the bone swings the foot forward, that behind it swings it back.
+
+    The ground cuts it off where it is widest: paws of 26 mm are two and a half cells wide at `standard`.
+    """
     x = _LEG_X[end]
     halves = opposed((f"{end}-back", f"{end}-front"), 0, x - 0.006, x + 0.006)
     return BodyPart(
-        solid=mirrored(capsule((x, 0.024, 0.0165), (x, 0.0095, 0.0185), 0.0130, 0.0115)),
+        solid=mirrored(capsule((x, 0.024, 0.0165), (x, 0.0, 0.0170), 0.0130, 0.0130)),
         muscles=crossed(halves, SIDES),
         fibre=(0.0, -1.0, 0.14),
     )
 
 
-@register(Kind.DESIGN, "panda", version=3, tags=("animal", "land"))
+@register(Kind.DESIGN, "panda", version=4, tags=("animal", "land"))
 def panda(*, length: float = 0.10) -> Animal:
     """A walker on four stout legs, 0.10 m long, with ten muscles.
 
