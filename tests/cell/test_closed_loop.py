@@ -60,7 +60,7 @@ def test_the_adjoint_goes_through_what_is_seen_of_the_target(monkeypatch: pytest
     problem = Problem(cell(task=TARGET, controller="sine-feedback", fidelity="smoke[precision=64]", frames=6))
     params = problem.initial(np.random.default_rng(1))
     basis = 9 * problem.body.muscle_count
-    params[basis:] *= 5.0  # strong feedback
+    params[basis:] *= 20.0  # strong feedback
     direction = np.random.default_rng(2).normal(size=len(params))
     _, gradient = problem.loss_and_grad(params)
     ahead, behind = (problem.evaluate(params + sign * 1e-5 * direction).score for sign in (1.0, -1.0))

@@ -28,9 +28,9 @@ def test_export_writes_what_was_asked_for(zoobench: Command) -> None:
     """At the fidelity named; the path is the data."""
     reply = zoobench("design", "export", "caterpillar", "-o", "body.npz", "--fidelity", "draft")
     assert reply.out == "body.npz\n"
-    assert "408 particles" in reply.err
+    assert "428 particles" in reply.err
     with np.load("body.npz") as found:
-        assert found["positions"].shape == (408, 3)
+        assert found["positions"].shape == (428, 3)
 
 
 def test_export_refuses_what_it_cannot_do(zoobench: Command) -> None:

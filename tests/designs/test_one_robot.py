@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_opening
 
 from zoobench import registry
 from zoobench.arrays import Array
@@ -110,6 +111,16 @@ def test_it_is_the_solid(name: str, level: str) -> None:
     if not coarse:
         np.testing.assert_allclose(found.size, expected.size, rtol=0.01, atol=0.3 * body.edge)
     assert body.masses(1000.0).sum() == pytest.approx(1000.0 * expected.volume, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["caterpillar", "panda", "baby-seal"])
+def test_it_stands_on_soles_that_the_levels_resolve(name: str) -> None:
+    """Discs of 20 mm, two cells of `standard`, cover four fifths of what touches the ground."""
+    x, z = np.meshgrid(np.arange(-60, 61) * 1e-3, np.arange(-50, 51) * 1e-3, indexing="ij")
+    ground = np.stack([x, np.full_like(x, 1e-6), z], axis=-1).reshape(-1, 3)
+    sole = np.asarray(design(name).shape.inside(ground)).reshape(x.shape)
+    disc = np.hypot(*np.mgrid[-10:11, -10:11]) <= 10
+    assert binary_opening(sole, disc).sum() >= 0.8 * sole.sum() > 0
 
 
 def test_the_pandas_belly_clears_the_ground() -> None:

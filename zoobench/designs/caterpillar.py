@@ -29,8 +29,8 @@ _MUSCLES = (
 class Caterpillar:
     """A segmented crawler, 0.10 m long, with eight ventral and two dorsal muscles.
 
-    It lies on its belly: feet and grooves that are thinner than a few cells give it another gait on every grid, and
-    break at the finer ones. All fibres run along the body. A ventral muscle of one side and segment bends the body up and to the other side
+    It lies on its belly: feet and gaps of a cell or two give it another gait on every grid, and break on fine ones.
+    All fibres run along the body. A ventral muscle of one side and segment bends the body up and to the other side
     there; the dorsal pair bends the whole back down. Waves along the ventral muscles crawl, a difference between left
     and right turns.
 

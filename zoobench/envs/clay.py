@@ -13,8 +13,9 @@ CLAY = Elasticity(medium_density=1800.0)
 
 
 _PROVISIONAL = (
-    "it bears hardly more than a robot weighs, but up to 1.6 times as much on a coarse grid, so that robots walk there "
-    "which dig in on a fine one: a gait found at standard keeps a fifth of its speed at fine"
+    "it bears hardly more than robots on feet weigh, but up to 1.6 times as much on a coarse grid, so that they walk "
+    "there and dig in on a fine one: from standard to fine their gaits kept a fifth of their speed, one of the "
+    "caterpillar on its sole keeps three quarters"
 )
 
 
