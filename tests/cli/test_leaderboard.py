@@ -249,7 +249,7 @@ def test_plan_says_what_each_part_of_a_suite_costs(zoobench: Command) -> None:
         "reinforcement:",
         "control:",
     ]
-    assert "  part animals: 64 runs, 19 h" in reply.err
+    assert "  part animals: 64 runs, 22 h" in reply.err
     assert any("by measured rates (animals on one core of AMD EPYC" in line for line in lines)
     assert "Memory: up to" in lines[-1]
 
