@@ -27,9 +27,11 @@ def test_the_mass_does_not_depend_on_the_sampling(spacing: float, particles_per_
 
 
 def test_it_has_its_size() -> None:
-    """0.10 x 0.05 x 0.05 m within a particle spacing, and at least three cells across at 1/64 m."""
+    """0.10 x 0.05 x 0.05 m within a particle spacing, above the ground, and at least three cells across at 1/64 m."""
     fidelity = Fidelity(1 / 64)
-    extent = np.ptp(Caterpillar().body(fidelity).positions, axis=0) + fidelity.grid_spacing / 2
+    positions = Caterpillar().body(fidelity).positions
+    assert positions[:, 1].min() >= 0.0
+    extent = np.ptp(positions, axis=0) + fidelity.grid_spacing / 2
     assert extent == pytest.approx([0.1, 0.05, 0.05], abs=fidelity.grid_spacing / 2)
     assert (extent >= 2.95 * fidelity.grid_spacing).all()
 
