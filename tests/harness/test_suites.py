@@ -207,6 +207,15 @@ def test_a_budget_may_depend_on_the_environment() -> None:
     assert budgets == {"snow": "500 substeps", "ground": "250 substeps", "ice": "2 episodes"}
 
 
+def test_a_fidelity_may_depend_on_the_environment() -> None:
+    """The first name or pattern that fits counts, and what fits none of them is read, too."""
+    content = COMPLETE.replace("envs: ground", "envs: [snow, ground, ice]")
+    levels = 'fidelity: {"i*": "draft[courant=0.5]", ground: standard, "*": paper}'
+    specs = suite_of(content.replace("fidelity: draft", levels)).specs
+    found = {spec.env.name: (spec.fidelity.name, spec.fidelity.kwargs["courant"]) for spec in specs}
+    assert found == {"snow": ("paper", 0.7), "ground": ("standard", 0.7), "ice": ("draft", 0.5)}
+
+
 def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
     """As in a grid of the command line."""
     (cell,) = suite_of(COMPLETE.replace("methods: random", "methods: neat")).cells
@@ -234,9 +243,15 @@ def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
         (
             "budget: 100 substeps",
             "budget: {snow: 1}",
-            r"grid 1, budget: nothing for ground, expected a budget for each",
+            r"grid 1, budget: nothing for ground, expected a value for each",
         ),
-        ("fidelity: draft", "fidelity: [draft]", r"grid 1, fidelity: \['draft'\], expected text"),
+        ("fidelity: draft", "fidelity: [draft]", r"grid 1, fidelity: \['draft'\], expected the name of a fidelity"),
+        (
+            "fidelity: draft",
+            "fidelity: {snow: draft}",
+            r"grid 1, fidelity: nothing for ground, expected a value for each",
+        ),
+        ("fidelity: draft", "fidelity: {ground: draft, ice: darft}", r"grid 1, fidelity: .*Did you mean 'draft'"),
         ("fidelity: draft", "fidelity: '*'", r"grid 1, fidelity: .* means several"),
         ("summary: a test", "summary: 3", r"mine.yaml, summary: 3, expected a line of text"),
         ("summary: a test", "", r"mine.yaml, summary: nothing"),

@@ -42,7 +42,9 @@ class GridSettings(BaseModel):
     budget: Amount | dict[str, Amount] | None = Field(
         default=None, description="a budget such as '126000 substeps' or '60 seconds', or one for each environment"
     )
-    fidelity: str | None = Field(default=None, description="text: the name of a fidelity")
+    fidelity: str | dict[str, str] | None = Field(
+        default=None, description="the name of a fidelity such as 'draft', or one for each environment"
+    )
     frames: Count | None = Field(default=None, description="a whole number from 1 upwards")
     part: str | None = Field(default=None, description="text: a name that `parts` explains")
 

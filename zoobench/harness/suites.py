@@ -7,7 +7,7 @@ common:                      # settings of every grid that does not state its ow
   methods: ["diffphysics[restarts=1]", random]
   seeds: 3                   # how many, or a list of which
   budget: {snow: 540000 substeps, "*": 126000 substeps}  # one for all, or by environment: the first that fits
-  fidelity: standard
+  fidelity: standard         # likewise
   frames: 100
 grids:
   - {envs: [ground, ice], tasks: turning, designs: caterpillar}
@@ -148,13 +148,14 @@ def _cells(given: Mapping[str, Any], where: str) -> Iterator[RunSpec | Skip]:
     grid = GridSpec(
         **{key: _at(f"{where}, {key}", _refs, given[key], kind) for key, kind in _AXES.items()},
         seeds=tuple(dict.fromkeys(seeds)) if isinstance(seeds, list) else tuple(range(seeds)),
-        budget=Budget("substeps", 1),  # replaced below
-        fidelity=_at(f"{where}, fidelity", parse_one, given["fidelity"], Kind.FIDELITY),
+        budget=Budget("substeps", 1),  # replaced below, as the fidelity is
+        fidelity=Ref("draft"),
         frames=given["frames"],
     )
-    budgets = _at(f"{where}, budget", _budgets, given["budget"], grid.envs)
-    for env, budget in budgets.items():
-        yield from _at(where, expand, replace(grid, envs=(env,), budget=budget))
+    for env in grid.envs:
+        budget = _at(f"{where}, budget", _for_env, given["budget"], env, _budget)
+        fidelity = _at(f"{where}, fidelity", _for_env, given["fidelity"], env, _fidelity)
+        yield from _at(where, expand, replace(grid, envs=(env,), budget=budget, fidelity=fidelity))
 
 
 def _at(where: str, convert: Callable[..., Any], *values: Any) -> Any:
@@ -170,14 +171,18 @@ def _refs(names: str | list[str], kind: Kind) -> tuple[Ref, ...]:
     return tuple(dict.fromkeys(ref for item in items for ref in parse_selector(item, kind)))
 
 
-def _budgets(value: Any, envs: tuple[Ref, ...]) -> dict[Ref, Budget]:
-    """The budget of each environment; of a mapping, the first whose selector matches."""
-    amounts = value if isinstance(value, dict) else {"*": value}
-    budgets = [(Selector.parse_all(text), Budget.parse(str(amount))) for text, amount in amounts.items()]
-    found = {
-        env: next((budget for selectors, budget in budgets if any(each.matches(env) for each in selectors)), None)
-        for env in envs
-    }
-    if without := [env.name for env, budget in found.items() if budget is None]:
-        raise UsageError(f"nothing for {', '.join(without)}, expected a budget for each environment, or for '*'.")
-    return {env: budget for env, budget in found.items() if budget is not None}
+def _budget(amount: Any) -> Budget:
+    return Budget.parse(str(amount))
+
+
+def _fidelity(name: str) -> Ref:
+    return parse_one(name, Kind.FIDELITY)
+
+
+def _for_env(value: Any, env: Ref, convert: Callable[[Any], Any]) -> Any:
+    """A setting; of a mapping from environments the first whose selector matches."""
+    given = value if isinstance(value, dict) else {"*": value}
+    for selectors, setting in [(Selector.parse_all(text), convert(each)) for text, each in given.items()]:
+        if any(selector.matches(env) for selector in selectors):
+            return setting
+    raise UsageError(f"nothing for {env.name}, expected a value for each environment, or for '*'.")
