@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_opening
 
-from zoobench.designs.thin_parts import Thickness, coarsest
+from zoobench import registry
+from zoobench.arrays import Array, Mask
+from zoobench.designs.sampling import Shape
+from zoobench.designs.thin_parts import Thickness, coarsest, whole_sample
+from zoobench.registry import Kind
+from zoobench.spec import Ref
 
 
 def test_thickness_is_the_volume_that_cubes_fill() -> None:
@@ -24,3 +29,18 @@ def test_the_coarsest_fidelity_that_holds_a_body_is_named() -> None:
     """By its name, or none if all are too coarse."""
     assert "'standard'" in coarsest(lambda fidelity: fidelity.grid_spacing < 1 / 90)
     assert "finer fidelity than those" in coarsest(lambda _: False)
+
+
+@pytest.mark.parametrize(("foot", "noted"), [(0.012, "draft standard paper"), (0.024, "draft"), (0.036, "")])
+def test_soles_that_a_level_does_not_resolve_are_noted(foot: float, noted: str) -> None:
+    """A plate on four square feet of this edge [m]: where no disc of two cells fits in most of them."""
+
+    def inside(points: Array) -> Mask:
+        aside = np.abs(np.abs(points[:, [0, 2]]) - 0.03).max(axis=1) <= foot / 2
+        found: Mask = (np.abs(points[:, [0, 2]]).max(axis=1) <= 0.05) & ((points[:, 1] >= 0.02) | aside)
+        return found & (points[:, 1] >= 0.0) & (points[:, 1] <= 0.05)
+
+    shape = Shape.standing(inside, 0.1, 0.05, 0.1)
+    for level in ("draft", "standard", "paper"):
+        notes = whole_sample("table", shape, registry.create(Kind.FIDELITY, Ref(level))).notes
+        assert any("stands on" in note for note in notes) == (level in noted), (level, notes)

@@ -1,4 +1,4 @@
-"""Bodies that are thin for a grid: how thick how much of them is, and the ends that no particle holds."""
+"""Bodies that are thin for a grid: how thick how much of them is, what they stand on, and ends that are lost."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,6 +12,7 @@ from zoobench.designs.sampling import Shape, SolidSample
 from zoobench.errors import SceneError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.ground_skin import SKIN
 from zoobench.spec import Ref
 
 NEAR = 1.75
@@ -21,6 +22,9 @@ THICK = 1.5
 """Thickness that most of a body needs [particles]: with it, a body has two layers wherever its middle lies."""
 
 _MOST = 0.5  # share of the volume that has to be that thick
+_SOLE = 2.0  # [cells] of the level, which what a body stands on needs in every direction: docs/accuracy.md
+_STANDS = 0.5  # share of what it stands on that has to be so wide
+_PIXELS = 16  # in a cell, by which that is measured
 _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
 _SIDES = (("rear", "front"), ("bottom", "top"), ("left", "right"))
 _MEASURING_POINTS = 30_000  # about, from which thickness and symmetry are measured
@@ -29,7 +33,7 @@ _SPANS = np.arange(1, 65)  # [voxels] edges of the cubes that are tried
 
 
 def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
-    """The sample of a solid from a file, with a note if it lacks a little of the solid's length, height or width.
+    """The sample of a solid from a file, with notes on what the resolution does not hold of its ends and its soles.
 
     Args:
         name: of the body in messages.
@@ -46,9 +50,33 @@ def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
             f"The body of {name!r} loses {words} {grid}: it is too thin there to be found. Give it some thickness, a "
             "finer fidelity or a larger length."
         )
-    if not words:
-        return sample
-    return replace(sample, notes=(*sample.notes, f"The body is smaller than in its file {grid}: it lacks {words}."))
+    notes = sample.notes
+    if words:
+        notes = (*notes, f"The body is smaller than in its file {grid}: it lacks {words}.")
+    if (narrow := narrow_share(shape, fidelity)) > _STANDS:
+        width = f"{_SOLE:g} cells of {1e3 * fidelity.grid_spacing:.3g} mm"
+        words = f"{100 * narrow:.0f} % of what the body stands on is narrower than {width}"
+        notes = (*notes, f"{words}: on land its scores will differ on a finer grid.")
+    return replace(sample, notes=notes)
+
+
+def narrow_share(shape: Shape, fidelity: Fidelity) -> float:
+    """The share of what a solid stands on, its section amid the ground's skin, in which no disc of two cells fits [-].
+
+    By a lattice of its own, so that it does not depend on where the particles lie.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    spacing, radius = fidelity.grid_spacing / _PIXELS, _SOLE * _PIXELS / 2
+    axes = [np.arange(shape.lower[axis] - spacing, shape.upper[axis] + 2 * spacing, spacing) for axis in (0, 2)]
+    x, z = np.meshgrid(*axes, indexing="ij")
+    section = np.stack([x, np.full_like(x, shape.lower[1] + SKIN.thickness / 2), z], axis=-1)
+    stands = np.asarray(shape.inside(section.reshape(-1, 3)), float).reshape(x.shape) > 0.5
+    if not stands.any():
+        return 0.0
+    holds = distance_transform_edt(stands) > radius  # the centres of discs that fit
+    covered = distance_transform_edt(~holds) <= radius if holds.any() else holds
+    return 1.0 - float(np.mean(covered[stands]))
 
 
 def lattice_within(shape: Shape, volume: float) -> tuple[Array, float]:
