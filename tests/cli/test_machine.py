@@ -1,7 +1,9 @@
 """`doctor`."""
 
 import json
+import re
 import sqlite3
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,13 @@ def test_doctor_finds_a_sound_installation_sound(
     assert "problem" not in {check["verdict"] for check in checks.values()}
     assert str(tmp_path / "cache") in checks["compile cache"]["detail"]
     assert "13 runs" in checks["database"]["detail"]
+
+
+def test_doctor_knows_every_package_that_zoobench_needs() -> None:
+    """Those that the project declares, without its extras."""
+    project = Path(__file__).parents[2] / "pyproject.toml"
+    declared = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["dependencies"]
+    assert sorted(examining._PACKAGES) == sorted(re.split("[<>=]", line)[0] for line in declared)
 
 
 @pytest.fixture

@@ -14,7 +14,10 @@ from typing import Any
 
 from zoobench.errors import StorageError
 
-_PACKAGES = ("alembic", "numpy", "pandas", "psutil", "rich", "scipy", "sqlalchemy", "taichi", "torch", "typer")
+_PACKAGES = (
+    "alembic", "cma", "neat-python", "numpy", "pandas", "psutil", "pydantic", "pyyaml", "rich", "roma", "scipy",
+    "sqlalchemy", "taichi", "torch", "typer",
+)  # fmt: skip
 _LITTLE_SPACE = 1 << 30  # [bytes]
 _SOON_READ = 32 << 20  # [bytes]; read within a second
 _TAICHI_SECONDS = 120.0
