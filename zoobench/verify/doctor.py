@@ -51,12 +51,11 @@ class Diagnosis:
 
 
 def examine(database: str, *, full: bool = False) -> Iterator[Diagnosis]:
-    """Check Python, packages, Taichi, the compile cache, plug-ins, the database and disk space.
+    """Name the Python, and check packages, Taichi, the compile cache, plug-ins, the database and disk space.
 
     A large database is read from end to end only if `full`.
     """
-    is_new_enough = sys.version_info >= (3, 11)
-    yield Diagnosis("python", Verdict.OK if is_new_enough else Verdict.PROBLEM, sys.version.split()[0])
+    yield Diagnosis("python", Verdict.OK, sys.version.split()[0])
     yield _check_packages()
     yield from _check_taichi()
     yield _check_plugins()
