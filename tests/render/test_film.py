@@ -1,15 +1,19 @@
 """A film shows the episode that was scored."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
 from tests.conformance.cells import POND, cell
 from tests.render.filmed import CLEAR, SPEC, full_cubes, params, short_film
+from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
+from zoobench.registry import Kind
 from zoobench.render.film import evenly, film
-from zoobench.spec import FRAME_SECONDS
+from zoobench.spec import FRAME_SECONDS, Ref
 
 
 def test_a_film_shows_what_was_simulated() -> None:
@@ -27,6 +31,14 @@ def test_a_film_shows_what_was_simulated() -> None:
     np.testing.assert_allclose(shown.target, targets[:, 0])
     assert shown.medium.shape == (3, problem.scene.particle_count - problem.body.particle_count, 3)
     assert np.abs(shown.medium[2] - shown.medium[0]).max() > 1e-4
+
+
+def test_a_mixture_with_a_path_shows_its_target() -> None:
+    """As the task alone does."""
+    spec = replace(SPEC, task=registry.resolve(Kind.TASK, Ref.parse("mix[turning=1.0,waypoint-following=1.0]")))
+    mixed = film(spec, params(), moments=[0, 5, 10])
+    assert mixed.target is not None
+    np.testing.assert_array_equal(mixed.target, short_film().target)
 
 
 def test_a_particle_shows_the_activity_of_its_muscle() -> None:

@@ -10,9 +10,8 @@ from zoobench.arrays import Array
 from zoobench.cell.episode import Episode, Evaluation
 from zoobench.cell.problem import Problem
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.render.recording import Positions, Recording, vorticity
+from zoobench.render.recording import Positions, Recording, target_path, vorticity
 from zoobench.spec import FRAME_SECONDS, RunSpec
-from zoobench.tasks.paths import Path as Route
 
 _LARGEST = 4 * 2**30
 """Bytes that the positions of a film may take."""
@@ -131,8 +130,6 @@ def _allocate(moments: int, particle_count: int) -> Positions:
 def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
     record, kept = episode.record, reel.kept
     centre = record.motion.centre_of_mass()[:, 0].detach().numpy()
-    route: Route | None = getattr(problem.task, "route", None)
-    clock = np.arange(problem.spec.frames + 1, dtype=np.float64) * FRAME_SECONDS
     count = record.body.particle_count
     return Film(
         spec=problem.spec,
@@ -141,11 +138,11 @@ def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
         body=record.body,
         particle_edge=problem.fidelity.particle_edge,
         kept=kept,
-        times=clock[kept],
+        times=kept.astype(np.float64) * FRAME_SECONDS,
         robot=reel.places[:, :count],
         medium=reel.places[:, count:],
         vorticity=np.array(reel.vorticity) if reel.vorticity else None,
         activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,
-        target=None if route is None else centre[0] + route.positions(clock),
+        target=target_path(problem.task, centre[0], problem.spec.frames),
     )

@@ -9,7 +9,7 @@ from zoobench.cell.problem import Problem
 from zoobench.render.actors import PATH, TARGET, put_ground, put_medium, put_paths
 from zoobench.render.canvas import Canvas, Image
 from zoobench.render.film_files import put_active_robot
-from zoobench.render.recording import Recording, vorticity
+from zoobench.render.recording import Recording, target_path, vorticity
 from zoobench.render.viewpoint import Region, camera_for, region_of
 from zoobench.render.vortices import put_water
 from zoobench.spec import FRAME_SECONDS
@@ -88,8 +88,6 @@ def _recording(problem: Problem, positions: Array, task: Task) -> Recording:
     frames, body = problem.spec.frames, problem.body
     count = body.particle_count
     centre = np.average(positions[:count], axis=0, weights=body.masses(1.0))
-    clock = np.arange(frames + 1, dtype=np.float64) * FRAME_SECONDS
-    route = getattr(task, "route", None)
     nx, _, nz = problem.scene.cells(problem.fidelity.grid_spacing)
     return Recording(
         scene=problem.scene,
@@ -99,7 +97,7 @@ def _recording(problem: Problem, positions: Array, task: Task) -> Recording:
         robot=positions[None, :count].astype(np.float32),
         medium=positions[None, count:].astype(np.float32),
         centre=np.tile(centre, (frames + 1, 1)),
-        target=None if route is None else centre + route.positions(clock),
+        target=target_path(task, centre, frames),
         vorticity=None if problem.scene.water is None else np.zeros((1, nx + 1, nz + 1)),
     )
 

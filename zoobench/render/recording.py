@@ -20,6 +20,7 @@ from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import medium_share
 from zoobench.sim.solver import Solver
 from zoobench.spec import FRAME_SECONDS, Ref
+from zoobench.tasks.base import Task
 
 Positions = NDArray[np.float32]
 
@@ -91,6 +92,20 @@ def vorticity(flow: Array, spacing: float) -> Array:
     found = np.zeros((u.shape[0] + 1, u.shape[1] + 1))
     found[1:-1, 1:-1] = (np.diff(u, axis=1)[1:] - np.diff(w, axis=0)[:, 1:]) / spacing
     return found
+
+
+def target_path(task: Task, start: Array, frames: int) -> Array | None:
+    """Where the target is after every control frame `[frames + 1, 3]` [m]; None if there is none that moves.
+
+    The tasks of a mixture share one path.
+
+    Args:
+        start: the robot's centre of mass at the start `[3]` [m].
+    """
+    # a task of a plug-in may lack what the protocol has gained
+    route = next(iter(getattr(task, "routes", ())), None)
+    clock = np.arange(frames + 1, dtype=np.float64) * FRAME_SECONDS
+    return None if route is None else start + route.positions(clock)
 
 
 def snapshots(
