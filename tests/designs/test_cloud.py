@@ -69,7 +69,10 @@ def test_cubes_have_their_volume_and_stand_on_the_ground(tmp_path: Path) -> None
     [
         ({"fibres": np.zeros((3, 3))}, "fibres"),
         ({"positions": np.full((80, 3), np.nan)}, "positions"),
+        ({"positions": columns()["positions"].repeat(2, axis=0)[:80]}, "lie on each other"),
+        ({name: column[:1] for name, column in columns().items()}, "two at least"),
         ({"muscle": np.full(80, 2)}, "numbered"),
+        ({"muscle": np.arange(80) * 10**16}, "numbered"),
         ({"muscle": np.full(80, 0.5)}, "not whole"),
         ({"muscle": np.full(80, np.nan)}, "not whole"),
         ({"muscle": np.full(80, -1)}, "no muscle"),

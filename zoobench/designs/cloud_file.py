@@ -1,6 +1,7 @@
 """Files of point clouds: their columns, checked, and colours as body parts."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from io import BytesIO
 from typing import Any
 
@@ -38,7 +39,7 @@ class Points:
     fill: Array
     notes: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def edge(self) -> float:
         """Edge of the cube that a point represents, in the file's unit."""
         from scipy.spatial import KDTree
@@ -91,24 +92,29 @@ def load_points(name: str) -> Points:
 
 def _check(points: Points, name: str) -> None:
     count = len(points.positions)
+    if count < 2:
+        raise UsageError(f"The column 'positions' of {name!r} has {count} points. Give those of a body, two at least.")
     shapes = {"positions": (count, 3), "fibres": (count, 3), "stiffness": (count,), "density_ratio": (count,)}
     shapes["fill"] = (count,)
     shapes |= {} if points.muscle is None else {"muscle": (count,)}
     for column, shape in shapes.items():
         values = getattr(points, column)
-        if values.shape != shape or not np.isfinite(values).all() or count < 2:
+        if values.shape != shape or not np.isfinite(values).all():
             raise UsageError(
                 f"The column {column!r} of {name!r} has shape {values.shape}; {shape} and finite values were expected."
             )
+    if not points.edge > 0.0:
+        raise UsageError(f"Most points of {name!r} lie on each other. Give each of them once.")
     if min(points.stiffness.min(), points.density_ratio.min()) <= 0.0:
         raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
     if not 0.0 < points.fill.min() <= points.fill.max() <= 1.0:
         raise UsageError(f"{name!r} has a fill that is not a share of a cube. Give numbers above 0, up to 1.")
     if points.muscle is None:
         return
-    if points.muscle.min() < -1 or set(range(points.muscle.max() + 1)) - set(points.muscle.tolist()):
+    numbers = np.unique(points.muscle)
+    if numbers[0] < -1 or not np.array_equal(numbers[numbers >= 0], np.arange((numbers >= 0).sum())):
         raise UsageError(f"The muscles of {name!r} are not numbered 0, 1, 2, ... with -1 for none. Renumber them.")
-    if points.muscle.max() < 0:
+    if numbers[-1] < 0:
         raise UsageError(f"{name!r} has no muscle. Give some points a muscle from 0 on.")
 
 
