@@ -39,7 +39,6 @@ _WAVES = 16  # in the prior's field
 _WAVE_NUMBER = 2.0  # its standard deviation [1 / half extent of the workspace]: a leg or a neck or two along each axis
 
 _PATTERN_LEVEL = 0.25  # of occupancy for a pattern of 0, which is solid
-_PATTERN_STIFFNESS = 1.0  # change of the number for stiffness by a pattern of 1
 
 
 def width_of(optimised: Optimised, body: Body) -> int:
@@ -78,8 +77,7 @@ def painted(patterns: Array, optimised: Optimised) -> Array:
     """
     count = patterns.shape[1] - 2
     means = np.array([_PATTERN_LEVEL, FIRM, *[0.0] * count])
-    gains = np.array([1.0, _PATTERN_STIFFNESS, *[1.0] * count])
-    rows: Array = means + gains * np.clip(patterns, -1.0, 1.0)
+    rows: Array = means + np.clip(patterns, -1.0, 1.0)
     return rows[:, columns_of(optimised, count)].ravel()
 
 
