@@ -93,6 +93,7 @@ class TimedSolver:
     """A solver whose episodes are timed; its kernels are compiled, or loaded from the cache.
 
     Attributes:
+        solver: the solver itself.
         loading: seconds of that by kernel.
         launch: seconds of a launch of no substeps by kernel, None without gradients for the reverse.
     """
@@ -100,21 +101,16 @@ class TimedSolver:
     def __init__(self, scene: Scene, fidelity: Fidelity, job: dict[str, Any], *, gradients: bool) -> None:
         worlds = job["worlds"]
         work = scene.particle_count * worlds * choose_step(scene, fidelity, FRAME_SECONDS).substeps_per_frame
-        self._solver = Solver(
+        self.solver = Solver(
             scene, fidelity, worlds=worlds, gradients=gradients,
             frame_seconds=FRAME_SECONDS * min(1.0, _FRAME_WORK / work),
         )  # fmt: skip
         self._seconds = work_clock(job["device"])
-        self._clock = LaunchClock(self._solver.launcher, self._seconds)
+        self._clock = LaunchClock(self.solver.launcher, self._seconds)
         for _ in range(2):
             self.episode(1)
         self.loading = {name: times.loading_s for name, times in self._clock.times().items()}
         self.launch = {name: self._clock.launch_seconds(name) for name in ("advance", "reverse")}
-
-    @property
-    def solver(self) -> Solver:
-        """The solver itself."""
-        return self._solver
 
     def episode(self, frames: int) -> EpisodeTime:
         """Time an episode of a travelling wave in every world, and its backward pass.
@@ -122,7 +118,7 @@ class TimedSolver:
         Raises:
             RuntimeError: it diverges.
         """
-        solver, seconds = self._solver, self._seconds
+        solver, seconds = self.solver, self._seconds
         actuation = np.tile(travelling_wave(frames, solver.muscle_count), (1, solver.worlds, 1))
         recomputed, reversed_before = solver.meter.recomputed, len(self._clock.spent["reverse"])
         wall, begin = time.perf_counter(), seconds()

@@ -149,8 +149,6 @@ class GradientCase:
         Returns:
             substeps done `[frames + 1]`, and the root mean square distance of the robot's particles `[frames + 1]` [m].
         """
-        from zoobench.sim.solver import BodyState
-
         solver = self._solver
         rollout = self.run(self.base(frames))
         shift = rng.normal(size=(solver.particle_count, 3))

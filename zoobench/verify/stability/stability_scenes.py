@@ -37,12 +37,10 @@ def medium_material(name: str) -> Medium:
     return material
 
 
-def fidelity(
-    precision: int = 32, courant: float = Fidelity.courant, spacing: float = SPACING, step: float = 0.0
-) -> Fidelity:
+def fidelity(precision: int = 32, courant: float = Fidelity.courant, step: float = 0.0) -> Fidelity:
     """The numerical settings that ship, on the grid of the cases."""
     bits: Literal[32, 64] = 64 if precision == 64 else 32
-    return Fidelity(spacing, courant=courant, precision=bits, step=step)
+    return Fidelity(SPACING, courant=courant, precision=bits, step=step)
 
 
 def lattice(lower: Vector, cells: tuple[int, int, int], per_cell: int = PER_CELL) -> Array:

@@ -31,16 +31,14 @@ class Pulls(NamedTuple):
     """What a body's muscles do within one substep from rest, one muscle to a world.
 
     Attributes:
-        body: at rest.
-        virial: rate of change of the sum of m v x^T `[muscles, 3, 3]` [J], and the integral of -tau over the body.
-        due: that integral.
+        virial: rate of change of the sum of m v x^T `[muscles, 3, 3]` [J].
+        due: the integral of -tau over the body, which it should be.
         bend: rates of change of the sum of m v . u `[muscles, 2]` [J], u being bending up and to the right.
         bend_due: the integral of -tau : grad u.
         shortening: rate at which the muscle shortens, mean over its volume `[muscles]`, positive as it pulls.
         kept: share of the work of the active stress that the particles have as kinetic energy `[muscles]` [-].
     """
 
-    body: Body
     virial: Array
     due: Array
     bend: Array
@@ -87,7 +85,7 @@ def _measured(body: Body, x: Array, v: Array, C: Array, moment: float) -> Pulls:
         pull = np.einsum("pi,pij,pj->p", body.fibres, slope, body.fibres)
         bend_due.append(-np.einsum("pk,p->k", active, pull))
     shortening = -(shares.T * along).sum(1) / shares.sum(0)
-    return Pulls(body, virial, due, np.array(bend).T, np.array(bend_due).T, shortening, kinetic / work)
+    return Pulls(virial, due, np.array(bend).T, np.array(bend_due).T, shortening, kinetic / work)
 
 
 _SOURCE = "virtual work of the active stress (closed form)"

@@ -34,7 +34,7 @@ class Rig:
         settings: further choices of the fidelity, by their names there.
 
     Attributes:
-        steps: substeps in `seconds`.
+        steps: substeps in `seconds`; `dt` is the length of each [s].
         done: substeps taken so far.
         mass: `[particle_count]` [kg].
         v, C: velocities `[particle_count, 3]` [m/s] and APIC matrices `[particle_count, 3, 3]` [1/s]; these arrays and
@@ -59,7 +59,7 @@ class Rig:
         self.solver = Solver(scene, fidelity, frame_seconds=seconds)
         self.solver.reset()
         self.steps, self.dt, self.done = self.solver.substeps_per_frame, self.solver.dt, 0
-        self.scene, self.grid_spacing = scene, grid_spacing
+        self.grid_spacing = grid_spacing
         matter = self.solver.matter
         self.mass: Reals = self.solver.parameters.mass[0].numpy()
         self.v, self.C, self.F, self.history, self.medium_stress = (
