@@ -50,6 +50,11 @@ def to_array(tensor: Any) -> Array:
     return np.asarray(tensor.detach().cpu().double().numpy())
 
 
+def unpacked(six: Array) -> Array:
+    """Symmetric matrices `[n, 3, 3]` from their components xx yy zz xy xz yz `[n, 6]`."""
+    return six[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+
+
 def energy_balance(solver: Solver, *, step: float = 0.0) -> EnergyBalance:
     """The energy balance of the present state (slot 0) of the first world.
 
@@ -134,6 +139,5 @@ def medium_strain(solver: Solver) -> tuple[Array, Array]:
         strain = np.zeros((len(history), 3))
         strain[:, 0] = np.log(np.maximum(history, np.finfo(float).tiny))
         return strain, history
-    packed = to_array(solver.matter.b[0, 0])
-    squares = np.linalg.eigvalsh(packed[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])
+    squares = np.linalg.eigvalsh(unpacked(to_array(solver.matter.b[0, 0])))
     return 0.5 * np.log(np.maximum(squares, np.finfo(float).tiny)), history

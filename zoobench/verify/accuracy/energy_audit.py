@@ -25,7 +25,7 @@ from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.verify.accuracy.grid_rates import grid_rates
 from zoobench.verify.accuracy.records import Balance, label
-from zoobench.verify.energies import energy_balance, to_array
+from zoobench.verify.energies import energy_balance, to_array, unpacked
 
 FRAMES = 25
 """Length of an audited episode in control frames, 0.2 s."""
@@ -166,7 +166,7 @@ def _plastic_loss(solver: Solver, strain: Array, history: Array, rate: Array, dt
         return 0.0
     material, count = medium.material, solver.robot_count
     step = np.eye(3) + dt * rate[count:]
-    trial = step @ strain[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]] @ np.swapaxes(step, 1, 2)
+    trial = step @ unpacked(strain) @ np.swapaxes(step, 1, 2)
     principal = 0.5 * np.log(np.maximum(np.linalg.eigvalsh(trial), np.finfo(float).tiny))
     return float(to_array(solver.parameters.volume[0])[count:] @ yield_loss(material, principal, history))
 

@@ -11,7 +11,7 @@ from zoobench.sim.model.matter import ClayMaterial, Medium, MudMaterial, SnowMat
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.state import Parameters, empty_matter
 from zoobench.sim.solver import Solver
-from zoobench.verify.energies import to_array
+from zoobench.verify.energies import to_array, unpacked
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
 
@@ -75,13 +75,13 @@ def solver_adjoint(name: str, frames: Array, squares: Array, adjoints: Array, pr
     adjoint.tau[0, 0] = solver.simulation.tensor(_pack(np.einsum("nij,njk,nlk->nil", frames, adjoints, frames)))
     parameters = Parameters.zeros(1, 1, solver.particle_count, real, device)
     solver.launcher.reverse(tape, solver.parameters, solver.simulation.plan(first, counts), adjoint, parameters)
-    packed = to_array(adjoint.b[0, 0])
-    found = packed[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    found = unpacked(to_array(adjoint.b[0, 0]))
     turned: Array = np.einsum("nji,njk,nkl->nil", frames, found, frames)
     return turned
 
 
 def _pack(matrices: Array) -> Array:
+    """The inverse of `unpacked`."""
     return np.stack([matrices[:, i, j] for i, j in _PACKED], axis=1)
 
 
