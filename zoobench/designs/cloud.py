@@ -21,7 +21,6 @@ from zoobench.sim.model.fidelity import Fidelity
 
 _LARGEST = 1.0  # [m]
 _END = 0.25  # of the length: head and tail
-_GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 
 
 @register(Kind.DESIGN, "cloud", version=3, tags=("file",))
@@ -142,9 +141,7 @@ class CloudDesign:
     @cached_property
     def groups(self) -> Grouping:
         """The muscle groups, if they are not the file's; they do not depend on the fidelity."""
-        spacing = (self.shape.volume() / _GROUPING_POINTS) ** (1 / 3)
-        lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
-        return group(self._scheme, lattice[self._nearest(lattice)[1]], self.muscles)
+        return group(self._scheme, self.shape, self.shape.volume(), self.muscles)
 
     @sampled_once
     def body(self, fidelity: Fidelity) -> Body:

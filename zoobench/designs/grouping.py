@@ -6,9 +6,11 @@ from typing import Literal
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.designs.sampling import Shape
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 
+_POINTS = 4000  # about, from which the groups of a body are computed
 _ROUNDS = 100  # limit of k-means iterations; it converges earlier
 _ELONGATED = 1.3  # least ratio of the longest to the second longest spread for an axis of its own
 
@@ -16,7 +18,7 @@ _ELONGATED = 1.3  # least ratio of the longest to the second longest spread for 
 Scheme = Literal["paired", "k-means", "axis"]
 
 MOST = 32
-"""Largest number of muscles of a body from a file."""
+"""Largest number of groups; a file may name more muscles."""
 
 _QUARTERS = ("left-bottom", "left-top", "right-bottom", "right-top")
 _MIDDLE = 0.02  # of the width: a row whose middle is this close to the body's middle plane is divided there
@@ -170,8 +172,13 @@ Grouping = PairedGroups | CentredGroups
 """Muscle groups and fibres as functions of place."""
 
 
-def group(scheme: Scheme, points: Array, count: int) -> Grouping:
-    """The groups of a scheme for a body of these points `[n, 3]` [m]."""
+def group(scheme: Scheme, shape: Shape, volume: float, count: int) -> Grouping:
+    """The groups of a scheme for a solid of this volume [m^3].
+
+    They are computed on a lattice of their own, so that they do not depend on the fidelity.
+    """
+    lattice = shape.lattice(Fidelity((volume / _POINTS) ** (1 / 3), particles_per_cell=1))
+    points = lattice[np.asarray(shape.inside(lattice), float) > 0.0]
     if scheme == "paired":
         return paired(points, count)
     return (k_means if scheme == "k-means" else slices)(points, count)

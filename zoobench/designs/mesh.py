@@ -17,7 +17,6 @@ from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
 _SMALLEST, _LARGEST = 0.01, 1.0  # [m] range of the body's length
-_GROUPING_POINTS = 4000  # about, from which the muscle groups are computed
 _POINTS = 1_000_000  # by which a mesh is sampled: some of them lie in a fin of a millimetre
 _END = 0.25  # of the length: head and tail
 
@@ -105,10 +104,8 @@ class MeshDesign:
 
     @cached_property
     def groups(self) -> Grouping:
-        """The muscle groups, computed once on a lattice of their own, so that they do not depend on the fidelity."""
-        spacing = (self._volume / _GROUPING_POINTS) ** (1 / 3)
-        lattice = self.shape.lattice(Fidelity(spacing, particles_per_cell=1))
-        return group(self.grouping, lattice[self.shape.inside(lattice)], self.muscles)
+        """The muscle groups; they do not depend on the fidelity."""
+        return group(self.grouping, self.shape, self._volume, self.muscles)
 
     @sampled_once
     def body(self, fidelity: Fidelity) -> Body:
