@@ -66,10 +66,8 @@ class Block:
         # its faces lie along the lattice, where points measure volumes worst, and its volume is known
         volume = self.length * self.height * self.width
         sample = replace(sample, volumes=sample.volumes * (volume / sample.volumes.sum()))
-        along, end = sample.points[:, 0], (0.5 - _END) * self.length
         membership = sample.mean(self.membership(sample.points))
-        head, tail = sample.mostly(along > end), sample.mostly(along < -end)
-        return Body.of(sample, membership, self.muscles, head=head, tail=tail)
+        return Body.of(sample, membership, self.muscles, **sample.ends((0.5 - _END) * self.length))
 
     def _inside(self, points: Array) -> Mask:
         unit = points / (self.length, self.height, self.width) - (0.0, 0.5, 0.0)

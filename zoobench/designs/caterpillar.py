@@ -54,10 +54,8 @@ class Caterpillar:
     def body(self, fidelity: Fidelity) -> Body:
         """The body at this resolution."""
         sample = self.shape.sample(fidelity)
-        along, end = sample.points[:, 0], _PITCH * self.length
         membership = sample.mean(self.membership(sample.points))
-        head, tail = sample.mostly(along > end), sample.mostly(along < -end)
-        return Body.of(sample, membership, _MUSCLES, head=head, tail=tail)
+        return Body.of(sample, membership, _MUSCLES, **sample.ends(_PITCH * self.length))
 
     def membership(self, points: Array) -> Array:
         """The share of each muscle `[n, 10]` at points `[n, 3]` [m]."""

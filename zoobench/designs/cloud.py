@@ -166,13 +166,11 @@ class CloudDesign:
                 notes = (f"The file has no muscles: {len(names)} in rows of four were made (grouping=paired).", *notes)
         membership = sample.mean(shares)
         check_used(membership, names, fidelity, self.path)
-        along, end = sample.points[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
         return Body.of(
             sample,
             membership,
             names,
-            head=sample.mostly(along > end),
-            tail=sample.mostly(along < -end),
+            **sample.ends((1.0 - 2.0 * _END) * self.shape.upper[0]),
             stiffness=sample.mean(points.stiffness[own]),
             density_ratio=sample.mean(points.density_ratio[own]),
             fibres=sample.direction(fibres, shares.sum(axis=1)),

@@ -120,13 +120,11 @@ class MeshDesign:
         shares = self.groups.membership(sample.points)
         membership = sample.mean(shares)
         check_used(membership, self.groups.names, fidelity, self.path)
-        along, end = sample.points[:, 0], (1.0 - 2.0 * _END) * self.shape.upper[0]
         return Body.of(
             sample,
             membership,
             self.groups.names,
-            head=sample.mostly(along > end),
-            tail=sample.mostly(along < -end),
+            **sample.ends((1.0 - 2.0 * _END) * self.shape.upper[0]),
             fibres=self.groups.fibres(sample.positions),  # they vary smoothly
             notes=(*pose_notes(self.up, self._directions), *self.mesh.repairs, *sample.notes),
         )

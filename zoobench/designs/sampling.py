@@ -67,6 +67,11 @@ class SolidSample:
         """Whether more than half of the solid in every cube `[particle_count]` has a mark `[point_count]`."""
         return np.asarray(self.mean(mask.astype(float)) > 0.5 + 1e-9)
 
+    def ends(self, distance: float) -> dict[str, Mask]:
+        """`head` and `tail` `[particle_count]`: what is mostly farther ahead of x = 0, or behind it, than this [m]."""
+        along = self.points[:, 0]
+        return {"head": self.mostly(along > distance), "tail": self.mostly(along < -distance)}
+
     def direction(self, fibres: Array, shares: Array) -> Array:
         """Unit directions `[particle_count, 3]`: means of fibres `[point_count, 3]` by their share of muscle.
 
