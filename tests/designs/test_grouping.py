@@ -38,6 +38,14 @@ def test_pairs_are_mirror_images_of_equal_volume() -> None:
     assert middle.sum() == pytest.approx(1.0)
 
 
+def test_a_body_too_short_for_its_rows_is_refused() -> None:
+    """Of a plate across the way ahead, two points thick, no third row has any."""
+    plate = np.indices((2, 20, 20)).reshape(3, -1).T.astype(float)
+    assert np.isfinite(paired(plate, 8).membership(plate)).all()
+    with pytest.raises(SceneError, match="3 rows"):
+        paired(plate, 12)
+
+
 def test_a_muscle_without_a_particle_is_refused() -> None:
     """The message names it."""
     with pytest.raises(SceneError, match="no particle for b at"):

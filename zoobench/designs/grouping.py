@@ -84,10 +84,19 @@ class PairedGroups:
 
 
 def paired(points: Array, count: int) -> PairedGroups:
-    """Rows of equal volume along x of points `[n, 3]`, the quarters of each of equal volume."""
+    """Rows of equal volume along x of points `[n, 3]`, the quarters of each of equal volume.
+
+    Raises:
+        SceneError: a row has no point.
+    """
     rows = count // len(_QUARTERS)
     edges = np.quantile(points[:, 0], np.arange(1, rows) / rows)
     row = np.searchsorted(edges, points[:, 0])
+    if len(np.unique(row)) < rows:
+        raise SceneError(
+            f"The body is too short along `ahead` for {rows} rows of muscles. Give fewer muscles, such as muscles=4, "
+            "another direction, or grouping=k-means."
+        )
     middles = np.array([np.median(points[row == n, 1:], axis=0) for n in range(rows)])
     low, high = points[:, 2].min(), points[:, 2].max()
     is_central = np.abs(middles[:, 1] - (low + high) / 2) < _MIDDLE * (high - low)
