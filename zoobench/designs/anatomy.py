@@ -1,7 +1,7 @@
 """Animals made of parts: solids with muscles, fibres, stiffness and density, sampled at any resolution."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
 import numpy as np
@@ -132,7 +132,7 @@ class Animal:
     neck: float
     rump: float
     blend: float = 0.006
-    length: float = field(default=REFERENCE_LENGTH)
+    length: float = REFERENCE_LENGTH
     particles_per_cell: int = 1
 
     def __post_init__(self) -> None:

@@ -89,8 +89,7 @@ class CloudDesign:
     def _points(self) -> Points:
         """The points in place: x ahead, y up [m]."""
         raw = self._raw
-        positions = turned(raw.positions, *self._directions)
-        positions = positions * (self._scale if self.length else 1.0)
+        positions = turned(raw.positions, *self._directions) * self._scale
         size = np.ptp(positions, axis=0)
         if not 0.0 < size.max() <= _LARGEST:
             raise SceneError(
@@ -102,8 +101,10 @@ class CloudDesign:
     @property
     def _scale(self) -> float:
         """Metres per unit of the file."""
+        if not self.length:
+            return 1.0
         along = np.ptp(turned(self._raw.positions, *self._directions)[:, 0])
-        return float(self.length / (along + self._raw.edge)) if self.length else 1.0
+        return float(self.length / (along + self._raw.edge))
 
     @cached_property
     def _tree(self) -> Any:

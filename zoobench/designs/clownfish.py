@@ -38,8 +38,8 @@ def clownfish(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A short, high swimmer with round fins, 0.15 m long, with eight muscles.
 
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
-    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the
-    trunk less.
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they
+    brace the trunk less.
 
     * `length`: of the whole body [m]; it is 0.41 times as high and 0.28 times as wide, fins included.
     """

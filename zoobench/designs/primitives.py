@@ -203,9 +203,9 @@ def _nearest_inside(animal: Animal, points: Array) -> tuple[Array, Array]:
         return found
 
     inside = animal.distance(points) <= 0.0
-    moved = inside & (animal.membership(points).sum(axis=1) > 0.5)
+    active = inside & (animal.membership(points).sum(axis=1) > 0.5)
     anywhere = np.where(inside[:, None], folded, nearest(samples))
-    muscled = np.where(moved[:, None], folded, nearest(samples[has_muscle]))
+    muscled = np.where(active[:, None], folded, nearest(samples[has_muscle]))
     return anywhere * side, muscled * side
 
 

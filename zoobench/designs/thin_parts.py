@@ -29,7 +29,7 @@ _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
 _SIDES = (("rear", "front"), ("bottom", "top"), ("left", "right"))
 _MEASURING_POINTS = 30_000  # about, from which thickness and symmetry are measured
 _FINEST = 1 / 200  # of the longest edge: the least spacing of such points
-_SPANS = np.arange(1, 65)  # [voxels] edges of the cubes that are tried
+_SPANS = range(1, 65)  # [voxels] edges of the cubes that are tried
 
 
 def whole_sample(name: str, shape: Shape, fidelity: Fidelity) -> SolidSample:
@@ -128,8 +128,8 @@ class Thickness:
         shares: list[float] = []
         for span in _SPANS:
             shifted = -1 if span % 2 == 0 else 0  # an even window has no middle
-            eroded = minimum_filter(filled, int(span), mode="constant")
-            opened = maximum_filter(eroded, int(span), mode="constant", origin=shifted)
+            eroded = minimum_filter(filled, span, mode="constant")
+            opened = maximum_filter(eroded, span, mode="constant", origin=shifted)
             shares.append(float(opened.sum() / filled.sum()))
             if not opened.any():
                 break

@@ -31,8 +31,8 @@ def tuna(*, length: float = SWIMMER_LENGTH) -> Animal:
     """A spindle with a sickle-shaped tail fin, 0.15 m long, with eight muscles.
 
     Flank fibres run along the whole body but the snout, in four segments on each side. Fins have no muscle; that of
-    the tail is twice as stiff as muscle, and the others are half as stiff, so that they brace the
-    trunk less.
+    the tail is twice as stiff as muscle, and the others are half as stiff, so that they
+    brace the trunk less.
 
     * `length`: of the whole body [m]; it is 0.36 times as high and 0.24 times as wide, fins included.
     """
