@@ -10,8 +10,6 @@ from zoobench.designs.base import Body
 from zoobench.designs.solid_mesh import Mesh
 from zoobench.errors import UsageError, extra
 
-FORMATS = ("npz", "pcd", "ply", "stl")
-
 _EXISTS = 0.5  # least occupancy of an exported particle
 _SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
 
@@ -28,10 +26,9 @@ def export(body: Body, path: Path) -> None:
     Raises:
         UsageError: another suffix, a file that cannot be written, or no scikit-image for `stl`.
     """
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in FORMATS:
+    writer = {".npz": _npz, ".pcd": _pcd, ".ply": _ply, ".stl": _stl}.get(path.suffix.lower())
+    if writer is None:
         raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .npz, .pcd, .ply or .stl.")
-    writer = {"npz": _npz, "pcd": _pcd, "ply": _ply, "stl": _stl}[kind]
     try:
         writer(body, path)
     except OSError as error:
@@ -124,10 +121,8 @@ def surface(body: Body) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np
     filled[tuple(cells.T)] = body.volumes[own] / body.edge**3
     field = gaussian_filter(filled, _SOFTNESS)
     target = float((body.occupancy * body.volumes)[own].sum())
-    low, high = (
-        0.05,
-        min(0.95, 0.99 * float(field.max())),
-    )  # nothing of a small body is as full as the middle of a large one
+    # nothing of a small body is as full as the middle of a large one
+    low, high = 0.05, min(0.95, 0.99 * float(field.max()))
     for _ in range(12):
         level = (low + high) / 2
         vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")

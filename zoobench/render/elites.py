@@ -34,8 +34,6 @@ class Elites(Protocol):
         """All arrays, as a file of NumPy."""
 
 
-FORMATS = ("csv", "npz", "png")
-
 _SIZE = (6.4, 5.2)  # [inches]
 
 
@@ -49,13 +47,13 @@ def write(archive: Elites, path: Path, *, title: str, unit: str) -> None:
     Raises:
         UsageError: unknown ending, the file cannot be written, or matplotlib is not installed (`png`).
     """
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in FORMATS:
+    kind = path.suffix.lower()
+    if kind not in (".csv", ".npz", ".png"):
         raise UsageError(f"{str(path)!r} ends in {path.suffix!r}. Give a file that ends in .csv, .npz or .png.")
     try:
-        if kind == "csv":
+        if kind == ".csv":
             _csv(archive, path, unit)
-        elif kind == "npz":
+        elif kind == ".npz":
             path.write_bytes(archive.to_bytes())
         else:
             _png(archive, path, title, unit)
