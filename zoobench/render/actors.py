@@ -22,6 +22,8 @@ GRID = 0.05
 
 PATH = "#111111"
 TARGET = "#c2188f"
+EDGES = "#555555"
+"""Of a box or a cut of water."""
 
 _BALL = 1.45  # a ball's diameter by the particles' spacing: no gaps between neighbours on a surface
 _MESH = 80  # points across a drawn height field
@@ -232,7 +234,7 @@ def _put_tank(canvas: Canvas, region: Region) -> None:
     canvas.plotter.add_mesh(pane, color=medium_colour(region.recording.scene), opacity=0.2, lighting=False)
     floor = corners * np.array([1.0, 0.0, 1.0]) + np.array([0.0, 2 * _HAIR, 0.0])
     for line in ([*corners, corners[0]], [floor[2], corners[2]], [floor[3], corners[3]], floor[[1, 2, 3, 0]]):
-        canvas.line(np.array(line), "#555555", line_width=1.5)
+        canvas.line(np.array(line), EDGES, line_width=1.5)
 
 
 def _line(region: Region, x: Array, z: Array) -> Array:

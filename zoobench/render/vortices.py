@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from zoobench.render.actors import Update
+from zoobench.render.actors import EDGES, Update
 from zoobench.render.canvas import Canvas
 from zoobench.render.colours import medium_colour
 from zoobench.render.recording import Recording
@@ -11,7 +11,6 @@ STRONG = 40.0
 """Vorticity that is drawn in white or in the darkest blue [1/s]."""
 
 _LEFT, _RIGHT = (1.0, 1.0, 1.0), (0.05, 0.1, 0.3)  # colours of water that turns quickly
-_EDGES = "#555555"
 
 
 def put_water(canvas: Canvas, recording: Recording) -> Update:
@@ -25,7 +24,7 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
     layer["colour"] = np.zeros((layer.n_points, 3), np.uint8)
     canvas.plotter.add_mesh(layer, scalars="colour", rgb=True, lighting=False)
     box = canvas.pyvista.Box([value for ends in zip(low, high, strict=True) for value in ends])
-    canvas.plotter.add_mesh(box.extract_all_edges(), color=_EDGES, lighting=False, line_width=1.5)
+    canvas.plotter.add_mesh(box.extract_all_edges(), color=EDGES, lighting=False, line_width=1.5)
     still = np.array(medium_colour(recording.scene))
 
     def update(moment: int) -> None:
