@@ -7,6 +7,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.arrays import Array
+from zoobench.designs.feasibility import SOLID
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.render.actors import put_skin
@@ -79,9 +80,9 @@ def stages_of(spec: RunSpec, milestones: Sequence[Milestone], unit: str) -> list
     ]
 
 
-def chosen(count: int, most: int = MOST) -> list[int]:
+def chosen(count: int) -> list[int]:
     """The places of the bodies to show among so many: the first, the last, and evenly between."""
-    return evenly(count - 1, min(count, most)) if count > 1 else list(range(count))
+    return evenly(count - 1, min(count, MOST))
 
 
 def stages_image(stages: Sequence[Stage], title: str) -> Image:
@@ -94,7 +95,7 @@ def stages_image(stages: Sequence[Stage], title: str) -> Image:
         raise UsageError("There is no body to draw. Give one stage or more.")
     covers = [skin(stage.sampled.body) for stage in stages]
     camera = _camera(stages, covers)
-    solid = np.concatenate([_stiffness(stage)[stage.sampled.body.occupancy > 0.5] for stage in stages])
+    solid = np.concatenate([_stiffness(stage)[stage.sampled.body.occupancy > SOLID] for stage in stages])
     limits = (float(solid.min()), float(solid.max()) if np.ptp(solid) > 1e-6 else float(solid.min()) + 1e-3)
     width = _TILE[0] * len(stages) + _KEY
     layout = {
