@@ -14,6 +14,9 @@ Colour = tuple[float, float, float]
 PASSIVE: Colour = (0.66, 0.66, 0.66)
 """Of matter without muscle."""
 
+NO_MUSCLE: tuple[str, str | Colour] = ("no muscle", PASSIVE)
+"""Its entry in a legend."""
+
 _MEDIA: dict[str, Colour] = {
     "sand": (0.88, 0.74, 0.48),
     "clay": (0.72, 0.45, 0.34),
@@ -49,6 +52,11 @@ def palette(names: Sequence[str]) -> list[Colour]:
         value = 0.72 if name.endswith("-right") else 0.95
         colours.append(colorsys.hsv_to_rgb((0.97 + group / len(groups)) % 1.0, 0.72, value))
     return colours
+
+
+def named(muscles: Sequence[str]) -> list[tuple[str, str | Colour]]:
+    """The entries of muscles in a legend."""
+    return list(zip(muscles, palette(muscles), strict=True))
 
 
 def tints(membership: Array, muscles: Sequence[str]) -> Array:

@@ -13,7 +13,7 @@ from zoobench.registry import Kind
 from zoobench.render.actors import put_skin
 from zoobench.render.bodies import Sampled, formed
 from zoobench.render.canvas import Canvas, Image
-from zoobench.render.colours import PASSIVE, palette, tints
+from zoobench.render.colours import NO_MUSCLE, named, tints
 from zoobench.render.film import evenly
 from zoobench.render.skin import Skin, skin
 from zoobench.render.viewpoint import Camera, camera_at
@@ -111,8 +111,7 @@ def stages_image(stages: Sequence[Stage], title: str) -> Image:
         canvas.plotter.subplot(0, len(stages))
         body = stages[-1].sampled.body
         canvas.text("muscles", 0.05, 0.94)
-        names = list(zip(body.muscles, palette(body.muscles), strict=True))
-        canvas.legend([*names, ("no muscle", PASSIVE)], 0.05, 0.89)
+        canvas.legend([*named(body.muscles), NO_MUSCLE], 0.05, 0.89)
         return canvas.image()
 
 

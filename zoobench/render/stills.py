@@ -5,11 +5,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from zoobench.designs.base import Body
 from zoobench.render.actors import put_fibres, put_ground, put_medium, put_robot, put_skin
 from zoobench.render.bodies import DENSITY, Sampled
 from zoobench.render.canvas import INK, Canvas, Image, save, side_by_side
-from zoobench.render.colours import PASSIVE, Colour, palette, tints
+from zoobench.render.colours import NO_MUSCLE, named, tints
 from zoobench.render.recording import Snapshot
 from zoobench.render.skin import skin
 from zoobench.render.viewpoint import camera_at, camera_for, region_of
@@ -53,7 +52,7 @@ def snapshot_image(shot: Snapshot, size: tuple[int, int], *, small: bool = False
         canvas.text(first, 0.02, 0.94, size=1.15)
         canvas.text(second, 0.02, 0.885)
         if not small:
-            canvas.legend(_muscles(shot.body), 0.86, 0.94)
+            canvas.legend(named(shot.body.muscles), 0.86, 0.94)
             canvas.text("ruler: ahead and to the right of the robot's centre", 0.02, 0.02)
         canvas.aim(camera)
         return canvas.image()
@@ -98,9 +97,5 @@ def portrait_image(sampled: Sampled, title: str) -> Image:
             0.02, 0.94, size=1.15,
         )  # fmt: skip
         canvas.plotter.subplot(0, 2)
-        canvas.legend([*_muscles(body), ("no muscle", PASSIVE), ("strokes: fibres", INK)], 0.05, 0.94)
+        canvas.legend([*named(body.muscles), NO_MUSCLE, ("strokes: fibres", INK)], 0.05, 0.94)
         return canvas.image()
-
-
-def _muscles(body: Body) -> list[tuple[str, str | Colour]]:
-    return list(zip(body.muscles, palette(body.muscles), strict=True))
