@@ -112,7 +112,7 @@ class Primitives:
     @property
     def volumes(self) -> Array:
         """The volume of each primitive `[primitive_count]` [m^3]."""
-        return _volumes(self)
+        return np.array([animal.shape.volume() for animal in self.animals])
 
     def workspace(self, fidelity: Fidelity) -> Body:
         """The box filled with particles of the stiffest tissue; head and tail are at the mean place of the primitives'.
@@ -158,11 +158,6 @@ def _animal(name: str, length: float) -> Animal:
             f"Choose animals made of parts, as {DEFAULT_PRIMITIVES}."
         )
     return made
-
-
-@lru_cache(maxsize=8)
-def _volumes(primitives: Primitives) -> Array:
-    return np.array([animal.shape.volume() for animal in primitives.animals])
 
 
 @lru_cache(maxsize=8)
