@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from zoobench.errors import UsageError
@@ -90,25 +91,17 @@ class Mix(Task):
 
     def reward(self, motion: Motion) -> "Tensor":
         """The weighted sum of the rewards `[frames, worlds]` [-]."""
-        return _sum([weight * task.reward(motion) for weight, task in self.terms.values()])
+        return reduce(add, [weight * task.reward(motion) for weight, task in self.terms.values()])
 
     def score(self, motion: Motion) -> "Tensor":
         """The weighted sum of the scores `[worlds]` [-]."""
-        return _sum([weight * task.score(motion) for weight, task in self.terms.values()])
+        return reduce(add, [weight * task.score(motion) for weight, task in self.terms.values()])
 
     def objective(self, motion: Motion) -> "Tensor":
         """The weighted sum of the objectives `[worlds]` [-]."""
-        return _sum([weight * task.objective(motion) for weight, task in self.terms.values()])
+        return reduce(add, [weight * task.objective(motion) for weight, task in self.terms.values()])
 
     def metrics(self, motion: Motion) -> Mapping[str, tuple["Tensor", str]]:
         """The score of every task with a weight, by its name, and the common readings."""
         scores = {name: (task.score(motion), task.unit) for name, (_, task) in self.terms.items()}
         return {**scores, **common_readings(motion)}
-
-
-def _sum(parts: "list[Tensor]") -> "Tensor":
-    """The sum of tensors of one shape, in their order."""
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
-    return total
