@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.verify.accuracy.study import balance, ladder
 from zoobench.errors import UsageError
+from zoobench.render import figures
 from zoobench.verify.accuracy.accuracy_plots import draw, draw_energy
 from zoobench.verify.accuracy.analyse import analyse
 from zoobench.verify.accuracy.energy_rows import energies
@@ -24,6 +26,16 @@ def test_one_picture_has_a_panel_for_each_environment(tmp_path: Path) -> None:
         several = [replace(row, env=f"place {number}") for number in range(count) for row in rows]
         heights.append(imread(draw(several, tmp_path)).shape[0])
     assert heights[0] == heights[1] < heights[2]
+
+
+def test_every_task_has_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many there are: after the last colour comes the first."""
+    drawn: list[Any] = []
+    monkeypatch.setattr(figures, "save", lambda figure, _: drawn.append(figure))
+    rows = [replace(row, seconds=4.0**number) for number, row in enumerate(analyse(ladder()).levels)]
+    names = [f"task {number}" for number in range(8)]
+    draw([replace(row, task=name) for name in names for row in rows], tmp_path)
+    assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == names
 
 
 def test_bars_are_as_long_as_their_shares(tmp_path: Path) -> None:

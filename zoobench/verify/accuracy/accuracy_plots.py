@@ -1,6 +1,7 @@
 """The picture of the study, a panel for each environment, and the energy balances, a bar for each."""
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,7 +41,7 @@ def draw(rows: Sequence[LevelRow], folder: Path) -> Path:
     envs = list(dict.fromkeys(row.env for row in shown))
     if not envs:
         raise UsageError("There are no gaits to draw. Use `zoobench accuracy run` first.")
-    colours = dict(zip(dict.fromkeys(row.task for row in shown), _TASK_COLOURS, strict=False))
+    colours = dict(zip(dict.fromkeys(row.task for row in shown), cycle(_TASK_COLOURS), strict=False))
     columns = min(_COLUMNS, len(envs))
     lines = -(-len(envs) // columns)
     top = min(_LARGEST, 1.05 * max(row.high or 0.0 for row in shown))
