@@ -9,7 +9,7 @@ from zoobench.arrays import Array
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.model.ground_skin import heights_above
 from zoobench.sim.model.laws_numpy import medium_energy
-from zoobench.sim.model.matter import Law, lame_parameters
+from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import has_skin
 from zoobench.sim.solver import Solver
 
@@ -112,7 +112,7 @@ def _elastic(solver: Solver) -> tuple[float, float]:
     volume = to_array(solver.parameters.volume[0])
     F = to_array(solver.matter.F[0, 0])
     J = np.linalg.det(F)
-    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    mu, lam = material.lame
     # where the stress clamps log J, its energy is linear in log J
     log_j = np.log(np.maximum(J, np.finfo(float).tiny))
     held = np.maximum(log_j, np.log(SMALLEST_J))

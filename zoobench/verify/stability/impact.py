@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.step_limits import choose_step
 from zoobench.sim.solver import Solver
@@ -17,7 +16,7 @@ _FRAME = 0.002
 
 def wave_speed() -> float:
     """Speed of a pressure wave in rubber, sqrt((lambda + 2 mu) / rho) [m/s]."""
-    mu, lam = lame_parameters(scenes.RUBBER.youngs_modulus, scenes.RUBBER.poissons_ratio)
+    mu, lam = scenes.RUBBER.lame
     return float(np.sqrt((lam + 2.0 * mu) / scenes.RUBBER.density))
 
 

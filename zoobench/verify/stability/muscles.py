@@ -7,13 +7,12 @@ from scipy.optimize import brentq
 
 from zoobench.arrays import Array
 from zoobench.errors import SceneError
-from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import ElasticBody
 from zoobench.sim.solver import Solver
 from zoobench.verify.stability import stability_scenes as scenes
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder, case
 
-_MU, _LAM = lame_parameters(scenes.MUSCLE.youngs_modulus, scenes.MUSCLE.poissons_ratio)
+_MU, _LAM = scenes.MUSCLE.lame
 
 
 def _across(stretch: float) -> float:

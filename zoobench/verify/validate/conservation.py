@@ -7,7 +7,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.laws_numpy import neo_hookean_energy
-from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
+from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, lattice, passive_body
@@ -109,6 +109,6 @@ def _budget(rig: Rig, centre: Array) -> tuple[Array, Array, float]:
     angular = (mass[:, None] * (np.cross(rig.positions - centre, v) + moment * axial)).sum(0)
     kinetic = 0.5 * (mass * ((v**2).sum(1) + moment * (C**2).sum((1, 2)))).sum()
     volume = mass / _RUBBER.density
-    mu, lam = lame_parameters(_RUBBER.youngs_modulus, _RUBBER.poissons_ratio)
+    mu, lam = _RUBBER.lame
     stored = (volume * neo_hookean_energy(F, mu, lam)).sum()
     return (mass[:, None] * v).sum(0), angular, float(kinetic + stored)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.sim.model.matter import ElasticMaterial, lame_parameters
+from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import Scene
 from zoobench.verify.cases import CaseRecorder, case
 from zoobench.verify.validate.rig import WEIGHTLESS, Rig, lattice, order_of_accuracy, passive_body
@@ -43,7 +43,7 @@ def body_force(X: Array, t: float) -> Array:
     P_xx = (mu (F_xx^2 - 1) + lambda log(F_xx F_yy)) / F_xx depends on X through F_xx alone, and so
     div P = F_xx,X (mu + (mu + lambda (1 - log J)) / F_xx^2) with F_xx,X = -4 pi^2 u_x.
     """
-    mu, lam = lame_parameters(MATERIAL.youngs_modulus, MATERIAL.poissons_ratio)
+    mu, lam = MATERIAL.lame
     stretch = stretches(X, t)
     log_j = np.log(stretch.prod(-1, keepdims=True))
     stiffness = mu + (mu + lam * (1 - log_j)) / stretch**2

@@ -29,7 +29,7 @@ def column_settlement(material: ElasticMaterial, heights: Array) -> Array:
 
     Solves P(F) = -rho g (1 - Y) for the stretch, P = (mu (F^2 - 1) + lambda log F) / F, and integrates 1 - F over Y.
     """
-    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    mu, lam = material.lame
 
     def excess(stretch: float, load: float) -> float:
         return (mu * (stretch**2 - 1) + lam * math.log(stretch)) / stretch + load
@@ -65,7 +65,7 @@ def column(cells: int, **settings: Any) -> Column:
     h, material = 1 / cells, _column_material()
     points = lattice((0, 0, 0), (h, 1.0, h), h / 2)
     scene = Scene(passive_body(material, points, h**3 / 8), (0, 0, 0), (h, 1.25, h))
-    mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
+    mu, lam = material.lame
     omega = math.pi / 2 * math.sqrt((lam + 2 * mu) / material.density)
     rig = Rig(scene, h, 12 / omega, **settings)
     rig.equilibrate(2 * omega, rig.steps)
@@ -162,7 +162,7 @@ def muscle_stretch(activation: float) -> tuple[float, float]:
     Passive and active stress cancel: mu (l2^2 - 1) + lambda log J = 0 and (mu + s a) l1^2 - mu + lambda log J = 0 with
     J = l1 l2^2.
     """
-    mu, lam = lame_parameters(MUSCLE.youngs_modulus, MUSCLE.poissons_ratio)
+    mu, lam = MUSCLE.lame
     active = mu + MUSCLE.muscle_strength * activation
 
     def along(across: float) -> float:
