@@ -25,7 +25,7 @@ def release(record: EpisodeRecorder, volume_ratio: float) -> None:
     side = volume_ratio ** (1 / 3)
     solver = _stretched(scenes.cube(), np.diag((side, side, side)))
     rollout, energies = record.episode(solver, 60)
-    prefix = f"J = {np.prod((side, side, side)):.3g}: "
+    prefix = f"J = {volume_ratio:g}: "
     record.energy_bounded(energies, prefix)
     record.robot_volume(rollout, 0.05, prefix)
     record.no_drift(solver, energies, prefix)
