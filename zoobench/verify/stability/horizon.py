@@ -95,25 +95,19 @@ def walker(precision: int, frames: int, *, contact: bool = True, nudge: float = 
 
 def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nudges: int = 0) -> Gap:
     """The gap for the distance that the caterpillar covers, or for its length in mid-air."""
-    rollouts, gradients = {}, {}
-    coarse: SingleSegment | None = None
+    rollouts, gradients, adjoints = {}, {}, {}
     loss = np.zeros(0)
     for precision in (32, 64):
         solver = walker(precision, frames, contact=contact)
         rollout = solver.run(scenes.muscle_wave(solver, frames))
         record.add_rollout(solver, rollout)
         loss = _loss_adjoint(rollout.positions, contact=contact)
-        adjoint = SingleSegment(solver, rollout)
-        found = adjoint.run(loss, np.zeros_like(loss))
+        adjoints[precision] = SingleSegment(solver, rollout)  # that of 32 bits has states that are needed once more
+        found = adjoints[precision].run(loss, np.zeros_like(loss))
         record.holds(f"{precision} bits: finite", not found.fault and bool(np.isfinite(found.actuation).all()))
         rollouts[precision], gradients[precision] = rollout, found.actuation[:, 0]
-        coarse = coarse or adjoint  # its tape is needed once more
     exact, positions = gradients[64], rollouts[64].positions
-    beside = (
-        SingleSegment(solver, rollouts[32], coarse.states if coarse else None)
-        .run(loss, np.zeros_like(loss))
-        .actuation[:, 0]
-    )
+    beside = SingleSegment(solver, rollouts[32], adjoints[32].states).run(loss, np.zeros_like(loss)).actuation[:, 0]
     apart = rollouts[32].positions - positions
     nudge = float(np.sqrt(np.square(apart).sum(-1).mean()))
     return Gap(
