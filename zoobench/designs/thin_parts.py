@@ -160,10 +160,17 @@ class Thickness:
         )
 
 
+def named_fidelities() -> dict[str, Fidelity]:
+    """The registered fidelities by name, from coarse to fine."""
+    found: dict[str, Fidelity] = {
+        name: registry.create(Kind.FIDELITY, Ref(name)) for name in registry.names(Kind.FIDELITY)
+    }
+    return dict(sorted(found.items(), key=lambda item: (-item[1].grid_spacing, item[0])))
+
+
 def coarsest(holds: Callable[[Fidelity], bool]) -> str:
     """The coarsest named fidelity that a test accepts, as an advice."""
-    named = [(name, registry.create(Kind.FIDELITY, Ref(name))) for name in registry.names(Kind.FIDELITY)]
-    for name, fidelity in sorted(named, key=lambda item: -item[1].grid_spacing):
+    for name, fidelity in named_fidelities().items():
         if holds(fidelity):
             return f"the fidelity {name!r} or a finer one"
     return "a finer fidelity than those with a name, as in reference[grid_spacing=0.002]"

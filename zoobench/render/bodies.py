@@ -10,6 +10,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.cell.robot import Robot
 from zoobench.designs.base import Body, Design
+from zoobench.designs.thin_parts import named_fidelities
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
@@ -52,14 +53,9 @@ def card(design: Ref) -> dict[str, Any]:
     Raises:
         UsageError: the design cannot be made.
     """
-    sampled = body_at(design)
-    body = sampled.body
+    body = body_at(design).body
     masses = body.masses(DENSITY)
     shares = masses @ body.muscle_membership / masses.sum()
-    grids: dict[str, Fidelity] = {
-        name: registry.create(Kind.FIDELITY, Ref(name)) for name in registry.names(Kind.FIDELITY)
-    }
-    names = sorted(grids, key=lambda name: (-grids[name].grid_spacing, name))
     return {
         "size": body.size.round(4).tolist(),
         "mass": float(masses.sum()),
@@ -67,7 +63,7 @@ def card(design: Ref) -> dict[str, Any]:
         "passive": max(0.0, 1.0 - float(shares.sum())),
         "stiffness": [float(body.stiffness.min()), float(body.stiffness.max())],
         "density": [float(body.density_ratio.min()), float(body.density_ratio.max())],
-        "particles": {name: _count(design, name) for name in names},
+        "particles": {name: _count(design, name) for name in named_fidelities()},
         "notes": list(body.notes),
     }
 
