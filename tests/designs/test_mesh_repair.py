@@ -78,6 +78,16 @@ def test_solids_that_touch_in_an_edge_are_closed(tmp_path: Path) -> None:
     assert found.repairs == ()
 
 
+@pytest.mark.parametrize("place", [(1e-12, 0.0), (1.0, 1e12)])
+def test_corners_that_cannot_be_told_apart_are_refused(place: tuple[float, float], tmp_path: Path) -> None:
+    """A body far from the origin, or of no size, in the unit of the file."""
+    scale, shift = place
+    mesh = sphere()
+    mesh.vertices = scale * mesh.vertices + shift
+    with pytest.raises(UsageError, match="another unit, near the origin"):
+        loaded(mesh, tmp_path / "a.obj")
+
+
 @pytest.mark.parametrize("kind", ["triangle", "fan", "square"])
 def test_what_encloses_nothing_is_refused(kind: str, tmp_path: Path) -> None:
     """One triangle, three on one edge, a flat square."""

@@ -19,11 +19,16 @@ def repaired(mesh: Any, name: str) -> tuple[Any, tuple[str, ...]]:
     edge then still has more faces on one side than on the other, the surface is filled with voxels.
 
     Raises:
-        UsageError: it encloses no volume.
+        UsageError: it encloses no volume, or none of its triangles has an area.
     """
     trimesh = trimesh_or_advice()
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
+    if not len(mesh.faces):
+        raise UsageError(
+            f"The corners of {name!r} lie on each other, or too far away to be told apart. Export it in another unit, "
+            "near the origin."
+        )
     notes: list[str] = []
     if is_closed(mesh):
         trimesh.repair.fix_normals(mesh)
