@@ -122,6 +122,14 @@ def test_the_wrong_unit_is_named(tmp_path: Path) -> None:
         design(shape("capsule"), tmp_path / "upright.stl", length=0.5)
 
 
+@pytest.mark.parametrize("up", ["z", "auto"])
+def test_a_wire_between_all_points_is_refused(up: str, tmp_path: Path) -> None:
+    """Bent at a right angle, it is so thin that none of the points lies in it by which its thickness is measured."""
+    wires = [trimesh.creation.box(bounds=[(0.0, 0.0, 0.0), end]) for end in ((100.0, 0.04, 0.04), (0.04, 100.0, 0.04))]
+    with pytest.raises(SceneError, match="too thin"):
+        design(trimesh.util.concatenate(wires), tmp_path / "a.stl", up=up).body(DRAFT)
+
+
 def test_what_is_too_thin_for_the_grid_is_refused(tmp_path: Path) -> None:
     """A sheet of 6 mm at 1/64 m, with the fidelity to use, but not at 1/160 m."""
     sheet = trimesh.creation.box(extents=(100.0, 60.0, 6.0))

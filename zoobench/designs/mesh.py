@@ -69,7 +69,9 @@ class MeshDesign:
     def _directions(self) -> tuple[str, str]:
         """The directions ahead and up in the file."""
         raw = self._raw
-        points, _ = lattice_within(_shape(raw), abs(raw.volume())) if self.up == "auto" else (raw.vertices, 0.0)
+        points = raw.vertices
+        if self.up == "auto" and len(within := lattice_within(_shape(raw), abs(raw.volume()))[0]):
+            points = within  # a wire may lie between all of them
         size = np.ptp(raw.vertices, axis=0)
         return directions(self.ahead, self.up, size, lambda axis: mirror_symmetry(points, raw.inside, axis))
 

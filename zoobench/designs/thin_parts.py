@@ -119,9 +119,14 @@ class Thickness:
 
     @classmethod
     def of(cls, points: Array, spacing: float) -> "Thickness":
-        """Of the lattice points `[n, 3]` [m] in a body, by openings with cubes (Matheron 1975: a granulometry)."""
+        """Of the lattice points `[n, 3]` [m] in a body, by openings with cubes (Matheron 1975: a granulometry).
+
+        A body so thin that there are none has no thickness.
+        """
         from scipy.ndimage import maximum_filter, minimum_filter
 
+        if not len(points):
+            return cls(spacing, np.zeros(0))
         cells = np.round((points - points.min(axis=0)) / spacing).astype(int) + 1
         filled = np.zeros(cells.max(axis=0) + 2, np.uint8)
         filled[tuple(cells.T)] = 1
