@@ -76,6 +76,18 @@ def test_stl_is_closed_and_encloses_the_volume(panda: Body, tmp_path: Path) -> N
     assert mesh.extents == pytest.approx(np.ptp(panda.positions, axis=0) + EDGE, abs=EDGE)
 
 
+def test_stl_of_a_body_smaller_than_its_cubes(tmp_path: Path) -> None:
+    """It is closed and encloses the volume, though no place is as full as a twentieth."""
+    pytest.importorskip("skimage")
+    trimesh = pytest.importorskip("trimesh")
+    cube = Ref.parse("block[height=0.005,length=0.005,width=0.005]")
+    body = registry.create(Kind.DESIGN, cube).body(Fidelity(1 / 32))
+    export(body, tmp_path / "a.stl")
+    mesh = trimesh.load(tmp_path / "a.stl")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(0.005**3, rel=0.1)
+
+
 def test_stl_of_a_face_centred_lattice(tmp_path: Path) -> None:
     """Watertight, in one piece, with the body's volume within 1 %."""
     trimesh = pytest.importorskip("trimesh")

@@ -122,7 +122,8 @@ def surface(body: Body) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np
     field = gaussian_filter(filled, _SOFTNESS)
     target = float((body.occupancy * body.volumes)[own].sum())
     # nothing of a small body is as full as the middle of a large one
-    low, high = 0.05, min(0.95, 0.99 * float(field.max()))
+    high = min(0.95, 0.99 * float(field.max()))
+    low = 0.05 if high > 0.05 else 0.0
     for _ in range(12):
         level = (low + high) / 2
         vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")
