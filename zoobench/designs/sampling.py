@@ -84,8 +84,9 @@ class SolidSample:
         """
         shares = shares + 1e-6
         found = self.mean(fibres * shares[:, None]) / self.mean(shares)[:, None]
+        bounds = np.append(self.first, len(fibres))
         for particle in np.flatnonzero(np.linalg.norm(found, axis=1) < 0.5):
-            own = slice(self.first[particle], np.append(self.first, len(fibres))[particle + 1])
+            own = slice(bounds[particle], bounds[particle + 1])
             lines = (fibres[own] * (self.weights * shares)[own, None]).T @ fibres[own]
             axis = np.linalg.eigh(lines)[1][:, 2]
             found[particle] = -axis if axis @ found[particle] < 0.0 else axis
