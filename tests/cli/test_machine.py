@@ -65,6 +65,14 @@ def test_doctor_makes_no_database(zoobench: Command, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("without_taichi")
+def test_doctor_misses_the_folder_of_a_database(zoobench: Command, tmp_path: Path) -> None:
+    """`zoobench run` makes the file, but no folder for it."""
+    code, checks = verdicts(zoobench, "--db", tmp_path / "nowhere" / "runs.db")
+    assert (code, checks["database"]["verdict"]) == (1, "problem")
+    assert "no folder" in checks["database"]["detail"]
+
+
 def test_doctor_reports_a_simulator_that_does_not_start(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """A crash of the probe is a verdict, not a crash of the doctor."""
     monkeypatch.setattr(examining, "_TAICHI_PROBE", "raise SystemExit('no such instruction')")

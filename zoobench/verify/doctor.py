@@ -113,6 +113,10 @@ def _check_plugins() -> Diagnosis:
 
 def _check_database(location: str, full: bool) -> Diagnosis:
     if "://" not in location and not Path(location).exists():
+        folder = Path(location).absolute().parent
+        if not folder.is_dir():
+            advice = "Make it, or give another path with --db."
+            return Diagnosis("database", Verdict.PROBLEM, f"There is no folder {folder}. {advice}")
         return Diagnosis("database", Verdict.OK, f"{location} does not exist yet; `zoobench run` makes it")
     from zoobench.db.store import Store
 
