@@ -61,7 +61,7 @@ def write(
     rate: float = 25.0,
     progress: Progress = lambda _: None,
 ) -> None:
-    """Write a film in a format; a file that cannot be finished is removed.
+    """Write a film in a format; a file that cannot be finished is removed, but for the parts of a `vtk` series.
 
     * `mp4`, `gif`: moving pictures, one for every moment.
     * `png`: all moments on one sheet, row by row.
