@@ -36,7 +36,7 @@ def repaired(mesh: Any, name: str) -> tuple[Any, tuple[str, ...]]:
         trimesh.repair.fix_winding(mesh)
         notes += _close_holes(mesh, trimesh)
     if not is_closed(mesh):
-        mesh, words = _filled(mesh, name)
+        mesh, words = _filled(mesh, name, trimesh)
         notes = [words]
     if abs(mesh.volume) <= _NO_VOLUME * np.prod(np.maximum(mesh.extents, 1e-3 * mesh.extents.max())):
         raise UsageError(_nothing_inside(name))
@@ -73,7 +73,7 @@ def _close_holes(mesh: Any, trimesh: Any) -> list[str]:
     return [f"The mesh was open: {number} with {len(rim)} edges, up to {share:.0f} % of its length wide, closed flat."]
 
 
-def _filled(mesh: Any, name: str) -> tuple[Any, str]:
+def _filled(mesh: Any, name: str, trimesh: Any) -> tuple[Any, str]:
     """The surface of the voxels on and within a mesh.
 
     Raises:
@@ -81,7 +81,6 @@ def _filled(mesh: Any, name: str) -> tuple[Any, str]:
     """
     from scipy.ndimage import binary_closing, binary_fill_holes
 
-    trimesh = trimesh_or_advice()
     pitch = float(mesh.extents.max()) / _VOXELS
     corner = np.array(mesh.bounds[0]) - 3.5 * pitch
     skin = np.zeros(np.ceil(mesh.extents / pitch).astype(int) + 8, bool)
