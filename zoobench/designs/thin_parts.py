@@ -24,7 +24,8 @@ THICK = 1.5
 _MOST = 0.5  # share of the volume that has to be that thick
 _SOLE = 2.0  # [cells] of the level, which what a body stands on needs in every direction: docs/accuracy.md
 _STANDS = 0.5  # share of what it stands on that has to be so wide
-_PIXELS = 16  # in a cell, by which that is measured
+_PIXELS = 16  # in a cell, by which that is measured,
+_MOST_PIXELS = 400  # and along the longest edge, for a large body
 _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
 _SIDES = (("rear", "front"), ("bottom", "top"), ("left", "right"))
 _MEASURING_POINTS = 30_000  # about, from which thickness and symmetry are measured
@@ -67,7 +68,9 @@ def narrow_share(shape: Shape, fidelity: Fidelity) -> float:
     """
     from scipy.ndimage import distance_transform_edt
 
-    spacing, radius = fidelity.grid_spacing / _PIXELS, _SOLE * _PIXELS / 2
+    longest = max(np.subtract(shape.upper, shape.lower))
+    spacing = max(fidelity.grid_spacing / _PIXELS, longest / _MOST_PIXELS)
+    radius = _SOLE * fidelity.grid_spacing / 2 / spacing
     axes = [np.arange(shape.lower[axis] - spacing, shape.upper[axis] + 2 * spacing, spacing) for axis in (0, 2)]
     x, z = np.meshgrid(*axes, indexing="ij")
     section = np.stack([x, np.full_like(x, shape.lower[1] + SKIN.thickness / 2), z], axis=-1)
