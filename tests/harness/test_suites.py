@@ -216,6 +216,14 @@ def test_a_fidelity_may_depend_on_the_environment() -> None:
     assert found == {"snow": ("paper", 0.7), "ground": ("standard", 0.7), "ice": ("draft", 0.5)}
 
 
+@pytest.mark.parametrize("selector", ["ground-v3", '"ground[friction=0.5]"', '"g*[friction=0.5]"'])
+def test_a_mapping_sees_the_version_and_the_defaults_of_an_environment(selector: str) -> None:
+    """Though the grid names it without; the other environment has another friction."""
+    content = COMPLETE.replace("envs: ground", "envs: [ground, ice]")
+    found = suite_of(content.replace("fidelity: draft", f"fidelity: {{{selector}: standard, '*': paper}}")).specs
+    assert {spec.env.name: spec.fidelity.name for spec in found} == {"ground": "standard", "ice": "paper"}
+
+
 def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
     """As in a grid of the command line."""
     (cell,) = suite_of(COMPLETE.replace("methods: random", "methods: neat")).cells
@@ -253,6 +261,21 @@ def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
         ),
         ("fidelity: draft", "fidelity: {ground: draft, ice: darft}", r"grid 1, fidelity: .*Did you mean 'draft'"),
         ("fidelity: draft", "fidelity: '*'", r"grid 1, fidelity: .* means several"),
+        (
+            "fidelity: draft",
+            "fidelity: {grund: paper, '*': draft}",
+            r"grid 1, fidelity: Unknown environment 'grund'. Did you mean 'ground'",
+        ),
+        (
+            "budget: 100 substeps",
+            "budget: {ground-v99: 9, '*': 100}",
+            r"grid 1, budget: The environment 'ground' has no version 99",
+        ),
+        (
+            "budget: 100 substeps",
+            "budget: {'ground[frction=1]': 9, '*': 100}",
+            r"grid 1, budget: Unknown parameter of 'ground': 'frction'",
+        ),
         ("summary: a test", "summary: 3", r"mine.yaml, summary: 3, expected a line of text"),
         ("summary: a test", "", r"mine.yaml, summary: nothing"),
         ("summary: a test", "summary: a\nsummary: b", r"Cannot read mine.yaml as YAML: the key 'summary' comes twice"),

@@ -23,6 +23,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from zoobench import registry
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness.grid import GridSpec, Skip, expand, parse_one, parse_selector
 from zoobench.registry import Kind
@@ -180,9 +181,18 @@ def _fidelity(name: str) -> Ref:
 
 
 def _for_env(value: Any, env: Ref, convert: Callable[[Any], Any]) -> Any:
-    """A setting; of a mapping from environments the first whose selector matches."""
+    """A setting; of a mapping from environments the first whose selector matches the environment in full.
+
+    Raises:
+        UsageError: none matches, or one stands for no environment that there is.
+    """
     given = value if isinstance(value, dict) else {"*": value}
+    for selector in (each for text in given for each in Selector.parse_all(text)):
+        refs = parse_selector(selector.text, Kind.ENV)
+        if not selector.is_glob:  # of those that a glob fits, some may lack its parameters
+            registry.resolve(Kind.ENV, refs[0])
+    stated = registry.resolve(Kind.ENV, env)
     for selectors, setting in [(Selector.parse_all(text), convert(each)) for text, each in given.items()]:
-        if any(selector.matches(env) for selector in selectors):
+        if any(selector.matches(stated) for selector in selectors):
             return setting
     raise UsageError(f"nothing for {env.name}, expected a value for each environment, or for '*'.")
