@@ -35,6 +35,13 @@ def test_a_parameter_is_given_once(text: str) -> None:
         Ref.parse(text)
 
 
+@pytest.mark.parametrize("text", ["desert-v0", "desert-v00[depth=1]"])
+def test_there_is_no_version_0(text: str) -> None:
+    """It stands for the newest within zoobench alone; typed, it is a version that does not exist."""
+    with pytest.raises(UsageError, match="versions count from 1"):
+        Ref.parse(text)
+
+
 @pytest.mark.parametrize(
     ("text", "count"),
     [("desert", 2), ("de*", 3), ("[dx]esert", 2), ("desert-v1", 1), ("de*[depth=2]", 2), ("desert-v2[depth=1],ice", 0)],

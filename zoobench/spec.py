@@ -75,11 +75,13 @@ class Ref:
         """Read `name`, `name-v2` or `name[key=value,key=value]`; keys may be written with - for _, as names are.
 
         Raises:
-            UsageError: the text has another form, or gives a key twice.
+            UsageError: the text has another form, gives a key twice, or asks for version 0.
         """
         match = _REF.match(text.strip())
         if match is None:
             raise UsageError(f"Cannot read {text!r} as a component. Write name, name-v1 or name-v1[key=value,...].")
+        if match["version"] and not int(match["version"]):
+            raise UsageError(f"{text!r} asks for version 0, and versions count from 1. Leave it out for the newest.")
         params: dict[str, Scalar] = {}
         for item in filter(None, (match["params"] or "").split(",")):
             key, separator, value = item.partition("=")
