@@ -1,10 +1,14 @@
-"""Typer as zoobench uses it: an option that is given twice is refused, where Typer takes the last in silence."""
+"""Typer as zoobench uses it.
+
+An option that is given twice is refused, where Typer takes the last in silence, and values that do not fit are told of
+in the words of zoobench.
+"""
 
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from typer import Context, Typer
+from typer import BadParameter, Context, Typer
 from typer.core import TyperCommand, TyperOption
 
 from zoobench.errors import UsageError
@@ -22,7 +26,29 @@ class _Command(TyperCommand):
         if not ctx.resilient_parsing:  # completion reads lines that are not finished
             _, _, given = self.make_parser(ctx).parse_args(args=list(args))
             _refuse_repeats([option for option in given if isinstance(option, TyperOption)])
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except BadParameter as error:
+            error.message = _in_plain_words(error)
+            raise
+
+
+def _in_plain_words(error: BadParameter) -> str:
+    """The message of a value that does not fit; what a library of validation says of it names its own types."""
+    details = getattr(error.__cause__, "errors", None)
+    if details is None:
+        return error.message
+    first = details()[0]
+    kind, given, limits = first["type"], first.get("input"), first.get("ctx", {})
+    if kind.startswith("int_"):
+        return f"{given!r} is not a whole number."
+    if kind.startswith("float_") or str(given).strip().lower() == "nan":
+        return f"{given!r} is not a number."
+    if kind == "greater_than_equal":
+        return f"{given} is too small. Give at least {limits['ge']:g}."
+    if kind == "less_than_equal":
+        return f"{given} is too large. Give at most {limits['le']:g}."
+    return str(limits.get("error", error.message))
 
 
 def _refuse_repeats(given: list[TyperOption]) -> None:
