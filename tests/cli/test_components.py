@@ -78,7 +78,7 @@ def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     }
 
 
-@pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz"])
+@pytest.mark.parametrize("name", ["desrt", "diffphysics-v99", "a b", "12", "zzzz", "desert[frction=1]"])
 def test_show_something_unknown_is_a_usage_error(zoobench: Command, name: str) -> None:
     """Names that fit nothing, and a run where there is no database, which is not made by asking."""
     reply = zoobench("show", name)

@@ -143,14 +143,22 @@ def _presets() -> Listing:
 
 
 def _components(text: str) -> list["Component"]:
-    """The components of that name; two kinds may share one."""
+    """The components of that name; two kinds may share one.
+
+    Raises:
+        UsageError: one has no such version, or none of them a parameter that is given.
+    """
     from zoobench import registry
 
     if may_be_run(text):
         return []
     ref = Ref.parse(text)
     kinds = [kind for kind in registry.Kind if ref.name in registry.names(kind)]
-    return [registry.get(kind, ref.name, ref.version) for kind in kinds]
+    found = [registry.get(kind, ref.name, ref.version) for kind in kinds]
+    known = {key for component in found for key in component.parameters}
+    if found and (unknown := [key for key in ref.kwargs if key not in known]):
+        raise UnknownNameError(f"parameter of {ref.name!r}:", unknown[0], known)
+    return found
 
 
 def _check_picture(name: str, found: "list[Component]") -> None:
