@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 
 import pytest
 from markdown_it import MarkdownIt
@@ -43,6 +44,12 @@ def test_a_row_that_does_not_fit_is_refused() -> None:
 def test_truth_values_read_as_words() -> None:
     """A person reads yes and no."""
     assert [cell_text(value) for value in (True, False, None, 3)] == ["yes", "no", "", "3"]
+
+
+def test_whole_numbers_are_read_to_their_last_digit() -> None:
+    """As budgets are, with which substeps are compared."""
+    counts = (0.0, 252.0, 159264.0, -12345.0, 12345.6, math.inf, math.nan)
+    assert [cell_text(value) for value in counts] == ["0", "252", "159264", "-12345", "1.235e+04", "inf", "nan"]
 
 
 ODD = "\x1b[31mred\x9b2J\u202e<script>alert(1)</script> [here](javascript:x) \\\\|"

@@ -38,13 +38,14 @@ class Listing:
 
 
 def cell_text(value: Any) -> str:
-    """A cell as a person reads it: four significant digits, an empty cell for None."""
+    """A cell as a person reads it: four significant digits, but all of a whole number; an empty cell for None."""
     if value is None:
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        is_count = value.is_integer() and 1e4 <= abs(value) < 1e15  # above, .4g gives an exponent, as in 1.593e+05
+        return f"{value:.0f}" if is_count else f"{value:.4g}"
     return visible(str(value))
 
 
