@@ -68,6 +68,12 @@ def digest(path: Path) -> str:
         (["bench", "--particles", "many"], "Cannot read 'many'"),
         (["bench", "--scenes", "dessert"], "Did you mean 'desert'?"),
         (["bench", "--precision", "16"], "32 or 64"),
+        (["accuracy", "run", "--env", "ground", "--energy", "drft", "--dry-run"], "Did you mean 'draft'?"),
+        (["report", "-o", "report.pdf"], "'report.pdf' does not end in .html"),
+        (["status", "--db", ""], "--db '' names no database"),
+        ([*RUN, "--db", ""], "--db '' names no database"),
+        (["merge", "", ""], "with an empty name"),
+        (["merge", "zoobench.db", ""], "with an empty name"),
     ],
 )
 def test_bad_words_are_refused_before_anything_happens(

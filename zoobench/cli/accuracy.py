@@ -85,20 +85,23 @@ def run(
     level, at the finest one with a second transfer too. Then the energy of a short episode is followed through every
     substep. Interrupted, it goes on where it stopped when the same command is typed again.
     """
+    from zoobench import registry
     from zoobench.harness.grid import parse_selector
     from zoobench.registry import Kind
+    from zoobench.spec import Ref
     from zoobench.verify.accuracy.plan import draws, evaluations, trainings
 
     designs = parse_selector(design, Kind.DESIGN) if design else None
     axes = parse_selector(env, Kind.ENV), parse_selector(task, Kind.TASK), plan, designs
     trained = trainings(*axes)
     others = [*evaluations(trained, plan), *draws(*axes)]
+    followed = [registry.resolve(Kind.FIDELITY, Ref.parse(level)) for level in parse_names(energy)] if energy else []
     _tell_cost([*trained, *others], db, jobs)
     if dry:
         return
     done = _run(trained, db, jobs)
     _run([*evaluations(done, plan), *draws(*axes)], db, jobs)
-    _follow_energy(trained, parse_names(energy) if energy else [], db)
+    _follow_energy(trained, followed, db)
     say(f"Next: {command_text('accuracy', 'show', *([] if env == '*' else ['--env', env]), db=db)}")
 
 
@@ -228,19 +231,17 @@ def _run(wanted: "list[RunSpec]", db: str, jobs: int) -> "list[RunSpec]":
     return [spec for spec in wanted if states.get(spec.key()) is RunState.DONE]
 
 
-def _follow_energy(trained: "list[RunSpec]", levels: list[str], db: str) -> None:
+def _follow_energy(trained: "list[RunSpec]", fidelities: "list[Ref]", db: str) -> None:
     """Follow the energy of random controllers where that is not done yet, and store it."""
     from zoobench import registry
     from zoobench.db.store import Store
     from zoobench.registry import Kind
-    from zoobench.spec import Ref
     from zoobench.verify.accuracy.energy_audit import balances
     from zoobench.verify.accuracy.plan import STRONG
     from zoobench.verify.accuracy.records import ENERGY_STUDY, from_reader, stored
 
     with Store(db) as store:
         known = {(balance.env, balance.fidelity) for balance in from_reader(store).balances}
-    fidelities = [registry.resolve(Kind.FIDELITY, Ref.parse(level)) for level in levels]
     controller = registry.resolve(Kind.CONTROLLER, STRONG)
     cells = {(spec.env, fidelity): replace(spec, fidelity=fidelity, controller=controller)
              for spec in reversed(trained) for fidelity in fidelities}  # fmt: skip

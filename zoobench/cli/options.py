@@ -24,9 +24,17 @@ _UNITS = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 def _choose_database(location: str) -> str:
-    """The location as it is; settings may name the runs there from now on."""
+    """The location as it is; settings may name the runs there from now on.
+
+    Raises:
+        UsageError: it is empty, as a variable of a shell that is not set.
+    """
     from zoobench.harness.starts import look_in
 
+    if not location:
+        raise UsageError(
+            f"--db '' names no database. Give the path of a file, or leave --db out for {DEFAULT_DATABASE}."
+        )
     return look_in(location)
 
 

@@ -69,6 +69,8 @@ def merge(
     from zoobench.db.query import Reader
     from zoobench.db.store import Store
 
+    if not (target and source):
+        raise UsageError("A database with an empty name was given. Name two: the one to add to, then the other.")
     if target == source or (Path(target).exists() and Path(source).exists() and Path(target).samefile(source)):
         raise UsageError(f"{target} and {source} are the same database. Name two.")
     if "://" not in source and not Path(source).exists():

@@ -46,6 +46,8 @@ def report(
     from zoobench.report.page.sections import Level
     from zoobench.verify.accuracy.tolerance import error_at, published
 
+    if output.suffix not in (".html", ".htm"):
+        raise UsageError(f"{str(output)!r} does not end in .html, and the report is a page for a browser. Let it.")
     check_tools()
     if source is not None and chosen != RunSelection():
         raise UsageError("--from shows whole leaderboards. Leave out what chooses runs of a database.")
@@ -68,7 +70,9 @@ def report(
     try:
         replace_files({output: text.encode()}, make_folders=True)
     except OSError as error:
-        raise UsageError(f"The report cannot be written to {str(output)!r}: {error}. Give another -o.") from None
+        raise UsageError(
+            f"The report cannot be written to {str(output)!r}: {error}. Give another -o."
+        ) from None
     for section in sections:
         if section.left_out:
             say(f"{section.left_out:,} rows of {section.name} had no room. Choose some with --env, --task and so on.")
