@@ -68,6 +68,11 @@ def extra(name: str, user: str) -> Iterator[None]:
         raise UsageError(f"{user} {library}, which is not installed. Try: pip install 'zoobench[{name}]'.") from None
 
 
+def reason(error: OSError | UnicodeError) -> str:
+    """Why a file cannot be read or written, without the number of the error and the path."""
+    return "it is no text in UTF-8" if isinstance(error, UnicodeError) else error.strerror or str(error)
+
+
 @dataclass(frozen=True)
 class Divergence:
     """Where and how a simulation diverged.

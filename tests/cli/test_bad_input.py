@@ -74,6 +74,8 @@ def digest(path: Path) -> str:
         ([*RUN, "--db", ""], "--db '' names no database"),
         (["merge", "", ""], "with an empty name"),
         (["merge", "zoobench.db", ""], "with an empty name"),
+        (["run", "--suite", "none.yaml"], "Cannot read the suite 'none.yaml': No such file or directory. Give"),
+        (["bench", "--from", "none.json"], "'none.json' holds no results of bench: No such file or directory. Write"),
     ],
 )
 def test_bad_words_are_refused_before_anything_happens(
@@ -86,6 +88,23 @@ def test_bad_words_are_refused_before_anything_happens(
     assert "Traceback" not in reply.err
     assert reply.out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_in_the_way_of_a_folder_is_named_without_numbers_of_errors(
+    zoobench: Command, tmp_path: Path, database: Path
+) -> None:
+    """Nor is a file for a moment named, which nobody has heard of."""
+    suite = tmp_path / "mine.yaml"
+    suite.write_text(
+        "summary: a\ngrids: [{envs: ground, tasks: turning, designs: caterpillar, controllers: sine-basis, "
+        "methods: random, seeds: 1, budget: 100, fidelity: draft, frames: 10}]\n"
+    )
+    (tmp_path / "taken").touch()
+    for words in (("leaderboard", "publish", suite, "taken"), ("report", "-o", "taken/report.html")):
+        reply = zoobench(*words)
+        assert reply.code == 2
+        assert "Errno" not in reply.err
+        assert ".part" not in reply.err
 
 
 @pytest.mark.parametrize("words", [*READERS, RUN, ("plan", *RUN[1:])])

@@ -9,7 +9,7 @@ from typer import Option
 from zoobench.cli.options import FormatOption, parse_counts, parse_names
 from zoobench.cli.output import Format, choose, emit, emit_several, listing_of, say
 from zoobench.cli.steps import Steps
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.report.listing import Listing, cell_text, to_json
 
 if TYPE_CHECKING:
@@ -129,7 +129,9 @@ def _write(results: "BenchResults", path: Path | None) -> None:
         try:
             replace_files({path: f"{to_json(results.to_dict())}\n".encode()}, make_folders=True)
         except OSError as error:
-            raise UsageError(f"No results can be written to {str(path)!r}: {error}. Give another file.") from error
+            raise UsageError(
+                f"No results can be written to {str(path)!r}: {reason(error)}. Give another file."
+            ) from error
 
 
 def _print(results: "BenchResults", old: "BenchResults | None", chosen: Sequence[str], form: Format) -> None:

@@ -8,7 +8,7 @@ from typer import Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, selection, takes
 from zoobench.cli.output import say
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def report(
         replace_files({output: text.encode()}, make_folders=True)
     except OSError as error:
         raise UsageError(
-            f"The report cannot be written to {str(output)!r}: {error}. Give another -o."
+            f"The report cannot be written to {str(output)!r}: {reason(error)}. Give another -o."
         ) from None
     for section in sections:
         if section.left_out:

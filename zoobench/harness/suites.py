@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from zoobench import registry
-from zoobench.errors import UnknownNameError, UsageError
+from zoobench.errors import UnknownNameError, UsageError, reason
 from zoobench.harness.grid import GridSpec, Skip, expand, parse_one, parse_selector
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector
@@ -98,7 +98,9 @@ def load(text: str) -> Suite:
     try:
         content = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"Cannot read the suite {text!r}: {error}.") from None
+        raise UsageError(
+            f"Cannot read the suite {text!r}: {reason(error)}. Give a YAML file, or a name of `zoobench list suites`."
+        ) from None
     return read(content, path.name, source=path.name)
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.files import replace_files
 from zoobench.report.leaderboard import Leaderboard
 from zoobench.report.leaderboard_export import from_text
@@ -51,7 +51,9 @@ def publish(board: Leaderboard, folder: Path) -> Publication:
     try:
         replace_files(written, make_folders=True)
     except OSError as error:
-        raise UsageError(f"Cannot write a leaderboard into {str(folder)!r}: {error}.") from None
+        raise UsageError(
+            f"Cannot write a leaderboard into {str(folder)!r}: {reason(error)}. Give another folder."
+        ) from None
     return Publication(tuple(written), left_out)
 
 
@@ -67,7 +69,7 @@ def rebuild(folder: Path) -> list[Path]:
     try:
         replace_files({path: text.encode() for path, text in changed.items()})
     except OSError as error:
-        raise UsageError(f"Cannot write the pages of {str(folder)!r}: {error}.") from None
+        raise UsageError(f"Cannot write the pages of {str(folder)!r}: {reason(error)}.") from None
     return list(changed)
 
 
@@ -141,7 +143,7 @@ def _content(path: Path) -> str:
     try:
         return path.read_bytes().decode()
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"Cannot read {str(path)!r}: {error}.") from None
+        raise UsageError(f"Cannot read {str(path)!r}: {reason(error)}.") from None
 
 
 def _around(line: str | None, column: int) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def read(path: Path) -> BenchResults:
         first = error.errors(include_url=False)[0]
         fault = f"{'.'.join(map(str, first['loc'])) or 'content'}: {first['msg']}"
     except OSError as error:
-        fault = str(error)
+        fault = reason(error)
     raise UsageError(
         f"{str(path)!r} holds no results of bench: {fault}. Write them with `zoobench bench --output FILE`."
     )
