@@ -98,7 +98,9 @@ def _show(db: str, form: Format, others: list[str]) -> None:
     emit(found, form)
     for note in footnotes(Ref.parse(env) for document in documents for env in (document["env"], document["home"][0])):
         say(note)
-    if not found.rows:
+    if documents and not found.rows:
+        say("All that was evaluated was found or tried at fidelity smoke, whose numbers no table shows.")
+    elif not found.rows:
         say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
     elif form in (Format.TABLE, Format.MD):
         say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
