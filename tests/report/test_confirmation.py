@@ -94,6 +94,16 @@ def test_of_one_grid_the_score_with_more_particles_counts(tmp_path: Path) -> Non
     assert "### On a finer grid: fine\n" in text
 
 
+def test_every_table_names_its_own_finer_grid(tmp_path: Path) -> None:
+    """Where a board has rows of two fidelities, each confirmed on another."""
+    board = _board(tmp_path / "runs.db", {1: 2.7, 4: 0.9})
+    own, finer = Ref.parse("standard-v2[grid_spacing=0.0075]"), Ref.parse("reference-v2[grid_spacing=0.004]")
+    others = [replace(row, spec=replace(row.spec, fidelity=own)) for row in board.rows]
+    others = [replace(row, finer=replace(row.finer, fidelity=finer) if row.finer else None) for row in others]
+    text = markdown_page(replace(board, rows=(*board.rows, *others)))
+    assert text.count("### On a finer grid: fine\n") == text.count("### On a finer grid: reference\n") == 1
+
+
 def test_a_finer_score_outlives_its_database(tmp_path: Path) -> None:
     """A publication from a database with the run and without the score keeps that of the earlier export."""
     earlier, later = _board(tmp_path / "one.db", {1: 2.0}), _board(tmp_path / "two.db", {})

@@ -125,7 +125,7 @@ def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
     found = confirmation_listing(table, board.rows)
     if not found.rows:
         return []
-    where = ", ".join(finer_fidelities(board.rows))
+    where = ", ".join(finer_fidelities(board.rows[run - 1] for run in table.runs))
     stands = sum(row[-1] == "stands" for row in found.rows)
     kept, count = kept_orders(table, board.rows)
     text = (
