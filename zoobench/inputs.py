@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.spec import Ref, RunSpec
 
 _DIGITS = 16  # 64 bits: unique in practice, short enough for a table
@@ -66,7 +66,7 @@ def _bytes(path: str) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise UsageError(f"The file {path!r} cannot be read: {error.strerror or error}. Check the name.") from None
+        raise UsageError(f"The file {path!r} cannot be read: {reason(error)}. Check the name.") from None
 
 
 def _digest(content: bytes) -> str:

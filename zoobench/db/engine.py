@@ -28,7 +28,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from zoobench.db.models import Base, RunRecord
 from zoobench.db.rows import RunState
-from zoobench.errors import StorageError, StorageFullError
+from zoobench.errors import StorageError, StorageFullError, reason
 
 _LOG = logging.getLogger(__name__)
 
@@ -244,7 +244,7 @@ def _check_path(path: Path, create: bool) -> None:
     try:
         exists, is_file, folder_exists = path.exists(), path.is_file(), path.parent.is_dir()
     except OSError as error:
-        raise StorageError(f"Cannot look at {path}: {error.strerror}. Give another path with --db.") from error
+        raise StorageError(f"Cannot look at {path}: {reason(error)}. Give another path with --db.") from error
     if not folder_exists:
         raise StorageError(f"There is no folder {path.parent}. Make it, or give another path with --db.")
     if exists and not is_file:

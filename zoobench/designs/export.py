@@ -8,7 +8,7 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.solid_mesh import Mesh
-from zoobench.errors import UsageError, extra
+from zoobench.errors import UsageError, extra, reason
 
 _EXISTS = 0.5  # least occupancy of an exported particle
 _SOFTNESS = 0.7  # [particle edges] of the filter that smooths the steps of the lattice
@@ -32,7 +32,7 @@ def export(body: Body, path: Path) -> None:
     try:
         writer(body, path)
     except OSError as error:
-        raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
+        raise UsageError(f"{str(path)!r} cannot be written: {reason(error)}. Give another file.") from None
 
 
 def _npz(body: Body, path: Path) -> None:

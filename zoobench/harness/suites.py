@@ -155,10 +155,10 @@ def _cells(given: Mapping[str, Any], where: str) -> Iterator[RunSpec | Skip]:
         fidelity=Ref("draft"),
         frames=given["frames"],
     )
+    budgets = _at(f"{where}, budget", _by_env, given["budget"], grid.envs, _budget)
+    fidelities = _at(f"{where}, fidelity", _by_env, given["fidelity"], grid.envs, _fidelity)
     for env in grid.envs:
-        budget = _at(f"{where}, budget", _for_env, given["budget"], env, _budget)
-        fidelity = _at(f"{where}, fidelity", _for_env, given["fidelity"], env, _fidelity)
-        yield from _at(where, expand, replace(grid, envs=(env,), budget=budget, fidelity=fidelity))
+        yield from _at(where, expand, replace(grid, envs=(env,), budget=budgets[env], fidelity=fidelities[env]))
 
 
 def _at(where: str, convert: Callable[..., Any], *values: Any) -> Any:
@@ -182,19 +182,29 @@ def _fidelity(name: str) -> Ref:
     return parse_one(name, Kind.FIDELITY)
 
 
-def _for_env(value: Any, env: Ref, convert: Callable[[Any], Any]) -> Any:
-    """A setting; of a mapping from environments the first whose selector matches the environment in full.
+def _by_env(value: Any, envs: tuple[Ref, ...], convert: Callable[[Any], Any]) -> dict[Ref, Any]:
+    """The setting of each environment; of a mapping, the first whose selector matches the environment in full.
 
     Raises:
         UsageError: none matches, or one stands for no environment that there is.
     """
     given = value if isinstance(value, dict) else {"*": value}
-    for selector in (each for text in given for each in Selector.parse_all(text)):
+    settings = [(_env_selectors(text), convert(each)) for text, each in given.items()]
+    found: dict[Ref, Any] = {}
+    for env in envs:
+        stated = registry.resolve(Kind.ENV, env)
+        fitting = [setting for selectors, setting in settings if any(each.matches(stated) for each in selectors)]
+        if not fitting:
+            raise UsageError(f"nothing for {env.name}, expected a value for each environment, or for '*'.")
+        found[env] = fitting[0]
+    return found
+
+
+def _env_selectors(text: str) -> tuple[Selector, ...]:
+    """The selectors of a key, each of which stands for an environment; raises UsageError otherwise."""
+    selectors = tuple(Selector.parse_all(text))
+    for selector in selectors:
         refs = parse_selector(selector.text, Kind.ENV)
         if not selector.is_glob:  # of those that a glob fits, some may lack its parameters
             registry.resolve(Kind.ENV, refs[0])
-    stated = registry.resolve(Kind.ENV, env)
-    for selectors, setting in [(Selector.parse_all(text), convert(each)) for text, each in given.items()]:
-        if any(selector.matches(stated) for selector in selectors):
-            return setting
-    raise UsageError(f"nothing for {env.name}, expected a value for each environment, or for '*'.")
+    return selectors

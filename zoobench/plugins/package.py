@@ -7,7 +7,7 @@ from pathlib import Path
 from string import Template
 
 from zoobench import registry
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.files import replace_files
 from zoobench.registry import Kind
 
@@ -47,9 +47,7 @@ def write_package(kind: Kind, name: str, folder: Path) -> Path:
     try:
         replace_files({package / path: text.encode() for path, text in _texts(kind, name).items()}, make_folders=True)
     except OSError as error:
-        raise UsageError(
-            f"{package} cannot be written: {error.strerror}. Choose another folder with --into."
-        ) from error
+        raise UsageError(f"{package} cannot be written: {reason(error)}. Choose another folder with --into.") from error
     return package
 
 

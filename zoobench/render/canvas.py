@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError, extra
+from zoobench.errors import UsageError, extra, reason
 from zoobench.render.colours import Colour
 from zoobench.render.viewpoint import Camera
 
@@ -132,8 +132,7 @@ def save(image: Image, path: Path, *, colours: int | None = None) -> None:
         (picture if colours is None else picture.quantize(colours)).save(path, optimize=True)
     except OSError as error:
         raise UsageError(
-            f"{str(path)!r} cannot be written: {error.strerror or error}. "
-            "Give a file in a folder that you may write to."
+            f"{str(path)!r} cannot be written: {reason(error)}. Give a file in a folder that you may write to."
         ) from None
 
 

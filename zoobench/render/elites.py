@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.render import figures
 
 
@@ -58,7 +58,7 @@ def write(archive: Elites, path: Path, *, title: str, unit: str) -> None:
         else:
             _png(archive, path, title, unit)
     except OSError as error:
-        raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}. Give another file.") from None
+        raise UsageError(f"{str(path)!r} cannot be written: {reason(error)}. Give another file.") from None
 
 
 def _csv(archive: Elites, path: Path, unit: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError, extra
+from zoobench.errors import UsageError, extra, reason
 from zoobench.render.actors import PATH, TARGET, Update, put_ground, put_medium, put_paths, put_robot
 from zoobench.render.canvas import INK, Canvas, Image, check_drawing, side_by_side
 from zoobench.render.film import Film, evenly
@@ -87,9 +87,7 @@ def write(
         else:
             _write_pictures(film, target, title, width or WIDTH[target.form], rate, progress)
     except OSError as error:
-        raise UsageError(
-            f"{str(target.path)!r} cannot be written: {error.strerror or error}. Give another --out."
-        ) from None
+        raise UsageError(f"{str(target.path)!r} cannot be written: {reason(error)}. Give another --out.") from None
 
 
 def _write_pictures(film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress) -> None:

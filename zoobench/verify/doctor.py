@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from zoobench.errors import StorageError
+from zoobench.errors import StorageError, reason
 
 _PACKAGES = (
     "alembic", "cma", "neat-python", "numpy", "pandas", "psutil", "pydantic", "pyyaml", "rich", "roma", "scipy",
@@ -100,7 +100,7 @@ def _check_cache(folder: Path) -> Diagnosis:
             file.write(b"zoobench")
     except OSError as error:
         advice = "Every run will compile anew. Name a writable folder in ZOOBENCH_CACHE."
-        return Diagnosis("compile cache", Verdict.WARNING, f"Cannot write to {folder}: {error.strerror}. {advice}")
+        return Diagnosis("compile cache", Verdict.WARNING, f"Cannot write to {folder}: {reason(error)}. {advice}")
     return Diagnosis("compile cache", Verdict.OK, f"{folder} is writable")
 
 
@@ -147,6 +147,6 @@ def _check_space(folder: Path) -> Diagnosis:
     try:
         free = shutil.disk_usage(folder).free
     except OSError as error:
-        return Diagnosis("disk space", Verdict.PROBLEM, f"Cannot examine {folder}: {error.strerror}.")
+        return Diagnosis("disk space", Verdict.PROBLEM, f"Cannot examine {folder}: {reason(error)}.")
     verdict = Verdict.OK if free > _LITTLE_SPACE else Verdict.WARNING
     return Diagnosis("disk space", verdict, f"{free / 2**30:.1f} GiB free in {folder}")

@@ -10,7 +10,7 @@ from typing import Any
 from zoobench import registry
 from zoobench.db.query import Reader
 from zoobench.db.rows import MetricRow, RunRow, RunState, StudyRow
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.inputs import named_runs
 from zoobench.registry import KINDS, Kind
 from zoobench.spec import FRAME_SECONDS, Ref
@@ -157,7 +157,7 @@ def write(measurements: Measurements, path: Path) -> None:
     try:
         path.write_text(lines + "\n", encoding="utf-8")
     except OSError as error:
-        raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
+        raise UsageError(f"Cannot write {path}: {reason(error)}. Choose another place.") from None
 
 
 def read(path: Path) -> Measurements:
@@ -174,7 +174,7 @@ def read(path: Path) -> Measurements:
         balances = tuple(_balance(item) for item in document["balances"])
         return Measurements(samples, tuple(document["origin"]), balances)
     except OSError as error:
-        raise UsageError(f"Cannot read {path}: {error.strerror}.") from None
+        raise UsageError(f"Cannot read {path}: {reason(error)}.") from None
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, UsageError) as error:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from zoobench import registry
-from zoobench.errors import UsageError
+from zoobench.errors import UsageError, reason
 from zoobench.files import replace_files
 from zoobench.registry import Kind
 from zoobench.spec import Ref
@@ -105,7 +105,7 @@ def publish(measurements: Measurements, path: Path) -> None:
         head = json.dumps({"origin": sorted({*before["origin"], *measurements.origin})})
         replace_files({path: f'{head[:-1]}, "levels": [\n{rows}\n]}}\n'.encode()})
     except OSError as error:
-        raise UsageError(f"Cannot write {path}: {error.strerror}. Choose another place.") from None
+        raise UsageError(f"Cannot write {path}: {reason(error)}. Choose another place.") from None
     except (ValueError, LookupError, TypeError, AttributeError, UsageError):
         raise UsageError(f"{path} holds something else than published levels. Choose another file.") from None
 
