@@ -46,7 +46,7 @@ def report(
     from zoobench.report.page.sections import Level
     from zoobench.verify.accuracy.tolerance import error_at, published
 
-    if output.suffix not in (".html", ".htm"):
+    if output.suffix.lower() not in (".html", ".htm"):
         raise UsageError(f"{str(output)!r} does not end in .html, and the report is a page for a browser. Let it.")
     check_tools()
     if source is not None and chosen != RunSelection():
