@@ -20,7 +20,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "clay", version=6, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "clay", version=7, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def clay(

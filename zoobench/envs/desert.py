@@ -12,7 +12,7 @@ from zoobench.sim.model.matter import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", version=5, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "desert", version=6, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,

@@ -15,7 +15,7 @@ SNOW = Elasticity(medium_density=400.0)
 @register(
     Kind.ENV,
     "snow",
-    version=6,
+    version=7,
     tags=("land", "plastic"),
     added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )

@@ -19,7 +19,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "wetland", version=6, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "wetland", version=7, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(

@@ -378,8 +378,9 @@ def update_both_adjoint(
         q_part, o_part = found.reduced / q[3], found.reduced / o[3]
         q_mass += by_total / scene.robot_full
         o_mass += by_total / scene.medium_full
-        q_mass += by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / (q[3] * q[3])
-        o_mass += by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / (o[3] * o[3])
+        # divided twice: in float32 the square of a mass below 1e-23 kg, of a node that a field hardly touches, is 0
+        q_mass += by_reduced * q_part * q_part - v_adjoint.dot(found.impulse) / q[3] / q[3]
+        o_mass += by_reduced * o_part * o_part + u_adjoint.dot(found.impulse) / o[3] / o[3]
         v_adjoint += by_velocity
         u_adjoint = u_adjoint - by_velocity
         by_slope = by_slope / scene.medium_full
