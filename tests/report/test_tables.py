@@ -1,17 +1,20 @@
 """Tables of scores, from databases whose content is known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.report.content import add_done, add_ended, fill, make_spec
 from zoobench.db.owner import Owner
+from zoobench.db.query import Reader
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
+from zoobench.report.cells import read_cells
 from zoobench.report.footer import footer
 from zoobench.report.run_results import choose_results, origins
 from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
-from zoobench.report.tables import Table, score_tables
+from zoobench.report.tables import Table, score_tables, tables_of_cells
 from zoobench.spec import RunSelection
 
 
@@ -270,3 +273,21 @@ def test_the_footer_names_the_runs_above_it_alone(tmp_path: Path) -> None:
         add_done(store, make_spec(fidelity="smoke-v1"), 77.0)
     (table,) = tables_of(tmp_path / "runs.db")
     assert table.runs == [done]
+
+
+@pytest.mark.parametrize(("lost", "note"), [((4.0, 0.0), "n=2, 25% of gradients not finite"), ((0.0, 0.0), "n=2")])
+def test_gradients_that_were_not_finite_stand_at_the_score(
+    tmp_path: Path, lost: tuple[float, float], note: str
+) -> None:
+    """What a method found without half of its gradients says little of it."""
+    with Store(tmp_path / "runs.db") as store:
+        for seed, number in enumerate(lost):
+            ending = _finals(1.0 + seed, 100.0)
+            counts = (*ending.finals, FinalRow("nonfinite_gradients", number))
+            add_ended(store, make_spec(seed=seed), replace(ending, finals=counts))
+    (text,) = cell_texts(tables_of(tmp_path / "runs.db")[0]).values()
+    assert text.endswith(f"({note})")
+    with Reader(tmp_path / "runs.db") as reader:
+        (cell,) = tables_of_cells(read_cells(reader, RunSelection()))[0].rows[0].cells
+    assert cell is not None
+    assert cell.text() == text

@@ -13,7 +13,7 @@ from zoobench.spec import RunSelection, RunSpec, currency
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
-_FINALS = (SCORE, *REFERENCES, "forward_substeps", "backward_substeps", "episodes")
+_FINALS = (SCORE, *REFERENCES, "forward_substeps", "backward_substeps", "episodes", "nonfinite_gradients")
 
 
 class Outcome(NamedTuple):
@@ -27,6 +27,7 @@ class Outcome(NamedTuple):
         floor: the better of its reference scores, None unless it has both.
         spent: what it had simulated, in the unit of its budget if that counts episodes, else in substeps; None if it
             is not known.
+        nonfinite: share of its gradients that were not finite although their episodes did not fail.
         lacks: why it has no score, if it is DONE.
     """
 
@@ -37,6 +38,7 @@ class Outcome(NamedTuple):
     unit: str = ""
     floor: float | None = None
     spent: float | None = None
+    nonfinite: float = 0.0
     lacks: str = NO_SCORE
 
 
@@ -56,13 +58,12 @@ def read_cells(reader: "Reader", selection: RunSelection) -> list[Cell]:
         StorageError: the database cannot be read.
     """
     cells: dict[int, tuple[RunSpec, list[Outcome]]] = {}  # to hash settings takes longer than all the rest
-    for spec, run, seed, state, unit, (score, idle, chance, forward, backward, episodes) in reader.cells(
-        selection, _FINALS
-    ):
+    for spec, run, seed, state, unit, finals in reader.cells(selection, _FINALS):
+        score, idle, chance, forward, backward, episodes, lost = finals
         floor = None if idle is None or chance is None else max(idle, chance)
         spent = _spent(spec, forward, backward, episodes)
         outcomes = cells.setdefault(id(spec), (spec, []))[1]
-        outcomes.append(Outcome(run, seed, state, score, unit, floor, spent))
+        outcomes.append(Outcome(run, seed, state, score, unit, floor, spent, _share(lost, episodes)))
     return [Cell(spec, outcomes) for spec, outcomes in cells.values()]
 
 
@@ -72,12 +73,15 @@ def cells_of(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> l
     for result in results:
         spec, run = result.spec, result.run
         finals = [result.finals[name].value if name in result.finals else None for name in _FINALS]
-        score, idle, chance, *spent = (
+        score, idle, chance, *spent, lost = (
             value if value is not None and math.isfinite(value) else None for value in finals
         )
+        nonfinite = _share(lost, spent[-1])
         floor = None if idle is None or chance is None else max(idle, chance)
         unit = "" if result.score is None else result.score.unit
-        outcome = Outcome(run.id, spec.seed, run.state, score, unit, floor, _spent(spec, *spent), result.lacks)
+        outcome = Outcome(
+            run.id, spec.seed, run.state, score, unit, floor, _spent(spec, *spent), nonfinite, result.lacks
+        )
         cells.setdefault(replace(spec, seed=0), []).append(outcome)
     for spec in missing:
         cells.setdefault(replace(spec, seed=0), []).append(Outcome(0, spec.seed))
@@ -98,3 +102,8 @@ def _spent(spec: RunSpec, forward: float | None, backward: float | None, episode
     if currency(spec.budget.kind) == "episodes":
         return episodes
     return None if forward is None or backward is None else forward + backward
+
+
+def _share(lost: float | None, episodes: float | None) -> float:
+    """Share of the gradients, one an episode, that were not finite; 0 for a method that has none."""
+    return lost / episodes if lost and episodes else 0.0

@@ -17,6 +17,7 @@ from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, repeat_command
 
+_FEW = 0.01  # share of gradients that may not be finite without a note
 _ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
@@ -39,6 +40,7 @@ class TableCell:
         runs: the ids of those behind the mean.
         spent: by those, on average, in the unit of `Table.currency`; None if it is not known.
         scores: of those.
+        nonfinite: share of the gradients of those that were not finite, mean over runs.
         shares: those scores between the row's references (0) and its best mean (1), below 0 where they are worse;
             empty without either.
     """
@@ -57,6 +59,7 @@ class TableCell:
     spent: float | None = None
     scores: tuple[float, ...] = ()
     shares: tuple[float, ...] = ()
+    nonfinite: float = 0.0
 
     @property
     def is_empty(self) -> bool:
@@ -91,6 +94,8 @@ class TableCell:
         notes += [f"{reason} {number}/{self.asked}" for reason, number in sorted(self.lacks.items())]
         if self.missing:
             notes.append(f"missing {self.missing}/{self.asked}")
+        if self.nonfinite >= _FEW:
+            notes.append(f"{self.nonfinite:.0%} of gradients not finite")
         share = f" = {self.normalised:.2f}" if normalised and self.normalised is not None else ""
         return f"{self._value()}{share} ({', '.join(notes)})"
 
@@ -288,7 +293,8 @@ def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
     missing = len(outcomes) - sum(states.values())
     known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
     spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
+    nonfinite = math.fsum(outcome.nonfinite for _, outcome in scored) / max(1, len(scored))
     return TableCell(
         t_interval(scores), ", ".join(units), asked, states,
-        missing=missing, lacks=lacks, runs=runs, spent=spent, scores=scores,
+        missing=missing, lacks=lacks, runs=runs, spent=spent, scores=scores, nonfinite=nonfinite,
     )  # fmt: skip
