@@ -10,6 +10,7 @@ from zoobench.errors import SceneError
 from zoobench.sim.kernels import parallel, survey
 from zoobench.sim.kernels.elastic import SMALLEST_J
 from zoobench.sim.kernels.layout import Variant
+from zoobench.sim.kernels.transfer import AFLIP
 from zoobench.sim.launch import Launch
 from zoobench.sim.memory_budget import memory_share
 from zoobench.sim.model.state import LARGEST_ARRAY, WINDOW_SIZE, LaunchPlan, Matter, Parameters
@@ -47,6 +48,8 @@ class ParallelDriver:
         self._boxes = torch.zeros((1, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
         self._step = torch.zeros(1, dtype=torch.int32, device=device)
         self._found = constants.new_zeros((worlds, 0, _FOUND))
+        # what particles add to the adjoints of the grid, see `lane_scatter`
+        self._contributions = constants.new_zeros((worlds, 0, 4 * (1 + variant.uses(AFLIP)), 4))
 
     def check_room(self, windows: Tensor) -> None:
         """Raise a `SceneError` if a world has more nodes in its window `[worlds, 8]` than there is room for."""
@@ -61,13 +64,15 @@ class ParallelDriver:
         """The planned substeps of every world; `arrays` are those that the kernel takes before the grid."""
         self._step.zero_()
         for _ in range(plan.longest):
-            self._advance(*arrays, grid, grid, self._boxes, self._step, stride, self._variant)
+            self._advance(*arrays, grid, self._boxes, self._step, stride, self._variant)
 
     def reverse(self, arrays: tuple[Any, ...], grid: Tensor, adjoints: tuple[Any, ...], plan: LaunchPlan) -> None:
         """Their adjoint, last to first; `adjoints` are the arrays that the kernel takes last."""
         self._step.fill_(plan.longest - 1)
+        if not self._contributions.numel():
+            self._contributions = self._contributions.new_zeros((*arrays[0].shape[1:3], *self._contributions.shape[2:]))
         for _ in range(plan.longest):
-            self._reverse(*arrays, grid, grid, self._boxes, self._step, *adjoints, self._variant)
+            self._reverse(*arrays, grid, self._boxes, self._step, self._contributions, *adjoints, self._variant)
 
     def survey(
         self,

@@ -64,7 +64,7 @@ def transfer_all(
         scatter(moved, MOMENTUM, 0, nodes, at.node, w, given[p, 0], slope, width)
         up = matrix(found_adjoint[p, 1], found_adjoint[p, 2], found_adjoint[p, 3])
         found[p, 4] = gather_adjoint(
-            grid, VELOCITY, 0, moved_adjoint, MOMENTUM, nodes, at.node, w, dw, found_adjoint[p, 0], up, width
+            grid, VELOCITY, 0, moved_adjoint, MOMENTUM, nodes, at.node, w, dw, found_adjoint[p, 0], up, width, True
         )
         by_offset, first, one, two, three = scatter_adjoint(
             grid, VELOCITY, nodes, at.node, w, dw, given[p, 0], slope, width

@@ -10,7 +10,7 @@ import taichi as ti
 from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import behind_wall
 from zoobench.sim.kernels.flip import divide_node, divide_node_adjoint
-from zoobench.sim.kernels.lane_scatter import to_grid_by_lanes
+from zoobench.sim.kernels.lane_scatter import scatter_contribution, to_grid_by_lanes
 from zoobench.sim.kernels.layout import V, X, box, scene_constants
 from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import push_adjoint
@@ -97,8 +97,8 @@ def clear_all(
 @ti.func
 def velocities_of_all(
     state: ti.template(), body: ti.template(), plan: ti.template(), dts: ti.template(), constants: ti.template(),
-    terrain: ti.template(), grid: ti.template(), lanes: ti.template(), boxes: ti.template(), step: ti.template(),
-    stride, variant: ti.template(),
+    terrain: ti.template(), grid: ti.template(), boxes: ti.template(), step: ti.template(), stride,
+    variant: ti.template(),
 ):  # fmt: skip
     """The first half of a substep, up to the nodes' velocities; by loops of the kernel's own."""
     clear_all(grid, state, plan, grid, boxes, step, variant)
@@ -107,9 +107,7 @@ def velocities_of_all(
         if takes_part(plan, boxes, w, n, room):
             scene, s, p, lane = scene_constants(constants), plan[w, 0] + n * stride, number // 4, number % 4
             nodes = slab(boxes, w, room, variant)
-            to_grid_by_lanes(
-                state, body, grid, lanes, nodes, scene, terrain, dts[w], s, w, p, lane, variant
-            )  # fmt: skip
+            to_grid_by_lanes(state, body, grid, nodes, scene, terrain, dts[w], s, w, p, lane, variant)
     for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
@@ -140,7 +138,7 @@ def velocities_of_all(
 @ti.kernel
 def advance_parallel(
     state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
-    grid: Rows, lanes: Scalars, boxes: Scalars, step: Scalars, stride: int, variant: ti.template(),
+    grid: Rows, boxes: Scalars, step: Scalars, stride: int, variant: ti.template(),
 ):  # fmt: skip
     """The planned substep number `step[0]` of all worlds at once, and `step` to the next one's; it writes `stride`
     slots further (0: in place).
@@ -151,9 +149,7 @@ def advance_parallel(
     for w, d in ti.ndrange(state.shape[1], 6):
         if step[0] < plan[w, 1]:
             boxes[0, w, d] = window[plan[w, 0] + step[0] * stride, w, d]
-    velocities_of_all(
-        state, body, plan, dts, constants, terrain, grid, lanes, boxes, step, stride, variant
-    )  # fmt: skip
+    velocities_of_all(state, body, plan, dts, constants, terrain, grid, boxes, step, stride, variant)
     # the next slot's window is this one without its outermost nodes, extended by the particles: none moves further
     for w, d in ti.ndrange(state.shape[1], 3):
         n, room = step[0], capacity(state, grid, variant)
@@ -183,23 +179,30 @@ def advance_parallel(
 @ti.kernel
 def reverse_parallel(
     state: Rows, window: Scalars, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows,
-    grid: Rows, lanes: Scalars, boxes: Scalars, step: Scalars, grid_adjoint: Rows, adjoint: Rows, body_adjoint: Rows,
-    variant: ti.template(),
+    grid: Rows, boxes: Scalars, step: Scalars, contributions: Rows, grid_adjoint: Rows, adjoint: Rows,
+    body_adjoint: Rows, variant: ti.template(),
 ):  # fmt: skip
     """The adjoint of the planned substep number `step[0]` of all worlds at once, and `step` to the one before."""
     for w, d in ti.ndrange(state.shape[1], 6):
         if step[0] < plan[w, 1]:
             boxes[0, w, d] = window[plan[w, 0] + step[0], w, d]
-    velocities_of_all(
-        state, body, plan, dts, constants, terrain, grid, lanes, boxes, step, 1, variant
-    )  # fmt: skip
+    velocities_of_all(state, body, plan, dts, constants, terrain, grid, boxes, step, 1, variant)
     clear_all(grid_adjoint, state, plan, grid, boxes, step, variant)
     for w, p in ti.ndrange(state.shape[1], state.shape[2]):
         n, room = step[0], capacity(state, grid, variant)
         if takes_part(plan, boxes, w, n, room):
             scene, s = scene_constants(constants), plan[w, 0] + n
             nodes = slab(boxes, w, room, variant)
-            from_grid_adjoint(state, adjoint, grid, grid_adjoint, 0, nodes, scene, dts[w], s, s + 1, w, p, variant)
+            from_grid_adjoint(
+                state, adjoint, grid, grid_adjoint, contributions, 0, nodes, scene, dts[w], s, s + 1, w, p, variant
+            )  # fmt: skip
+    for w, number in ti.ndrange(state.shape[1], 4 * state.shape[2]):
+        n, room = step[0], capacity(state, grid, variant)
+        if takes_part(plan, boxes, w, n, room):
+            scene, s, nodes = scene_constants(constants), plan[w, 0] + n, slab(boxes, w, room, variant)
+            scatter_contribution(
+                contributions, grid_adjoint, nodes, state, scene, s, w, number // 4, number % 4, variant
+            )  # fmt: skip
     for d in ti.static(range(3 * (variant.law == WATER))):
         for w, thread in ti.ndrange(state.shape[1], NODE_THREADS):
             n, room = step[0], capacity(state, grid, variant)

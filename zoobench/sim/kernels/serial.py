@@ -198,7 +198,9 @@ def reverse(
             update_nodes(grid, window, start, nodes, scene, dt, s, w, terrain, variant)
             for i in range(count):
                 p = listed(order, w, i, variant)
-                from_grid_adjoint(state, adjoint, grid, grid_adjoint, start, nodes, scene, dt, s, t, w, p, variant)
+                from_grid_adjoint(
+                    state, adjoint, grid, grid_adjoint, None, start, nodes, scene, dt, s, t, w, p, variant
+                )
             node = medium_layer(nodes, variant)
             if ti.static(variant.law == WATER):
                 for i in range(window[s, w, 0], window[s, w, 3]):

@@ -22,6 +22,7 @@ from zoobench.sim.kernels.columns import (
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio_adjoint
 from zoobench.sim.kernels.elastic import fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine_adjoint
+from zoobench.sim.kernels.lane_scatter import is_none, put_contribution
 from zoobench.sim.kernels.layout import (
     BEFORE,
     MASS,
@@ -119,15 +120,18 @@ def press_along_adjoint(
 
 @ti.func
 def from_grid_adjoint(
-    state: ti.template(), adjoint: ti.template(), grid: ti.template(), grid_adjoint: ti.template(), start,
-    nodes: ti.template(), scene: ti.template(), dt, s, t, w, p, variant: ti.template(),
+    state: ti.template(), adjoint: ti.template(), grid: ti.template(), grid_adjoint: ti.template(),
+    contributions: ti.template(), start, nodes: ti.template(), scene: ti.template(), dt, s, t, w, p,
+    variant: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint.
+    """Adjoint of `from_grid`: adds to the nodes' velocity and mass adjoint, or leaves what is to be added in
+    `contributions`, if those are not None, for `lane_scatter`.
 
     The adjoints of v, C and the stress at slot t are used up here; with AFLIP what acts through the motion that the
     particle kept is left in the place of those of v and C, to which `to_grid_adjoint` adds.
     """
     width = ti.static(variant.width)
+    adds = ti.static(is_none(contributions))
     at = stencil(state[s, w, p, X], scene, layer(nodes, scene, p, variant), width)
     share, slopes = weights(at.offset, width), weight_derivatives(at.offset, width)
     # what moved and deformed the particle; with AFLIP its own motion at slot t is another
@@ -176,19 +180,24 @@ def from_grid_adjoint(
                 columns(state, s, w, p, C), affine_before, rate, dt, columns(adjoint, 0, w, p, C)
             )
             rate_adjoint = add(rate_adjoint, by_rate)
-            offset_adjoint += gather_affine_adjoint(
+            found = gather_affine_adjoint(
                 grid, BEFORE, start, grid_adjoint, BEFORE, nodes, at, share, slopes, scene.inverse, before,
-                -FLIP_SHARE * v_adjoint, scale(-1.0, kept_adjoint), width,
+                -FLIP_SHARE * v_adjoint, scale(-1.0, kept_adjoint), width, adds,
             )  # fmt: skip
+            offset_adjoint += found.offset
+            if ti.static(not adds):
+                put_contribution(contributions, w, p, 1, found.origin, found.slope)
             adjoint[0, w, p, V] = FLIP_SHARE * v_adjoint
             put_columns(adjoint, 0, w, p, C, kept_adjoint)
     value_adjoint = v_adjoint + dt * new_x_adjoint  # x' = x + dt v
     value_adjoint[3] = mass_adjoint
-    offset_adjoint += gather_affine_adjoint(
+    by_velocity = gather_affine_adjoint(
         grid, VELOCITY, 0, grid_adjoint, MOMENTUM, nodes, at, share, slopes, scene.inverse, velocity, value_adjoint,
-        rate_adjoint, width,
+        rate_adjoint, width, adds,
     )  # fmt: skip
-    adjoint[0, w, p, X] = new_x_adjoint + scene.inverse * offset_adjoint
+    if ti.static(not adds):
+        put_contribution(contributions, w, p, 0, by_velocity.origin, by_velocity.slope)
+    adjoint[0, w, p, X] = new_x_adjoint + scene.inverse * (offset_adjoint + by_velocity.offset)
 
 
 @ti.func

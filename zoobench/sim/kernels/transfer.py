@@ -93,24 +93,28 @@ def gather_affine(
 def gather_affine_adjoint(
     grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
     nodes: ti.template(), at: ti.template(), w: ti.template(), dw: ti.template(), inverse, value, value_adjoint,
-    affine_adjoint: ti.template(), width: ti.template(),
+    affine_adjoint: ti.template(), width: ti.template(), adds: ti.template(),
 ):  # fmt: skip
-    """Adjoint of `gather_affine`, whose value was `value`: adds to the nodes' in `into`, returns that of the offset."""
+    """Adjoint of `gather_affine`, whose value was `value`: that of the offset, and as origin and slope what there is to
+    add to the nodes' in `into`, which is done if it `adds`."""
     slope = scale(ti.static(INVERSE_MOMENT[width]) * inverse, affine_adjoint)
     origin = value_adjoint - (at.offset[0] * slope.x + at.offset[1] * slope.y + at.offset[2] * slope.z)
-    by_weights = gather_adjoint(grid, field, start, grid_adjoint, into, nodes, at.node, w, dw, origin, slope, width)
+    by_weights = gather_adjoint(
+        grid, field, start, grid_adjoint, into, nodes, at.node, w, dw, origin, slope, width, adds
+    )  # fmt: skip
     # the offset also stands in the affine matrix, moments - value offset^T
-    return by_weights - transposed_matvec(slope, spatial(value))
+    offset_adjoint = by_weights - transposed_matvec(slope, spatial(value))
+    return ti.Struct(offset=offset_adjoint, origin=origin, slope=slope)
 
 
 @ti.func
 def gather_adjoint(
     grid: ti.template(), field: ti.template(), start, grid_adjoint: ti.template(), into: ti.template(),
     nodes: ti.template(), node, w: ti.template(), dw: ti.template(), origin, slope: ti.template(),
-    width: ti.template(),
+    width: ti.template(), adds: ti.template(),
 ):  # fmt: skip
     """Adjoint of `gather`, with origin + i slope_x + j slope_y + k slope_z for that of the weighted value at (i, j, k):
-    adds to the nodes' adjoint in the field `into`, returns that of the offset."""
+    if it `adds`, to the nodes' adjoint in the field `into`, and returns that of the offset."""
     by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
     plane = origin
     for i in range(width):
@@ -125,7 +129,8 @@ def gather_adjoint(
             for k in ti.static(range(width)):
                 # derivative by the node's weight; those by the offset follow from dw, direction by direction
                 work = grid[field, start + first + k] * value
-                grid_adjoint[into, first + k] += (share * w[k][2]) * value
+                if ti.static(adds):
+                    grid_adjoint[into, first + k] += (share * w[k][2]) * value
                 line_0 += w[k][2] * work
                 line_z += dw[k][2] * work
                 value += slope.z

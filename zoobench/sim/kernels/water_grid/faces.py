@@ -129,7 +129,7 @@ def from_faces_adjoint(
         x_adjoint += scene.inverse * (
             gather_adjoint(
                 grid, MOVED + d, 0, grid_adjoint, ROBOT + d, nodes, at.node,
-                weights(at.offset, width), weight_derivatives(at.offset, width), origin, along(slope, own), width,
+                weights(at.offset, width), weight_derivatives(at.offset, width), origin, along(slope, own), width, True,
             )
             - dot(velocity, own) * by_place
         )  # fmt: skip
