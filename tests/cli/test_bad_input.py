@@ -72,6 +72,7 @@ def digest(path: Path) -> str:
         (["report", "-o", "report.pdf"], "'report.pdf' does not end in .html"),
         (["status", "--db", ""], "--db '' names no database"),
         ([*RUN, "--db", ""], "--db '' names no database"),
+        (["show", "best:ground/turning/caterpillar"], "is a solution on a leaderboard and no run of a database"),
         (["merge", "", ""], "with an empty name"),
         (["merge", "zoobench.db", ""], "with an empty name"),
         (["run", "--suite", "none.yaml"], "Cannot read the suite 'none.yaml': No such file or directory. Give"),

@@ -56,6 +56,8 @@ def test_two_points_are_a_straight_line(here: Path) -> None:
         ("t,x,z\n0,0,0\n1,nan,0\n", "Line 3 of 'path.csv' is '1,nan,0'"),
         ("t,x,z\n0,0,0\n\n1,one,0\n", "Line 4 of 'path.csv' is '1,one,0'"),
         ("t,x,z\n0,0,0\n1,0\n", "Line 3 of 'path.csv' is '1,0'"),
+        ("t,x,z\n0,-1e308,0\n1,1e308,0\n", "velocities that are no finite numbers"),
+        ("t,x,z\n0,0,0\n1e-300,1e300,0\n1,0,0\n", "velocities that are no finite numbers"),
     ],
 )
 def test_what_is_no_path_is_refused(here: Path, content: str, message: str) -> None:

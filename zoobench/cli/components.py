@@ -9,7 +9,7 @@ from typer import Argument, Option
 from zoobench.cli import completion
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, print_text, say
-from zoobench.cli.solutions import may_be_run, names_run
+from zoobench.cli.solutions import may_be_run, names_published, names_run
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.report.listing import Listing, cell_text, to_json
 from zoobench.spec import AXES, Ref, RunSpec
@@ -111,6 +111,11 @@ def show(
     """
     if form not in (Format.TABLE, Format.JSON):
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")
+    if names_published(name):
+        raise UsageError(
+            f"{name!r} is a solution on a leaderboard and no run of a database. `zoobench evaluate {name}` shows its "
+            f"metrics, `zoobench design export {name}` writes its body."
+        )
     found = _components(name)
     if picture is not None:
         _check_picture(name, found)

@@ -57,7 +57,13 @@ class FilePath:
     def _curve(self) -> "BPoly":
         name = path_of(self.file).name
         times, places = _points(read(self.file), name)
-        return quintic(times, _states(times, places - places[0]))
+        with np.errstate(over="ignore", invalid="ignore"):
+            states = _states(times, places - places[0])
+        if not np.isfinite(states).all():
+            raise UsageError(
+                f"The path in {name!r} has velocities that are no finite numbers. Check its units. {_FORM}"
+            )
+        return quintic(times, states)
 
     def _within(self, times: Array) -> Array:
         """The times, the last of them not later than the path's end for rounding.

@@ -65,10 +65,11 @@ def test_box_without_a_particle_is_refused() -> None:
         fill_box(np.zeros(3), np.array([-1.0, 1.0, 1.0]), 1.0, 8)
 
 
-def test_a_box_in_another_unit_is_refused() -> None:
-    """A hundred metres on cells of a centimetre, before memory for them is asked for."""
-    with pytest.raises(SceneError, match=r"8\.0e\+12 particles .* lengths are in metres"):
-        fill_box(np.zeros(3), np.full(3, 100.0), 0.01, 8)
+@pytest.mark.parametrize(("edge", "count"), [(100.0, r"8\.0e\+12"), (1e300, "inf")])
+def test_a_box_in_another_unit_is_refused(edge: float, count: str) -> None:
+    """A hundred metres on cells of a centimetre, or more than can be counted, before memory for them is asked for."""
+    with pytest.raises(SceneError, match=f"{count} particles .* lengths are in metres"):
+        fill_box(np.zeros(3), np.full(3, edge), 0.01, 8)
 
 
 def test_unknown_sampling_is_refused() -> None:

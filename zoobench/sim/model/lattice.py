@@ -82,14 +82,16 @@ def fill_box(lower: Array, upper: Array, grid_spacing: float, particles_per_cell
     if particles_per_cell not in _SITES:
         raise UsageError(f"{particles_per_cell} particles per cell are not offered. Choose one of {tuple(_SITES)}.")
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
-    cells = np.maximum(np.ceil((upper - lower) / grid_spacing - 1e-9), 0).astype(int)
-    if (count := float(np.prod(cells, dtype=float)) * particles_per_cell) > MOST_PARTICLES:
+    cells = np.maximum(np.ceil((upper - lower) / grid_spacing - 1e-9), 0)
+    with np.errstate(over="ignore"):
+        count = float(np.prod(cells)) * particles_per_cell
+    if count > MOST_PARTICLES:
         raise SceneError(
             f"A box of {_size(upper - lower)} m holds {count:.1e} particles at a grid spacing of {grid_spacing:.4g} m, "
             f"and at most {MOST_PARTICLES:.0e} are made. Use a coarser fidelity or a smaller body; lengths are in "
             "metres."
         )
-    corners = np.indices(tuple(cells)).reshape(3, -1).T
+    corners = np.indices(tuple(cells.astype(int))).reshape(3, -1).T
     sites = (corners[:, None, :] + _SITES[particles_per_cell][None]).reshape(-1, 3)
     points = lower + grid_spacing * sites
     inside = points[np.all(points < upper - 1e-9 * grid_spacing, axis=1)]
