@@ -14,7 +14,7 @@ MUD = Elasticity(medium_density=1400.0)
 
 _PROVISIONAL = (
     "its mud bears less than a robot weighs, and holds it up the longer the coarser the grid: the best gaits "
-    "of land animals found at draft keep 31 to 86 % of their score at paper"
+    "of land animals found at draft keep 28 to 67 % of their score at paper"
 )
 
 
