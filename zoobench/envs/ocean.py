@@ -25,7 +25,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "ocean", version=10, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
+    Kind.ENV, "ocean", version=11, tags=("water", "fluid"), added=("water", "fluid", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def ocean(

@@ -273,7 +273,8 @@ def meet_all_adjoint(
                             grid_adjoint[SCALAR, x] += only(lift, 0)
                             grid_adjoint[SCALAR, x - step] += only(0.0 - lift, 0)
                         elif not on_wall(a, b, c, n, d):
-                            row = ti.Vector([v_adjoint / q[1], (0.0 - v_adjoint) * q[0] / (q[1] * q[1]), 0.0, 0.0])
+                            # divided twice, as the square of a mass below 1e-23 kg is 0 in float32
+                            row = ti.Vector([v_adjoint / q[1], (0.0 - v_adjoint) * q[0] / q[1] / q[1], 0.0, 0.0])
                     grid_adjoint[ROBOT + d, x] = row
 
 
