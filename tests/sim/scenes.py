@@ -231,6 +231,20 @@ def compare_drivers(scene: Scene, frames: int, given: Fidelity | None = None) ->
     return serial, parallel
 
 
+def with_corner_at(scene: Scene, corner: Array) -> Scene:
+    """The scene with the robot's lowest corner at a place [cells]."""
+    moved = corner * SPACING - scene.robot.positions.min(0)
+    return replace(scene, robot=replace(scene.robot, positions=scene.robot.positions + moved))
+
+
+def compare_precisions(scene: Scene) -> None:
+    """Gradients in single precision are those in double to 1e-3 of the largest."""
+    single, double = (episode(scene, 2, fidelity(bits))[2] for bits in (32, 64))
+    for group in GROUPS:
+        exact = getattr(double, group)
+        assert np.abs(getattr(single, group) - exact).max() <= 1e-3 * np.abs(exact).max(), group
+
+
 def momenta(solver: Solver) -> tuple[Array, Array]:
     """Linear and angular momentum, that of the affine motion included."""
     mass, matter = solver.parameters.mass[0].numpy(), solver.matter

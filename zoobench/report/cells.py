@@ -59,11 +59,8 @@ def read_cells(reader: "Reader", selection: RunSelection) -> list[Cell]:
     """
     cells: dict[int, tuple[RunSpec, list[Outcome]]] = {}  # to hash settings takes longer than all the rest
     for spec, run, seed, state, unit, finals in reader.cells(selection, _FINALS):
-        score, idle, chance, forward, backward, episodes, lost = finals
-        floor = None if idle is None or chance is None else max(idle, chance)
-        spent = _spent(spec, forward, backward, episodes)
-        outcomes = cells.setdefault(id(spec), (spec, []))[1]
-        outcomes.append(Outcome(run, seed, state, score, unit, floor, spent, _share(lost, episodes)))
+        outcome = _outcome(spec, finals, run, seed, state, unit)
+        cells.setdefault(id(spec), (spec, []))[1].append(outcome)
     return [Cell(spec, outcomes) for spec, outcomes in cells.values()]
 
 
@@ -72,16 +69,10 @@ def cells_of(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> l
     cells: dict[RunSpec, list[Outcome]] = {}
     for result in results:
         spec, run = result.spec, result.run
-        finals = [result.finals[name].value if name in result.finals else None for name in _FINALS]
-        score, idle, chance, *spent, lost = (
-            value if value is not None and math.isfinite(value) else None for value in finals
-        )
-        nonfinite = _share(lost, spent[-1])
-        floor = None if idle is None or chance is None else max(idle, chance)
+        values = (result.finals[name].value if name in result.finals else None for name in _FINALS)
+        finals = [value if value is not None and math.isfinite(value) else None for value in values]
         unit = "" if result.score is None else result.score.unit
-        outcome = Outcome(
-            run.id, spec.seed, run.state, score, unit, floor, _spent(spec, *spent), nonfinite, result.lacks
-        )
+        outcome = _outcome(spec, finals, run.id, spec.seed, run.state, unit, result.lacks)
         cells.setdefault(replace(spec, seed=0), []).append(outcome)
     for spec in missing:
         cells.setdefault(replace(spec, seed=0), []).append(Outcome(0, spec.seed))
@@ -98,12 +89,24 @@ def comparable(cells: Iterable[Cell]) -> list[Cell]:
     return [cell for cell in kept if cell.outcomes]
 
 
+def _outcome(
+    spec: RunSpec,
+    finals: Sequence[float | None],
+    run: int,
+    seed: int,
+    state: RunState,
+    unit: str,
+    lacks: str = NO_SCORE,
+) -> Outcome:
+    """What became of a run with these finals, in the order of `_FINALS`."""
+    score, idle, chance, forward, backward, episodes, lost = finals
+    floor = None if idle is None or chance is None else max(idle, chance)
+    spent = _spent(spec, forward, backward, episodes)
+    nonfinite = lost / episodes if lost and episodes else 0.0  # there is one gradient an episode
+    return Outcome(run, seed, state, score, unit, floor, spent, nonfinite, lacks)
+
+
 def _spent(spec: RunSpec, forward: float | None, backward: float | None, episodes: float | None) -> float | None:
     if currency(spec.budget.kind) == "episodes":
         return episodes
     return None if forward is None or backward is None else forward + backward
-
-
-def _share(lost: float | None, episodes: float | None) -> float:
-    """Share of the gradients, one an episode, that were not finite; 0 for a method that has none."""
-    return lost / episodes if lost and episodes else 0.0

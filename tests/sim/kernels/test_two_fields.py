@@ -97,9 +97,4 @@ def test_a_node_that_the_robot_hardly_touches_has_finite_adjoints(name: str) -> 
     scene = scenes.SCENES[name]()
     # the corner of the robot lies inside the bed, just within reach of the spline of a node
     corner = np.floor(scene.robot.positions.min(0) / scenes.SPACING + (2, 0, 2)) + 0.5 - 1e-3
-    moved = corner * scenes.SPACING - scene.robot.positions.min(0)
-    touching = replace(scene, robot=replace(scene.robot, positions=scene.robot.positions + moved))
-    single, double = (scenes.episode(touching, 2, scenes.fidelity(bits))[2] for bits in (32, 64))
-    for group in scenes.GROUPS:
-        exact = getattr(double, group)
-        assert np.abs(getattr(single, group) - exact).max() <= 1e-3 * np.abs(exact).max(), group
+    scenes.compare_precisions(scenes.with_corner_at(scene, corner))

@@ -112,12 +112,6 @@ def test_water_needs_some_cells_and_one_thread() -> None:
 
 def test_a_face_beyond_a_wall_that_the_robot_hardly_touches_has_finite_adjoints() -> None:
     """Its mass is 1e-27 kg, whose square is 0 in single precision, in which gradients are those of double."""
-    scene = muscles_in_water()
     # the robot's lowest corner is just within reach of the splines of faces below the floor
     corner = np.array([3.5, 1.0, 4.0]) - 1e-4
-    moved = corner * scenes.SPACING - scene.robot.positions.min(0)
-    touching = replace(scene, robot=replace(scene.robot, positions=scene.robot.positions + moved))
-    single, double = (scenes.episode(touching, 2, fine(bits))[2] for bits in (32, 64))
-    for group in GROUPS:
-        exact = getattr(double, group)
-        assert np.abs(getattr(single, group) - exact).max() <= 1e-3 * np.abs(exact).max(), group
+    scenes.compare_precisions(scenes.with_corner_at(muscles_in_water(), corner))
