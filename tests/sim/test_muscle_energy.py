@@ -69,7 +69,7 @@ def test_potential_is_the_same_where_the_simulation_is() -> None:
     energy, rollout, state = _energy(), _rollout(3), _states()[0]
     energy.note(rollout, 0, state)
     energy.finish()
-    found = energy._potential(rollout.body["muscle_membership"], state.F[0])
+    found = energy.potential(torch.as_tensor(rollout.body["muscle_membership"]), state.F[0])
     assert found == pytest.approx(rollout.muscle_potential[0], rel=1e-12)
 
 

@@ -20,7 +20,7 @@ from zoobench.sim import runtime
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Part, halves, share
-from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter, memory
+from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter, fetch, memory
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.tape import Tape
 
@@ -42,6 +42,7 @@ class Adjoint:
         self._parameters = Parameters.zeros(worlds, robot, weighed, real, device)
         self._fault = ""
         self._tension = np.zeros((rollout.frames, worlds, robot), runtime.host_real(real))
+        self._actuation = np.zeros(rollout.actuation.shape)
 
     def run(
         self, position_adjoint: FloatArray, velocity_adjoint: FloatArray, feedback: FeedbackAdjoint | None = None
@@ -61,7 +62,7 @@ class Adjoint:
                 if frame >= rest:
                     self._seed(seeds[frame - rest])
                     if feedback is not None:
-                        more = feedback(frame - rest, self._by_actuation(frame))
+                        more = feedback(frame - rest, self._actuation[frame])
                         self._seed(self._seeds(*more))
         return self._collect()
 
@@ -134,10 +135,11 @@ class Adjoint:
 
     def _seeds(self, positions: FloatArray, velocities: FloatArray) -> Any:
         """Adjoints of places and velocities `[..., worlds, robot, 3]` as the state has them, 0 in worlds not alive."""
-        seeds = np.zeros((*positions.shape[:-1], 2, 4), self._tension.dtype)
-        seeds[..., 0, :3], seeds[..., 1, :3] = positions, velocities
+        given = self._sim.tensor(positions), self._sim.tensor(velocities)
+        seeds = memory(given[0].new_zeros((*positions.shape[:-1], 2, 4)))
+        seeds[..., 0, :3], seeds[..., 1, :3] = map(memory, given)
         seeds[..., self._sim.is_alive() == 0, :, :, :] = 0.0
-        return memory(self._sim.tensor(seeds))
+        return seeds
 
     def _seed(self, seeds: Any) -> None:
         """Add to the adjoint of the robot's present state, `[worlds, robot, 2, 4]`; see `memory`."""
@@ -163,16 +165,11 @@ class Adjoint:
 
     def _take_tension(self, frame: int) -> None:
         """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""
-        tension = self._parameters.memory[:, : self._sim.robot_count, 0, 3]
-        self._tension[frame] = tension if isinstance(tension, np.ndarray) else tension.cpu()
-        tension[...] = 0.0
-
-    def _by_actuation(self, frame: int) -> Array:
-        """Derivative of the loss by the actuation of a frame `[worlds, muscles]`."""
-        if not self._sim.muscle_count:
-            return np.zeros(self._rollout.actuation.shape[1:])
-        membership = self._rollout.body["muscle_membership"]
-        return np.asarray(np.einsum("wpk,wp->wk", membership, _by_activity(self._tension[frame], self._sim.scene)))
+        tension = self._parameters.tension
+        if self._sim.muscle_count:
+            self._actuation[frame] = self._sim.by_actuation(self._rollout, tension)
+        fetch(self._tension[frame], tension)
+        tension.zero_()
 
     def _collect(self) -> Gradient:
         sim, body = self._sim, self._rollout.body
@@ -185,7 +182,7 @@ class Adjoint:
         mass = array(self._parameters.mass[:, :count]) * robot.volumes * robot.material.density
         volume = array(self._parameters.volume[:, :count]) * robot.volumes
         return Gradient(
-            actuation=np.array([self._by_actuation(frame) for frame in range(rest, self._rollout.frames)]),
+            actuation=self._actuation[rest:],
             stiffness=array(self._parameters.stiffness),
             density_ratio=mass * body["occupancy"],
             occupancy=mass * body["density_ratio"] + volume - self._displaced(),

@@ -56,7 +56,6 @@ class MuscleEnergy:
         self._frames: list[int] = []
         self._waiting: Array = np.zeros(0)
         self._members: _Members | None = None
-        self._shares: tuple[Array, Tensor] | None = None  # a membership, and the same on the simulation's device
 
     def set_body(self, parameters: Parameters) -> None:
         """Take fibres and volumes of the particles from here on."""
@@ -65,13 +64,10 @@ class MuscleEnergy:
         self._there = fibre, energy
         self._fibre = fibre.cpu().numpy().transpose(2, 0, 1)[:, None, None].copy()
         self._energy = energy.cpu().numpy()
-        self._members = self._shares = None
+        self._members = None
 
     def note(self, rollout: Rollout, frame: int, matter: Matter) -> None:
-        """Take the present state for that at the beginning of a frame; `finish` is to follow."""
-        if not matter.state.is_cpu:
-            rollout.muscle_potential[frame] = self._potential(rollout.body["muscle_membership"], matter.F[0])
-            return
+        """Take the present state on the CPU for that at the beginning of a frame; `finish` is to follow."""
         columns = matter.robot_rows(5, 8)
         if rollout is not self._rollout:
             self.finish()
@@ -106,13 +102,16 @@ class MuscleEnergy:
             potential[frame] = energy.reshape(potential[0].shape)
         self._frames.clear()
 
-    def _potential(self, membership: Array, F: Tensor) -> Array:
-        """Of one state, with deformation gradients `[worlds, robot, 3, 3]`, computed where they are."""
+    def potential(self, membership: Tensor, F: Tensor) -> Array:
+        """Active energy per unit of activity `[worlds, muscles]` [J] of one state, computed where it is.
+
+        Args:
+            membership: of the muscles `[worlds, robot, muscles]` [-].
+            F: deformation gradients `[worlds, robot, 3, 3]` [-].
+        """
         fibre, energy = self._there
         density = energy * (F.double() @ fibre[..., None]).square().sum((2, 3))
-        if self._shares is None or self._shares[0] is not membership:
-            self._shares = membership, torch.as_tensor(membership, device=F.device)
-        found: Array = (self._shares[1] * density[..., None]).sum(1).cpu().numpy()
+        found: Array = (membership * density[..., None]).sum(1).cpu().numpy()
         return found
 
     def _members_of(self, membership: Array) -> _Members:

@@ -24,6 +24,7 @@ from zoobench.sim.model.state import (
     LaunchPlan,
     Matter,
     Parameters,
+    fetch,
     initial_matter,
     medium_share,
     memory,
@@ -94,6 +95,7 @@ class Simulation:
             covered = cover(scene.robot.positions, scene.robot.volumes, fidelity.grid_spacing)
             self.parameters.cover[:] = self.tensor(covered)
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
+        self._membership: tuple[Array, Tensor] | None = None  # of a body, and the same on the device
         self.set_body(BodyState().filled(scene, worlds))
 
     @cached_property
@@ -195,6 +197,7 @@ class Simulation:
         self.parameters.stiffness[:] = self.tensor(arrays["stiffness"])
         self.parameters.fibre[:] = self.tensor(arrays["fibres"])
         self._muscle_energy.set_body(self.parameters)
+        self._membership = None
         if medium is not None:
             room = medium.volumes * medium_share(medium, arrays["occupancy"])
             self.parameters.volume[:, count:] = self.tensor(room)
@@ -202,10 +205,34 @@ class Simulation:
 
     def set_tension(self, rollout: Rollout, frame: int) -> None:
         """Apply a control frame's actuation: the active stress of every robot particle, which is noted."""
-        if self.muscle_count:
-            share = np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], rollout.actuation[frame])
-            rollout.tension[frame] = share * self.scene.robot.material.muscle_strength
+        if not self.muscle_count:
+            return
+        strength, actuation = self.scene.robot.material.muscle_strength, rollout.actuation[frame]
+        if self._device == "cpu":
+            rollout.tension[frame] = strength * np.einsum("wpk,wk->wp", rollout.body["muscle_membership"], actuation)
             self.parameters.set_tension(rollout.tension[frame])
+        else:
+            there = torch.as_tensor(actuation, device=self._device)
+            tension = strength * torch.einsum("wpk,wk->wp", self._on_device(rollout), there)
+            fetch(rollout.tension[frame], tension)
+            self.parameters.tension[...] = tension
+
+    def by_actuation(self, rollout: Rollout, by_tension: Tensor) -> Array:
+        """Derivative of a loss by the actuation of a frame `[worlds, muscles]`, from that by its tension
+        `[worlds, robot]`."""
+        strength = self.scene.robot.material.muscle_strength
+        by_activity = strength * by_tension.double()
+        if self._device == "cpu":
+            membership = rollout.body["muscle_membership"]
+            return np.asarray(np.einsum("wpk,wp->wk", membership, by_activity.numpy()))
+        return torch.einsum("wpk,wp->wk", self._on_device(rollout), by_activity).cpu().numpy()
+
+    def _on_device(self, rollout: Rollout) -> Tensor:
+        """The muscle membership of a rollout's robots, which stays on the device until they are others."""
+        given = rollout.body["muscle_membership"]
+        if self._membership is None or self._membership[0] is not given:
+            self._membership = given, torch.as_tensor(given, device=self._device)
+        return self._membership[1]
 
     def record(self, rollout: Rollout, frame: int, *, goes_on: bool = False) -> None:
         """Write the robot's present state into the rollout as that at the beginning of a frame.
@@ -213,16 +240,24 @@ class Simulation:
         If more is to be recorded, the muscles' energy may be missing until the last record or `finish_records`.
         """
         self.record_motion(rollout, frame)
-        if self.muscle_count:
+        if self.muscle_count and self._device == "cpu":
             self._muscle_energy.note(rollout, frame, self.matter)
+        elif self.muscle_count:
+            potential = self._muscle_energy.potential(self._on_device(rollout), self.matter.F[0])
+            rollout.muscle_potential[frame] = potential
         if not goes_on:
             self.finish_records()
 
     def record_motion(self, rollout: Rollout, frame: int) -> None:
         """Write only places and velocities."""
-        rows = self.matter.robot_rows(0, 2)
-        rollout.positions[frame] = rows[:, :, 0, :3] + self.origin
-        rollout.velocities[frame] = rows[:, :, 1, :3]
+        places, velocities = rollout.positions[frame], rollout.velocities[frame]
+        if self._device == "cpu":
+            rows = self.matter.robot_rows(0, 2)
+            places[...], velocities[...] = rows[:, :, 0, :3] + self.origin, rows[:, :, 1, :3]
+        else:
+            origin = torch.as_tensor(self.origin, device=self._device)
+            fetch(places, self.matter.x[0, :, : self.robot_count] + origin)
+            fetch(velocities, self.matter.v[0, :, : self.robot_count])
 
     def finish_records(self) -> None:
         """Complete the rollout that was recorded last."""

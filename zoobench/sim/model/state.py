@@ -67,6 +67,13 @@ def put(target: Tensor, value: Array) -> None:
         target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=target.dtype, device=target.device)
 
 
+def fetch(target: NDArray[np.floating], source: Tensor) -> None:
+    """Write a tensor into an array, packed where it is: a host that unpacks what a GPU's kernels hold of many worlds
+    takes as long as a frame's substeps."""
+    into = torch.from_numpy(target)
+    into.copy_(source.to(into.dtype).contiguous())
+
+
 @dataclass
 class Matter:
     """State of all particles at a number of slots; positions are relative to the grid's first node.
