@@ -285,8 +285,10 @@ def test_gradients_that_were_not_finite_stand_at_the_score(
             ending = _finals(1.0 + seed, 100.0)
             counts = (*ending.finals, FinalRow("nonfinite_gradients", number))
             add_ended(store, make_spec(seed=seed), replace(ending, finals=counts))
-    (text,) = cell_texts(tables_of(tmp_path / "runs.db")[0]).values()
+    (table,) = tables_of(tmp_path / "runs.db")
+    (text,) = cell_texts(table).values()
     assert text.endswith(f"({note})")
+    assert long_listing([table]).records()[0]["nonfinite"] == lost[0] / 16
     with Reader(tmp_path / "runs.db") as reader:
         (cell,) = tables_of_cells(read_cells(reader, RunSelection()))[0].rows[0].cells
     assert cell is not None

@@ -102,7 +102,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
     columns = (
         "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised", "provisional", "undecided", "used", "used_kind",
+        "missing", "winner", "normalised", "provisional", "undecided", "used", "used_kind", "nonfinite",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -125,4 +125,5 @@ def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
         sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
         bool(footnotes([row.env])), cell.is_undecided, cell.spent, table.currency if cell.spent is not None else None,
+        cell.nonfinite,
     )  # fmt: skip
