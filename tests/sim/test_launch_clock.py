@@ -15,8 +15,8 @@ import torch
 from tests.sim.scenes import fidelity, ground_scene, interface_scene
 from zoobench.sim import launch_clock
 from zoobench.sim.launch_clock import VARIABLE, LaunchClock, LaunchTimes, watch
+from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.scene import Scene
-from zoobench.sim.model.state import LaunchPlan
 from zoobench.sim.solver import Solver
 
 

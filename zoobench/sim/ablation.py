@@ -35,7 +35,8 @@ from zoobench.sim.kernels.symmetric import eigen_symmetric
 from zoobench.sim.kernels.transfer import AFLIP, gather_affine
 from zoobench.sim.kernels.two_fields import layer, layers
 from zoobench.sim.model.matter import DECOMPOSED
-from zoobench.sim.model.state import empty_matter, lazy_zeros
+from zoobench.sim.model.state import empty_matter
+from zoobench.sim.model.tensors import lazy_zeros
 from zoobench.sim.simulation import Simulation
 
 

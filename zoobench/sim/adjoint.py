@@ -20,7 +20,8 @@ from zoobench.sim import runtime
 from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Part, halves, share
-from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter, fetch, memory
+from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter
+from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.tape import Tape
 

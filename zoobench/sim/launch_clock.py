@@ -19,7 +19,7 @@ import taichi as ti
 import torch
 
 from zoobench.sim.model.fidelity import Device
-from zoobench.sim.model.state import LaunchPlan
+from zoobench.sim.model.launch_plan import LaunchPlan
 
 VARIABLE = "ZOOBENCH_LAUNCH_CLOCK"
 

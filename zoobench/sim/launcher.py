@@ -18,9 +18,11 @@ from zoobench.sim.launch import Launch
 from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
+from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
 from zoobench.sim.model.scene import Effect, Scene, has_skin, medium_transfer
-from zoobench.sim.model.state import LARGEST_ARRAY, LaunchPlan, Matter, Parameters, lazy_zeros
+from zoobench.sim.model.state import Matter, Parameters
+from zoobench.sim.model.tensors import LARGEST_ARRAY, lazy_zeros
 from zoobench.sim.parallel_driver import ParallelDriver
 
 LARGEST_GRID = 2**28

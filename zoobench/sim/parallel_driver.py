@@ -13,7 +13,9 @@ from zoobench.sim.kernels.layout import Variant
 from zoobench.sim.kernels.transfer import AFLIP
 from zoobench.sim.launch import Launch
 from zoobench.sim.memory_budget import memory_share
-from zoobench.sim.model.state import LARGEST_ARRAY, WINDOW_SIZE, LaunchPlan, Matter, Parameters
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.state import WINDOW_SIZE, Matter, Parameters
+from zoobench.sim.model.tensors import LARGEST_ARRAY
 
 _FOUND = 9
 """Numbers that `survey.survey_each` finds of a particle."""

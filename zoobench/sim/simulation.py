@@ -16,20 +16,12 @@ from zoobench.sim.launcher import Launcher
 from zoobench.sim.model.diagnostics import Neighbours
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import cover
+from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.rollout import FloatArray, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Effect, Scene
-from zoobench.sim.model.state import (
-    BodyState,
-    IntArray,
-    LaunchPlan,
-    Matter,
-    Parameters,
-    fetch,
-    initial_matter,
-    medium_share,
-    memory,
-)
+from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, initial_matter, medium_share
 from zoobench.sim.model.step_limits import StepLimit
+from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.muscle_energy import MuscleEnergy
 
 LARGEST_PLACE = 2.0**30

@@ -14,8 +14,9 @@ from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
-from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, Matter, Parameters, empty_matter
+from zoobench.sim.model.state import BodyState, Matter, Parameters, empty_matter
 from zoobench.sim.model.step_limits import StepLimit, choose_step
+from zoobench.sim.model.tensors import LARGEST_ARRAY
 from zoobench.sim.relaxation import Relaxation, delayed
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.step_control import Diagnostics, StepControl

@@ -8,8 +8,9 @@ import torch
 from zoobench.errors import Divergence
 from zoobench.sim.model.diagnostics import Finding, diagnose, torn
 from zoobench.sim.model.rollout import Feedback, Rollout
-from zoobench.sim.model.state import IntArray, memory
+from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
+from zoobench.sim.model.tensors import memory
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.sleep import choose_sleepers
 from zoobench.sim.state_recorder import StateRecorder

@@ -10,7 +10,8 @@ from torch import Tensor
 from tests.sim import scenes
 from zoobench.sim.kernels.layout import KEPT
 from zoobench.sim.model.fidelity import Kernel, Transfer
-from zoobench.sim.model.state import LaunchPlan, Matter, Parameters, empty_matter
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.state import Matter, Parameters, empty_matter
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.solver import Solver
 

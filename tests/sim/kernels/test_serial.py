@@ -12,7 +12,8 @@ import torch
 
 from tests.sim import scenes
 from zoobench.sim.model.fidelity import Kernel, Transfer
-from zoobench.sim.model.state import LaunchPlan, Parameters, empty_matter
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.state import Parameters, empty_matter
 from zoobench.sim.runtime import real
 from zoobench.sim.solver import Solver
 

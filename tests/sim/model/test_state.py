@@ -4,16 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import taichi as ti
 import torch
 
 from tests.sim import scenes
-from zoobench.errors import UsageError
-from zoobench.sim import runtime
-from zoobench.sim.kernels.array_types import Rows
 from zoobench.sim.model.matter import lame_parameters
 from zoobench.sim.model.scene import MediumBed
-from zoobench.sim.model.state import LARGEST_ARRAY, BodyState, Matter, Parameters, initial_matter, lazy_zeros
+from zoobench.sim.model.state import BodyState, Matter, Parameters, initial_matter
 
 
 @pytest.mark.parametrize(
@@ -91,31 +87,6 @@ def test_views_of_the_packed_state_do_not_overlap(solid: bool) -> None:
         view[:] = value
     assert body.body[1, 0].tolist() == [[1, 2, 3, 4], [5, 5, 5, 0]]
     assert body.body[1, 3].tolist() == [[1, 2, 0, 0], [0, 0, 0, 0]]
-
-
-def test_arrays_beyond_the_reach_of_kernels_are_refused() -> None:
-    """With their size and what to do; those just within are made, and take no memory."""
-    assert lazy_zeros((2**29 - 1, 4), torch.float32, "cpu").shape == (2**29 - 1, 4)
-    with pytest.raises(UsageError, match=r"2147483648 numbers, 536870912 x 4; .* Use fewer worlds"):
-        lazy_zeros((2**29, 4), torch.float32, "cpu")
-    with pytest.raises(UsageError, match="kernels can address 2147483647"):
-        Matter.zeros(10**6, 1, 70, 0, False, torch.float32, "cpu")
-
-
-@ti.kernel
-def add_to_last(a: Rows):  # noqa: ANN201  (typed by the kernel compiler)
-    """Add to the last row."""
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        a[a.shape[0] - 1] += ti.Vector([1.0, 2.0, 3.0, 4.0])
-
-
-def test_kernels_reach_the_end_of_the_largest_array() -> None:
-    """Compiled with scalars too, whose indices are 32 bits wide."""
-    runtime.start(32)
-    rows = lazy_zeros((LARGEST_ARRAY // 4, 4), torch.float32, "cpu")
-    add_to_last(rows)
-    assert rows[-1].tolist() == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_body_state_fills_in_what_is_not_given() -> None:

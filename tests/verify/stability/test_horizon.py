@@ -5,7 +5,8 @@ import pytest
 import torch
 
 from zoobench.sim.launcher import Launcher
-from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.simulation import Simulation
 from zoobench.verify.stability.episode_recorder import EpisodeRecorder
 from zoobench.verify.stability.horizon import SingleSegment, check_gap, measure, walker

@@ -1,9 +1,8 @@
-"""The tensors of a simulation: state and parameters of matter, and their adjoints; and the plan of a launch."""
+"""The tensors of a simulation: state and parameters of matter, and their adjoints."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import torch
@@ -11,67 +10,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError
 from zoobench.sim.model.matter import Law
 from zoobench.sim.model.scene import MediumBed, Scene
+from zoobench.sim.model.tensors import lazy_zeros, memory, put
 
 IntArray = NDArray[np.int64]
-
-ALIGNMENT = 64  # [bytes], of the widest registers
-
-LARGEST_ARRAY = 2**31 - 1
-"""Numbers in an array that every kernel can address: beyond, those without `runtime.vector_lanes` write elsewhere."""
-
-
-def lazy_zeros(shape: tuple[int, ...], kind: torch.dtype, device: str) -> Tensor:
-    """Zeros that on the CPU take no memory before they are touched, aligned for vector registers.
-
-    NumPy's large arrays come from the system unread, as torch's do not.
-
-    Raises:
-        UsageError: more than `LARGEST_ARRAY` numbers.
-    """
-    if (count := math.prod(shape)) > LARGEST_ARRAY:
-        raise UsageError(
-            f"An array of the simulation would hold {count} numbers, {' x '.join(map(str, shape))}; kernels "
-            f"can address {LARGEST_ARRAY}. Use fewer worlds or particles, or a coarser fidelity."
-        )
-    if device != "cpu":
-        return torch.zeros(shape, dtype=kind, device=device)
-    number = np.dtype(str(kind).removeprefix("torch."))
-    room = np.zeros(count + ALIGNMENT // number.itemsize, number)
-    skipped = -room.ctypes.data % ALIGNMENT // number.itemsize
-    return torch.from_numpy(room[skipped : skipped + count].reshape(shape))
-
 
 ROBOT_ROWS, SOLID_ROWS = 8, 9
 """Rows of four lanes in which a particle is stored: place, velocity, three of C, three of F; a solid medium has four of
 strain, history and stress in place of F."""
 
 WINDOW_SIZE = 8
-
-
-def memory(tensor: Tensor) -> Any:
-    """What a tensor holds, to be read and written in place: on the CPU an array, else the tensor itself.
-
-    A call of torch costs more than a few hundred numbers do, and several times one of NumPy.
-    """
-    return tensor.numpy() if tensor.is_cpu else tensor
-
-
-def put(target: Tensor, value: Array) -> None:
-    """Write an array into a tensor."""
-    if target.is_cpu:
-        target.numpy()[...] = value
-    else:
-        target[:] = torch.as_tensor(np.ascontiguousarray(value), dtype=target.dtype, device=target.device)
-
-
-def fetch(target: NDArray[np.floating], source: Tensor) -> None:
-    """Write a tensor into an array, packed where it is: a host that unpacks what a GPU's kernels hold of many worlds
-    takes as long as a frame's substeps."""
-    into = torch.from_numpy(target)
-    into.copy_(source.to(into.dtype).contiguous())
 
 
 @dataclass
@@ -297,62 +246,6 @@ class Parameters:
             tension[...] = value
         else:
             tension[...] = torch.as_tensor(value, dtype=tension.dtype, device=tension.device)
-
-
-@dataclass
-class LaunchPlan:
-    """The substeps of a launch in each world.
-
-    Attributes:
-        slots: `[worlds, 4]` first slot read, number of substeps, and of particles awake, and 1 where the launch is the
-            first of its frame; a world without substeps is unchanged.
-        dt: `[worlds]` step [s].
-        order: `[worlds, particles]` the particles awake, then those asleep; empty where none may sleep.
-        world_substeps: of all worlds together.
-    """
-
-    slots: Tensor
-    dt: Tensor
-    order: Tensor
-
-    def __post_init__(self) -> None:
-        self.world_substeps = int(self.slots[:, 1].sum())
-        self._on_host = self.slots.cpu().numpy(), self.dt.cpu().numpy()  # on the CPU the memory of both itself
-        self._is_elsewhere = not self.slots.is_cpu
-
-    @classmethod
-    def none(cls, worlds: int, real: torch.dtype, device: str, particles: int = 0) -> Self:
-        """Nothing to do in any world, of `particles` that may sleep and are awake."""
-        slots, order = (torch.zeros((worlds, n), dtype=torch.int32, device=device) for n in (4, particles))
-        plan = cls(slots, torch.ones(worlds, dtype=real, device=device), order)
-        plan.put_to_sleep(np.zeros((worlds, particles), np.bool_))
-        return plan
-
-    def set(self, first: IntArray, counts: IntArray, dt: Array, begins: bool | NDArray[np.bool_] = True) -> None:
-        """Give every world its first slot, number of substeps and step [s], and whether a frame begins, `[worlds]`."""
-        slots, steps = self._on_host
-        slots[:, 0], slots[:, 1], slots[:, 3], steps[:] = first, counts, begins, dt
-        if self._is_elsewhere:
-            put(self.slots[:, :2], slots[:, :2])
-            put(self.slots[:, 3], slots[:, 3])
-            put(self.dt, steps)
-        self.world_substeps = sum(counts.tolist())
-
-    @property
-    def longest(self) -> int:
-        """Substeps of the world that has most."""
-        return int(self._on_host[0][:, 1].max())
-
-    def put_to_sleep(self, asleep: NDArray[np.bool_]) -> None:
-        """Say which of the last particles sleep `[worlds, sleepers]`; both kinds keep their order."""
-        first = self.order.shape[1] - asleep.shape[1]
-        slots = self._on_host[0]
-        for world, sleeps in enumerate(asleep):
-            awake, sleepers = np.flatnonzero(~sleeps), np.flatnonzero(sleeps)
-            slots[world, 2] = first + len(awake)
-            put(self.order[world, first:], first + np.concatenate([awake, sleepers]))
-        if self._is_elsewhere:
-            put(self.slots[:, 2], slots[:, 2])
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import torch
 
 from tests.sim.wet_scenes import CELLS, divergence, empty_water, fine, flow_of, stirred
 from zoobench.arrays import Array
-from zoobench.sim.model.state import LaunchPlan, Matter, Parameters
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.solver import Solver
 
 
