@@ -133,11 +133,7 @@ def film_images(
         ]
         canvas.text(title, 0.02, 0.94, size=1.15)
         clock = canvas.text("", 0.02, 0.885, size=1.15)
-        if film.vorticity is not None:
-            canvas.text(f"water: white turns left and dark right, at {STRONG:g}/s or more", 0.02, 0.10)
-        canvas.text("centre of mass and its path", 0.02, 0.06, colour=PATH)
-        if film.target is not None:
-            canvas.text("target and its path", 0.02, 0.02, colour=TARGET)
+        _explain(canvas, film)
         canvas.aim(camera)
         for moment, time in enumerate(film.times):
             for update in updates:
@@ -145,6 +141,18 @@ def film_images(
             clock.input = f"{time:.3f} s of {film.times[-1]:.3f} s"
             progress(moment + 1)
             yield canvas.image()
+
+
+def _explain(canvas: Canvas, film: Film) -> None:
+    """What lines and colours mean; the longest below, as the ruler's numbers come down from the left."""
+    notes = []
+    if film.vorticity is not None:
+        notes.append((f"water: white turns left and dark right, at {STRONG:g}/s or more", INK))
+    if film.target is not None:
+        notes.append(("target and its path", TARGET))
+    notes.append(("centre of mass and its path", PATH))
+    for number, (words, colour) in enumerate(notes):
+        canvas.text(words, 0.02, 0.02 + 0.04 * number, colour=colour)
 
 
 def put_active_robot(canvas: Canvas, region: Region, activation: Array) -> Update:
