@@ -122,9 +122,9 @@ class Matter:
         return Matter(state, window, flow, self.robot)
 
     def robot_rows(self, first: int, last: int) -> Array:
-        """Some rows of the robot's particles at slot 0 as an array `[worlds, robot, rows, 4]`, on the CPU no copy."""
-        rows = self.memory[0, :, : self.robot, first:last]
-        return rows if isinstance(rows, np.ndarray) else rows.contiguous().cpu().numpy()
+        """Some rows of the robot's particles at slot 0, on the CPU `[worlds, robot, rows, 4]`: no copy."""
+        rows: Array = self.memory[0, :, : self.robot, first:last]
+        return rows
 
     def on(self, device: str) -> "Matter":
         """The same state on a device, itself where it is there."""
