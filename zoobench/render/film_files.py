@@ -29,7 +29,7 @@ _COLUMNS, _TILES = 2, 6  # of a sheet
 _SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
 _QUALITY = 7  # of 10, for moving pictures
 _CLIP_RATE = 25.0  # of a film for a page [1/s]
-_POSTER_QUALITY = 55  # of 100, of the picture that is shown until a film is played
+_POSTER_QUALITY = 45  # of 100, of the picture that is shown until a film is played
 
 
 def moments_of(form: FilmFormat, frames: int, every: int) -> list[int]:
@@ -90,7 +90,9 @@ def write(
         raise UsageError(f"{str(target.path)!r} cannot be written: {reason(error)}. Give another --out.") from None
 
 
-def _write_pictures(film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress) -> None:
+def _write_pictures(
+    film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress, preset: str = "veryfast"
+) -> None:
     imageio: Any = import_module("imageio.v2")  # its types lack the writer's
 
     is_sheet = target.form is FilmFormat.PNG
@@ -104,7 +106,8 @@ def _write_pictures(film: Film, target: Destination, title: str, width: int, rat
         options: dict[str, Any] = {"duration": 1000.0 / rate, "loop": 0}
         if target.form is FilmFormat.MP4:
             options = {"fps": rate, "quality": _QUALITY, "macro_block_size": 2, "ffmpeg_log_level": "error"}
-            options["output_params"] = ["-preset", "veryfast"]  # a little larger, and drawing need not wait for it
+            # the encoder's: the fastest make files a little larger, and drawing need not wait for them
+            options["output_params"] = ["-preset", preset]
         with imageio.get_writer(path, mode="I", **options) as writer:
             for image in images:
                 writer.append_data(image)
@@ -185,7 +188,7 @@ def clip(film: Film) -> tuple[bytes, bytes]:
     imageio: Any = import_module("imageio.v3")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "clip.mp4"
-        _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None)
+        _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None, "slow")
         middle = imageio.imread(path, index=len(film.times) // 2)
         return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=_POSTER_QUALITY)
 
