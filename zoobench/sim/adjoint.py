@@ -167,7 +167,7 @@ class Adjoint:
     def _take_tension(self, frame: int) -> None:
         """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""
         tension = self._parameters.tension
-        if self._sim.muscle_count:
+        if self._sim.muscle_count and frame >= self._rollout.equilibration:
             self._actuation[frame] = self._sim.by_actuation(self._rollout, tension)
         fetch(self._tension[frame], tension)
         tension.zero_()
