@@ -7,6 +7,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.envs.bed import rest_strains
+from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial, MudMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, Shortfall, case
@@ -83,26 +84,30 @@ def strip_footing(record: CaseRecorder) -> None:
 _BLOCK_WIDTH, _BLOCK_HEIGHT, _MUD_DEPTH = 6 / 64, 3 / 64, 6 / 64
 _MUD = MudMaterial(1e5, 0.3, 1400.0, yield_stress=50.0, viscosity=1.0)
 _BLOCK_DENSITY = 1000.0
+_PIT_WIDTH = 4 * _BLOCK_WIDTH
 
 
 def sinkage() -> float:
-    """Depth [m] at which a strip of `_BLOCK_HEIGHT` rests in mud: Prandtl's capacity and Archimedes' carry its weight.
+    """How far [m] a strip of `_BLOCK_HEIGHT` sinks: Prandtl's capacity and Archimedes' buoyancy carry its weight.
 
-    The norm of the deviator is sqrt2 times the shear strength k.
+    The mud that it displaces rises beside it, so that it lies deeper below the mud than it has sunk. The norm of the
+    deviator is sqrt2 times the shear strength k.
     """
     capacity = PRANDTL * _MUD.yield_stress / math.sqrt(2.0)
-    return (_BLOCK_DENSITY * GRAVITY * _BLOCK_HEIGHT - capacity) / (_MUD.density * GRAVITY)
+    below_the_mud = (_BLOCK_DENSITY * GRAVITY * _BLOCK_HEIGHT - capacity) / (_MUD.density * GRAVITY)
+    return below_the_mud * (1.0 - _BLOCK_WIDTH / _PIT_WIDTH)
 
 
-def sinking_block(cells: int, friction: float | None) -> tuple[Array, Array]:
-    """Times [s] and depths [m] of a block let go on the level surface of mud, in plane strain.
+def sinking_block(cells: int, friction: float | None, transfer: Transfer = "apic") -> tuple[Array, Array]:
+    """Times [s] and distances sunk [m] of a block let go on the level surface of mud, in plane strain.
 
     Args:
         cells: width of the block.
         friction: between block and mud; None for one velocity field.
+        transfer: of the mud's velocity between particles and grid.
     """
     h = _BLOCK_WIDTH / cells
-    edge, wide, left = h / _PER_CELL, 4 * _BLOCK_WIDTH, 1.5 * _BLOCK_WIDTH
+    edge, wide, left = h / _PER_CELL, _PIT_WIDTH, (_PIT_WIDTH - _BLOCK_WIDTH) / 2
     places = lattice((0.0, 0.0, 0.0), (wide, _MUD_DEPTH, h), edge)
     load = _MUD.density * GRAVITY * (_MUD_DEPTH - places[:, 1])
     block = lattice((left, _MUD_DEPTH, 0.0), (left + _BLOCK_WIDTH, _MUD_DEPTH + _BLOCK_HEIGHT, h), edge)
@@ -113,7 +118,7 @@ def sinking_block(cells: int, friction: float | None) -> tuple[Array, Array]:
         gravity=(0.0, -GRAVITY, 0.0),
     )  # fmt: skip
     pieces = 30
-    rig = Rig(scene, h, 1.5 / pieces)
+    rig = Rig(scene, h, 1.5 / pieces, medium_transfer=transfer)
     depths = []
     for _ in range(pieces + 1):
         depths.append(block[:, 1].mean() - rig.positions[rig.robot, 1].mean())
@@ -121,7 +126,7 @@ def sinking_block(cells: int, friction: float | None) -> tuple[Array, Array]:
     return rig.times(pieces, rig.steps), np.array(depths)
 
 
-_HELD_UP = "it meets the mud four tenths of a cell away, and so is broader and lies deeper by that on every side"
+_HELD_UP = "APIC is viscous by itself: the block sinks on, to 0.81 after 6 s, and with AFLIP in the mud to 0.94"
 
 
 @case("sinkage", "Prandtl 1920 and Archimedes", "block of 6 and 12 x 3 and 6 cells on mud of 50 Pa", is_fast=False)
@@ -130,17 +135,14 @@ def sinkage_in_mud(record: CaseRecorder) -> None:
     figure = record.plot("Block on mud", "time [s]", "depth [m]")
     exact = sinkage()
     coarse = 0.0
-    for cells, worst in ((12, 0.68), (6, 0.45)):
+    for cells, shortfall in ((12, None), (6, Shortfall(_HELD_UP, 0.6))):
         times, depths = sinking_block(cells, 0.5)
         coarse = depths[-1]
-        record.within(
-            f"depth over the exact one, {cells} cells",
-            depths[-1] / exact,
-            0.8,
-            1.1,
-            shortfall=Shortfall(_HELD_UP, worst),
-        )
+        record.within(f"depth over the exact one, {cells} cells", coarse / exact, 0.8, 1.1, shortfall=shortfall)
         figure.computed(f"MPM, {cells} cells", times, depths)
+    times, depths = sinking_block(6, 0.5, "aflip")
+    record.within("depth over the exact one, 6 cells, AFLIP in the mud", depths[-1] / exact, 0.8, 1.1)
+    figure.computed("MPM, 6 cells, AFLIP in the mud", times, depths)
     times, depths = sinking_block(6, None)
     record.at_most("control: depth in one velocity field over that in two, 6 cells", depths[-1] / coarse, 0.9)
     figure.computed("MPM, 6 cells, one velocity field", times, depths)
