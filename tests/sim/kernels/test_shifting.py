@@ -106,7 +106,10 @@ def test_adjoint_of_shift_matches_differences(width: int) -> None:
 
 
 def test_sheets_in_the_middle_of_cells_come_apart() -> None:
-    """Water in sheets three cells apart, which pressure cannot separate, leaves them within a second."""
+    """Water in sheets three cells apart, which pressure cannot separate, leaves them within three tenths of a second.
+
+    Without a shift all of it is still in its sheets then.
+    """
     places = fill_box(np.zeros(3), H * np.array([6.0, 6.0, 6.0]), H, 8)
     cell, rest = np.divmod(places[:, 1] / H, 3.0)
     places[:, 1] = H * (3.0 * cell + 1.5 + 0.03 * (rest - 1.5))
@@ -122,5 +125,5 @@ def test_sheets_in_the_middle_of_cells_come_apart() -> None:
 
     solver.reset()
     assert fullest() == pytest.approx(3.0)
-    solver.substeps(round(1.0 / solver.dt))
+    solver.substeps(round(0.3 / solver.dt))
     assert fullest() <= 2.0
