@@ -27,7 +27,7 @@ WIDTH = {FilmFormat.MP4: 1280, FilmFormat.GIF: 640, FilmFormat.PNG: 1600}
 
 _COLUMNS, _TILES = 2, 6  # of a sheet
 _SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
-_QUALITY = 7  # of 10, for moving pictures
+_QUALITY, _CLIP_QUALITY = 7, 6  # of 10, for moving pictures and those of a page
 _CLIP_RATE = 25.0  # of a film for a page [1/s]
 _POSTER_QUALITY = 45  # of 100, of the picture that is shown until a film is played
 
@@ -91,7 +91,7 @@ def write(
 
 
 def _write_pictures(
-    film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress, preset: str = "veryfast"
+    film: Film, target: Destination, title: str, width: int, rate: float, progress: Progress, is_clip: bool = False
 ) -> None:
     imageio: Any = import_module("imageio.v2")  # its types lack the writer's
 
@@ -105,9 +105,10 @@ def _write_pictures(
             return
         options: dict[str, Any] = {"duration": 1000.0 / rate, "loop": 0}
         if target.form is FilmFormat.MP4:
-            options = {"fps": rate, "quality": _QUALITY, "macro_block_size": 2, "ffmpeg_log_level": "error"}
-            # the encoder's: the fastest make files a little larger, and drawing need not wait for them
-            options["output_params"] = ["-preset", preset]
+            quality = _CLIP_QUALITY if is_clip else _QUALITY
+            options = {"fps": rate, "quality": quality, "macro_block_size": 2, "ffmpeg_log_level": "error"}
+            # the fastest encoders make files a little larger, and drawing need not wait for them
+            options["output_params"] = ["-preset", "slow" if is_clip else "veryfast"]
         with imageio.get_writer(path, mode="I", **options) as writer:
             for image in images:
                 writer.append_data(image)
@@ -188,7 +189,9 @@ def clip(film: Film) -> tuple[bytes, bytes]:
     imageio: Any = import_module("imageio.v3")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "clip.mp4"
-        _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None, "slow")
+        _write_pictures(
+            film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None, is_clip=True
+        )
         middle = imageio.imread(path, index=len(film.times) // 2)
         return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=_POSTER_QUALITY)
 
