@@ -136,9 +136,6 @@ DRAWN_ON_A_BED = 2e-5
 right. A thousandth of what trained gaits reach."""
 
 
-SMALL_DESERT = "desert[length=0.25,width=0.140625]"
-
-
 def _idles(env: str, design: str) -> bool:
     """Every body on the ground; on beds the caterpillar and voxels in the desert; in water the caterpillar."""
     if env == "ground":
@@ -160,14 +157,12 @@ def _idles(env: str, design: str) -> bool:
 def test_a_body_without_a_mind_stays_where_it_is(env: str, design: str) -> None:
     """With all muscles at rest it moves by less than 1e-6 m/s, drawn bodies too: else its score is not its own.
 
-    On the ground and on beds at the resolution of scores: a bed of one cell carries nobody in peace. To come to
-    rest takes voxels longest, in a desert that is no larger than they need.
+    On the ground and on beds at the resolution of scores: a bed of one cell carries nobody in peace.
 
     A body of a design space that was dropped into the state of its full workspace moved by 3e-3 m/s.
     """
+    spec = cell(environment=env, design=design, frames=25, fidelity="draft" if env in ("ground", *BEDS) else "smoke")
     is_drawn = "space" in registry.get(Kind.DESIGN, design).tags
-    place = SMALL_DESERT if (env, design) == ("desert", "voxel") else env
-    spec = cell(environment=place, design=design, frames=25, fidelity="draft" if env in ("ground", *BEDS) else "smoke")
     check_rest(spec, DRAWN_ON_A_BED if is_drawn and env in BEDS else REST_SPEEDS.get(env, 1e-6))
 
 

@@ -100,17 +100,9 @@ def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
 def probed(request: pytest.FixtureRequest) -> tuple[Probe, Gradient, float]:
     """A scene over many substeps, its gradient and the tolerance."""
     name, tolerance, frames, substeps = request.param
-    scene, fidelity = scenes.SCENES[name](), scenes.fidelity()
-    if name == "interface":
-        # in the kernels that other tests compile for matter that sleeps, of which none is slow enough here
-        assert scene.medium is not None
-        creeping = np.full_like(scene.medium.positions, 1e-9)
-        scene = replace(scene, medium=replace(scene.medium, velocities=creeping))
-        fidelity = replace(fidelity, sleep=1e-12)
-    probe = Probe(scene, frames, fidelity=fidelity)
+    probe = Probe(scenes.SCENES[name](), frames)
     gradient = probe.gradient()
     assert probe.rollout.substeps >= substeps
-    assert not probe.rollout.asleep.any()
     return probe, gradient, tolerance
 
 
