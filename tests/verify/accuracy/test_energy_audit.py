@@ -147,6 +147,14 @@ def test_an_episode_that_diverges_is_reported_and_left_out(monkeypatch: pytest.M
     assert told[-1].startswith("ice draft, which fails")
 
 
+def test_water_on_a_grid_has_no_balance() -> None:
+    """The water's energy is in no particle, so that the balance would not close; said and left out."""
+    told: list[str] = []
+    assert not list(balances([_cell("ocean", "draft")], on_case=told.append))
+    assert told[-1].startswith("ocean draft, which fails")
+    assert "water on a grid" in told[-1]
+
+
 @pytest.mark.slow  # the closed forms above are in 64 bits, and the study in 32
 def test_single_precision_follows_the_same_energies() -> None:
     """The balance is that of the simulation, not of its rounding."""

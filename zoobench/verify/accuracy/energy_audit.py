@@ -14,7 +14,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
-from zoobench.errors import DivergenceError
+from zoobench.errors import DivergenceError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
@@ -43,7 +43,7 @@ class Losses:
 def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] = lambda _: None) -> Iterator[Balance]:
     """Energy balances of a short episode for every environment and fidelity of the study's runs.
 
-    An episode that diverges is reported to `on_case` and left out.
+    What diverges or has no balance is reported to `on_case` and left out.
     """
     cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
     for spec in cases.values():
@@ -51,7 +51,7 @@ def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] = lambd
         on_case(name)
         try:
             yield balance(spec)
-        except DivergenceError as error:
+        except (DivergenceError, UsageError) as error:
             on_case(f"{name}, which fails: {error}")
 
 
@@ -60,9 +60,12 @@ def balance(spec: RunSpec) -> Balance:
 
     Raises:
         DivergenceError: the simulation diverged.
+        UsageError: the scene's water is on a grid.
     """
     grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
     scene = env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid)
+    if scene.water is not None:
+        raise UsageError("energy is followed in particles, and water on a grid has none.")
     start = equilibrated(scene, grid, env.equilibration_frames, frame_seconds=FRAME_SECONDS)
     solver = Solver(scene, grid, frame_seconds=FRAME_SECONDS, start=start)
     controller, frames = registry.create(Kind.CONTROLLER, spec.controller), min(FRAMES, spec.frames)
