@@ -5,6 +5,7 @@ import json
 import pytest
 
 from tests.cli.conftest import Command
+from zoobench.verify.accuracy import tolerance
 
 
 @pytest.mark.slow
@@ -38,6 +39,22 @@ def test_the_study_is_carried_out_once_and_judged_as_often_as_wanted(zoobench: C
     assert "following" not in repeated.err
     table = zoobench("table", "--format", "json")
     assert not any(cell["undecided"] for cell in json.loads(table.out)["cells"])
+
+
+def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command) -> None:
+    """Those by which --tolerance chooses; an export of them, or a place that was not measured, is refused."""
+    show = ("accuracy", "show", "--published", "--task", "turning")
+    shown = zoobench(*show, "--env", "ice,snow", "--format", "json", "--plots", ".")
+    assert shown.code == 0, shown.err
+    assert "drawn: accuracy.png" in shown.err
+    levels = json.loads(shown.out)["levels"]
+    known = [row for row in tolerance.published().levels if row.env in ("ice", "snow") and row.task == "turning"]
+    assert [row["fidelity"] for row in levels] == [row.fidelity for row in known]
+    assert [row["error"] for row in levels] == [row.error for row in known]
+    assert zoobench(*show, "--export", "a.json").code == 2
+    unknown = zoobench(*show, "--env", "ocean")
+    assert unknown.code == 2
+    assert "zoobench accuracy run" in unknown.err
 
 
 def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -111,6 +111,9 @@ def show(
     task: TaskOption = "*",
     table: Annotated[str, Option("--table", help="short, levels, matrix, knobs, random, energy or all.")] = "all",
     source: Annotated[Path | None, Option("--from", help="A file of --export instead of the database.")] = None,
+    published: Annotated[
+        bool, Option("--published", help="Levels that come with zoobench, by which --tolerance chooses.")
+    ] = False,
     export: Annotated[Path | None, Option("--export", help="Write the measurements to this file.")] = None,
     publish: Annotated[
         Path | None, Option("--publish", help="Write the rows by which --tolerance and --decide choose.")
@@ -122,7 +125,7 @@ def show(
     """Show errors, what they decide, costs and losses of energy.
 
     Scores of gaits are compared with those at the finest level; costs are CPU times per simulated second. Nothing is
-    simulated.
+    simulated. Without a study of your own, `--published` shows the levels of the one that zoobench comes with.
     """
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
@@ -132,13 +135,17 @@ def show(
     from zoobench.verify.accuracy.accuracy_tables import TABLES
     from zoobench.verify.accuracy.analyse import analyse
     from zoobench.verify.accuracy.energy_rows import energies
-    from zoobench.verify.accuracy.records import read, write
+    from zoobench.verify.accuracy.records import Measurements, read, write
 
     wanted = choose(table, tuple(TABLES), form)
     envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
     tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
-    measured = _stored(db) if source is None else read(source)
+    if published and (source or export or publish):
+        raise UsageError("--published has levels alone, no measurements. Leave out --from, --export and --publish.")
+    measured = Measurements(()) if published else _stored(db) if source is None else read(source)
     analysis = analyse(measured, envs, tasks)
+    if published:
+        analysis = replace(analysis, levels=tolerance.known_levels(envs, tasks))
     balances = list(energies(measured, envs))
     if export is not None:
         write(measured, export)

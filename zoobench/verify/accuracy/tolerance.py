@@ -2,9 +2,12 @@
 
 import json
 import math
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +65,21 @@ def decides(env: Ref, task: Ref, fidelity: Ref) -> float | None:
     """The ratio of two scores above which their order holds there; None where no study of it is published."""
     level = _level(env, task, fidelity)
     return None if level is None else level.decides
+
+
+def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
+    """The published levels of these environments and tasks whose error is known, in their present versions.
+
+    Raises:
+        UsageError: there are none.
+    """
+    found: list[LevelRow] = []
+    for env, task in product(envs, tasks):
+        with suppress(UsageError):  # not measured
+            found += _rows(Ref(env), Ref(task))
+    if not found:
+        raise UsageError("No accuracy of these environments and tasks is published. Measure it: zoobench accuracy run.")
+    return tuple(found)
 
 
 def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
