@@ -35,6 +35,16 @@ def test_every_link_leads_to_a_file_of_the_site(site: Path) -> None:
     assert not broken
 
 
+def test_no_markup_is_left_on_a_page(site: Path) -> None:
+    """A table or list that the site does not recognise, as in a list's item, is printed with its bars and stars."""
+    left = [
+        f"{page.relative_to(site)}: {match.group()}"
+        for page in site.rglob("index.html")
+        for match in re.finditer(r"\* <(?:strong|code)>.{0,40}|\| -{3}.{0,40}", page.read_text(encoding="utf-8"))
+    ]
+    assert not left
+
+
 def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
     """Those of today, by their headings."""
     commands = (site / "reference" / "commands" / "index.html").read_text(encoding="utf-8")
