@@ -13,13 +13,13 @@ MUD = Elasticity(medium_density=1400.0)
 
 
 _PROVISIONAL = (
-    "its mud bears less than a robot weighs, and holds it up the longer the coarser the grid: the best gaits "
-    "of land animals found at draft keep 28 to 67 % of their score at paper"
+    "its mud bears less than a robot weighs, and holds it up the longer the coarser the grid, so that gaits go too far "
+    "on a coarse one; up to version 7 it sticks to the ground and bears a quarter more"
 )
 
 
 @register(
-    Kind.ENV, "wetland", version=7, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "wetland", version=8, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(
@@ -42,7 +42,8 @@ def wetland(
     The bed fills the arena from wall to wall, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the mud [-].
-    * `slip`: whether robot and mud have velocity fields of their own; else the mud sticks to the robot.
+    * `slip`: whether robot and mud have velocity fields of their own, and the mud slides on the ground where its shear
+      strength is exceeded; else it sticks to both.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
     * `length`, `width`: of bed and arena along x and z [m].

@@ -13,9 +13,11 @@ without a gradient, deep in the robot or in the midst of splashes, moves with it
 
 import taichi as ti
 
-from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES, contact, contact_adjoint
+from zoobench.sim.kernels.boundary import WALL_NODES, contact, contact_adjoint
 from zoobench.sim.kernels.layout import MOMENTUM, PUSH, VELOCITY
-from zoobench.sim.kernels.media import WATER
+from zoobench.sim.kernels.media import MUD, WATER
+from zoobench.sim.kernels.mud_wall import most_friction, most_friction_adjoint
+from zoobench.sim.kernels.room import ground_height, room_around, room_beside
 from zoobench.sim.kernels.skin_contact import STOP_NODES, rub, rub_adjoint
 
 CLOSING, CLOSED = 0.7, 0.8
@@ -36,9 +38,6 @@ that a state of rest exists. With more, a narrow footing carries more than it sh
 
 FLAT = 0.01
 """Gradient of the medium's volume share [1/cell] below which there is no normal; at a surface it is 0.48."""
-
-LEAST_ROOM = 0.02
-"""Least share of a cell that counts as lying before a wall: that of the first node behind it has 1/48."""
 
 
 @ti.func
@@ -63,60 +62,6 @@ def layer(nodes: ti.template(), scene: ti.template(), p, variant: ti.template())
 def medium_layer(nodes: ti.template(), variant: ti.template()):
     """How many nodes further the medium's are."""
     return nodes.size * (layers(variant) - 1)
-
-
-@ti.func
-def part_before(distance):
-    """Share of a quadratic spline that lies before a wall `distance` cells behind the node."""
-    a = ti.max(-1.5, ti.min(1.5, distance))
-    b = 1.5 - ti.abs(a)
-    tail, middle = b * b * b / 6.0, 0.5 - 0.75 * ti.abs(a) + ti.abs(a) * a * a / 3.0
-    share = ti.select(ti.abs(a) < 0.5, middle, tail)  # of what lies beyond
-    return ti.select(a > 0.0, 1.0 - share, share)
-
-
-@ti.func
-def ground_height(terrain: ti.template(), index: ti.template(), ground: ti.template()):
-    """Height of the ground in a node's column above the grid's first node [cells]."""
-    height = ti.cast(WALL_NODES, float)
-    if ti.static(ground == TERRAIN):
-        height = terrain[index[0], index[2]][0]
-    return height
-
-
-@ti.func
-def room_along(place, low, count):
-    """Share of a node's cell that lies between the walls of one direction, at least `LEAST_ROOM`."""
-    at = ti.cast(place, float)
-    return ti.max(LEAST_ROOM, part_before(at - low) * part_before(count - 1.0 - WALL_NODES - at))
-
-
-@ti.func
-def room_around(scene: ti.template(), index: ti.template(), terrain: ti.template(), ground: ti.template()):
-    """`room_along` each direction at a node; their product is the share that lies in the arena, above the ground."""
-    low = ti.cast(WALL_NODES, float)
-    return ti.Vector([
-        room_along(index[0], low, scene.nodes_x),
-        room_along(index[1], ground_height(terrain, index, ground), scene.nodes_y),
-        room_along(index[2], low, scene.nodes_z),
-    ])  # fmt: skip
-
-
-@ti.func
-def room_beside(
-    scene: ti.template(), index: ti.template(), rooms, d: ti.template(), step: ti.template(), terrain: ti.template(),
-    ground: ti.template(),
-):  # fmt: skip
-    """Room of the next node (`step` 1) or the last one (-1) along direction d, from the `rooms` at a node."""
-    there = [index[e] + ti.static(step * int(d == e)) for e in ti.static(range(3))]
-    x, y, z = rooms[0], rooms[1], rooms[2]
-    if ti.static(d == 0):
-        x = room_along(there[0], ti.cast(WALL_NODES, float), scene.nodes_x)
-    if ti.static(d == 1 or ground == TERRAIN):
-        y = room_along(there[1], ground_height(terrain, there, ground), scene.nodes_y)
-    if ti.static(d == 2):
-        z = room_along(there[2], ti.cast(WALL_NODES, float), scene.nodes_z)
-    return x * y * z
 
 
 @ti.func
@@ -289,29 +234,29 @@ def pushed(grid: ti.template(), m, mass, skin: ti.template()):
 
 @ti.func
 def grounded(
-    v, push, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(), tight: ti.template(),
+    v, push, at, count, friction, terrain: ti.template(), skin: ti.template(), tight: ti.template(),
     variant: ti.template(),
 ):  # fmt: skip
     """Velocity of a node after the ground: a wall, or a skin that changes it by `push`, above a wall further down."""
     u = v
     if ti.static(skin):
-        u = rub(v + push, push, scene.friction)
-    return contact(u, at, count, scene.friction, terrain, variant.ground, tight, STOP_NODES * skin)
+        u = rub(v + push, push, friction)
+    return contact(u, at, count, friction, terrain, variant.ground, tight, STOP_NODES * skin)
 
 
 @ti.func
 def grounded_adjoint(
-    v, push, stored, at, count, scene: ti.template(), terrain: ti.template(), skin: ti.template(),
+    v, push, stored, at, count, friction, terrain: ti.template(), skin: ti.template(),
     tight: ti.template(), variant: ti.template(),
 ):  # fmt: skip
     """Adjoints of `grounded` by the velocity and by `push`, from that of its result."""
     u, given = v, ti.Vector([stored[0], stored[1], stored[2]])
     if ti.static(skin):
-        u = rub(v + push, push, scene.friction)
-    v_adjoint = contact_adjoint(u, given, at, count, scene.friction, terrain, variant.ground, tight, STOP_NODES * skin)
+        u = rub(v + push, push, friction)
+    v_adjoint = contact_adjoint(u, given, at, count, friction, terrain, variant.ground, tight, STOP_NODES * skin)
     push_adjoint = 0.0 * v_adjoint
     if ti.static(skin):
-        v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, scene.friction)
+        v_adjoint, push_adjoint = rub_adjoint(v + push, push, v_adjoint, friction)
         push_adjoint += v_adjoint
     return v_adjoint, push_adjoint
 
@@ -331,8 +276,11 @@ def update_both(
             if ti.static(k == 1):
                 free = found.u
             push = pushed(grid, m, mass, k == 0 and variant.skin)
+            friction = scene.friction
+            if ti.static(k == 1 and variant.law == MUD):
+                friction, _limited = most_friction(free, at, dt, scene, terrain, variant.ground)
             tight = ti.static(k == 1 and variant.law == WATER)
-            held = grounded(free, push, at, count, scene, terrain, k == 0 and variant.skin, tight, variant)
+            held = grounded(free, push, at, count, friction, terrain, k == 0 and variant.skin, tight, variant)
             after = ti.Vector([held[0], held[1], held[2], mass])
         grid[VELOCITY, node + k * nodes.size] = after
 
@@ -356,13 +304,20 @@ def update_both_adjoint(
     if q[3] > 0.0:
         push = pushed(grid, m, q[3], variant.skin)
         v_adjoint, push_adjoint = grounded_adjoint(
-            found.v, push, stored, at, count, scene, terrain, variant.skin, False, variant
+            found.v, push, stored, at, count, scene.friction, terrain, variant.skin, False, variant
         )
         push_adjoint /= q[3]  # of the impulse, from that of the change of velocity
         q_mass = 0.0 - push_adjoint.dot(push)
     if o[3] > 0.0:
+        friction, limited = scene.friction, 0.0 * found.u
+        if ti.static(variant.law == MUD):
+            friction, limited = most_friction(found.u, at, dt, scene, terrain, variant.ground)
         tight = ti.static(variant.law == WATER)
-        u_adjoint, _none = grounded_adjoint(found.u, found.u, other, at, count, scene, terrain, False, tight, variant)
+        u_adjoint, _none = grounded_adjoint(
+            found.u, found.u, other, at, count, friction, terrain, False, tight, variant
+        )
+        if ti.static(variant.law == MUD):
+            u_adjoint += most_friction_adjoint(found.u, other, friction, limited, at, count, variant.ground)
     if ti.static(variant.skin):
         grid_adjoint[PUSH, node] = ti.Vector([push_adjoint[0], push_adjoint[1], push_adjoint[2], 0.0])
     if found.share > 0.0:
