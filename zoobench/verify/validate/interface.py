@@ -27,25 +27,33 @@ PRANDTL = 2.0 + math.pi
 """Bearing capacity of a strip footing on clay without weight over its shear strength."""
 
 
-def footing(cells: int, friction: float | None) -> tuple[Array, Array]:
-    """Depth [cells] and mean pressure over the clay's shear strength of a strip footing on weightless clay.
+# the deviatoric stress at yield is sqrt(2) k in pure shear
+_CLAY = ClayMaterial(1e5, 0.3, 1600.0, yield_stress=math.sqrt(2.0) * _SHEAR_STRENGTH)
+_THIN_MUD = MudMaterial(1e5, 0.3, 1600.0, yield_stress=_CLAY.yield_stress, viscosity=0.0)
+
+
+def footing(
+    cells: int, friction: float | None, *, depth: int | None = None, material: ClayMaterial | MudMaterial = _CLAY
+) -> tuple[Array, Array]:
+    """Depth [cells] and mean pressure over the medium's shear strength of a strip footing on a weightless medium.
 
     The footing, an elastic block, is led by a uniform body force so that its mean velocity is what it should be; the
-    force is the clay's resistance. Plane strain: one cell between walls without friction.
+    force is the medium's resistance. Plane strain: one cell between walls without friction.
 
     Args:
         cells: width of the footing.
-        friction: between footing and clay; None for one velocity field.
+        friction: between footing and medium; None for one velocity field.
+        depth: of the medium on rough ground [cells]; None for one that does not matter, on smooth ground.
+        material: of the medium; its shear strength is `_SHEAR_STRENGTH`.
     """
-    depth, beside, high = max(2 * cells, 8), max(2 * cells, 8), 4
-    wide, top, edge = (cells + 2 * beside) * _H, depth * _H, _H / _PER_CELL
-    # the deviatoric stress at yield is sqrt(2) k in pure shear
-    clay = ClayMaterial(1e5, 0.3, 1600.0, yield_stress=math.sqrt(2.0) * _SHEAR_STRENGTH)
+    rough, deep, high = depth is not None, depth or max(2 * cells, 8), 4
+    beside = max(2 * min(cells, deep), 8)
+    wide, top, edge = (cells + 2 * beside) * _H, deep * _H, _H / _PER_CELL
     block = lattice((beside * _H, top, 0.0), ((beside + cells) * _H, top + high * _H, _H), edge)
-    ground = bed(clay, lattice((0.0, 0.0, 0.0), (wide, top, _H), edge), edge**3)
+    layer = bed(material, lattice((0.0, 0.0, 0.0), (wide, top, _H), edge), edge**3)
     scene = Scene(
         passive_body(ElasticMaterial(2e5, 0.3, 1600.0), block, edge**3), (0, 0, 0), (wide, top + (high + 3) * _H, _H),
-        medium=replace(ground, friction=friction), gravity=WEIGHTLESS,
+        medium=replace(layer, friction=friction), ground=Ground(100.0) if rough else None, gravity=WEIGHTLESS,
     )  # fmt: skip
     rig = Rig(scene, _H, _PUSH * _H / _SPEED / (1 - _RAMP / 2))
     robot, mass = rig.robot, rig.mass[rig.robot]
@@ -79,6 +87,28 @@ def strip_footing(record: CaseRecorder) -> None:
     record.at_least("control: capacity of 2 cells in one velocity field over Prandtl's", pressure[-1] / PRANDTL, 1.6)
     figure.computed("MPM, 2 cells, one velocity field", depth, pressure)
     figure.reference("2 + π", depth, np.full_like(depth, PRANDTL))
+
+
+_LAYERS = {2: (6.22, 1.45), 4: (5.24, 1.2)}
+"""Bearing capacity over the shear strength of a layer this thin [cells] under a rough footing of 8 cells on a rough
+base (Mandel and Salencon 1972, for widths of 4 and 2 times the depth), and the largest multiple of it."""
+
+
+@case("thin-layer", "Mandel and Salencon 1972", "footing of 8 cells on 2 and 4 cells of mud", is_fast=False)
+def thin_layer(record: CaseRecorder) -> None:
+    """Mud of a few cells flows from under a footing, since it slides on the ground at its own strength.
+
+    Clay sticks to it: it bears its robots, and hardly flows.
+    """
+    figure = record.plot("Strip footing on a thin layer", "depth [cells]", "pressure over shear strength [-]")
+    for depth, (exact, most) in _LAYERS.items():
+        depths, pressure = footing(8, 10.0, depth=depth, material=_THIN_MUD)
+        record.within(f"capacity over the exact one, {depth} cells", pressure[-1] / exact, 0.9, most)
+        figure.computed(f"MPM, mud of {depth} cells", depths, pressure)
+        figure.reference(f"Mandel and Salencon, {depth} cells", depths, np.full_like(depths, exact))
+    depths, pressure = footing(8, 10.0, depth=2)
+    record.at_least("control: capacity of clay, which sticks, over the exact one, 2 cells", pressure[-1] / 6.22, 1.6)
+    figure.computed("MPM, clay of 2 cells", depths, pressure)
 
 
 _BLOCK_WIDTH, _BLOCK_HEIGHT, _MUD_DEPTH = 6 / 64, 3 / 64, 6 / 64
