@@ -10,7 +10,7 @@ from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.db.rows import RunRow, RunState
 from zoobench.db.store import Store
-from zoobench.harness import presets, worker_pool
+from zoobench.harness import presets, supervise, worker_pool
 from zoobench.harness.grid import expand
 from zoobench.harness.worker_pool import run_all
 from zoobench.methods.archive import Archive
@@ -36,13 +36,14 @@ _FAST = ("cmaes",)
 
 def _iterations(method: str) -> int:
     """So many that a run lasts for some of the launcher's looks at it, and for long after its kill was decided upon."""
-    return 120 if method in _FAST else 150
+    return 180 if method in _FAST else 150
 
 
 @pytest.fixture(autouse=True)
 def _frequent_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A launcher that looks so often that it meets every run in its midst, however fast the simulator is."""
+    """A launcher that looks and stores so often that it meets every run in its midst, however fast the simulator is."""
     monkeypatch.setattr(worker_pool, "POLL_SECONDS", 0.1)
+    monkeypatch.setattr(supervise, "CHECKPOINT_SECONDS", 0.1)
 
 
 _TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(Kind.METHOD)}

@@ -133,7 +133,16 @@ def medium_scene(name: str = "sand") -> Scene:
 
 def interface_scene() -> Scene:
     """The muscle cube pressed a little into sand, which it meets in a velocity field of its own."""
-    scene = medium_scene("sand")
+    return _pressed_into("sand")
+
+
+def mire_scene() -> Scene:
+    """The same with mud, which slides on the ground."""
+    return _pressed_into("mud")
+
+
+def _pressed_into(name: str) -> Scene:
+    scene = medium_scene(name)
     assert scene.medium is not None
     sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 0.1 * SPACING, 0.0]))
     return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.3))
@@ -158,6 +167,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "ground": ground_scene,
     "damped": damped_scene,
     "interface": interface_scene,
+    "mire": mire_scene,
     "wading": wading_scene,
 } | {name: partial(medium_scene, name) for name in MEDIA}
 
