@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
@@ -13,6 +14,7 @@ from zoobench.cell.problem import Problem
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.spec import RunSpec
+from zoobench.verify import transfer_study
 
 
 @pytest.fixture
@@ -65,6 +67,19 @@ def test_what_cannot_be_evaluated_is_refused(zoobench: Command, score: float) ->
     refused = zoobench("evaluate", "--env", "ice")
     assert refused.code == 2
     assert "Leave --env ice out" in refused.err
+
+
+def test_a_gpu_that_is_not_there_is_missed_at_once(
+    zoobench: Command, score: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not when the scene has come to rest, which is done on the CPU."""
+    built: list[RunSpec] = []
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(transfer_study, "Problem", lambda spec, **_: built.append(spec))
+    refused = zoobench("evaluate", "1", "--fidelity", "smoke,draft[device=cuda]")
+    assert refused.code == 2
+    assert "No CUDA device is available" in refused.err
+    assert not built
 
 
 def _add_drawn(database: Path, spec: RunSpec) -> None:

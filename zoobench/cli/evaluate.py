@@ -39,6 +39,7 @@ def evaluate(
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
         _show(db, form, [word for name, text in chosen if text for word in (name, text)])
         return
+    from zoobench.cell.loading import check_devices
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.registry import Kind
@@ -53,8 +54,10 @@ def evaluate(
         with Store(db, create=False) as store:
             own = [solution_of_run(store, text) for text in typed]
     saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
+    episodes = [spec for each in (*own, *published) for spec in targets.of(each.spec)]
+    check_devices(episodes)  # a scene comes to rest on the CPU, which can take minutes
     found = []
-    with Steps(sum(len(list(targets.of(each.spec))) for each in (*own, *published))) as steps:
+    with Steps(len(episodes)) as steps:
         for row in chain(saved, _all(published, targets)):
             found.append(row)
             steps.end(f"{row.title} in {Ref.parse(row.env).name}: {row.result}")
