@@ -50,7 +50,7 @@ _TAGS = {name: registry.get(Kind.METHOD, name).tags for name in registry.names(K
 _EXACT = [
     pytest.param(name, marks=() if name in _FAST else pytest.mark.slow)
     for name, tags in _TAGS.items()
-    if not tags & {"policy", "study"}
+    if not tags & {"policy", "study", "external"}
 ]
 _POLICY = [pytest.param(name, marks=pytest.mark.slow) for name, tags in _TAGS.items() if "policy" in tags]
 
