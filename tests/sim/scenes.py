@@ -133,27 +133,25 @@ def medium_scene(name: str = "sand") -> Scene:
 
 def interface_scene() -> Scene:
     """The muscle cube pressed a little into sand, which it meets in a velocity field of its own."""
-    return _pressed_into("sand")
+    return _immersed_scene("sand", 0.1, friction=0.3)
 
 
 def mire_scene() -> Scene:
     """The same with mud, which slides on the ground."""
-    return _pressed_into("mud")
-
-
-def _pressed_into(name: str) -> Scene:
-    scene = medium_scene(name)
-    assert scene.medium is not None
-    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 0.1 * SPACING, 0.0]))
-    return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.3))
+    return _immersed_scene("mud", 0.1, friction=0.3)
 
 
 def wading_scene() -> Scene:
     """The muscle cube in water near the ground, which it meets in a velocity field of its own."""
-    scene = medium_scene("water")
+    return _immersed_scene("water", 1.9, friction=0.0, transfer="aflip")
+
+
+def _immersed_scene(name: str, depth: float, **bed: Any) -> Scene:
+    """The muscle cube at a depth in a medium [cells], with these attributes of its bed."""
+    scene = medium_scene(name)
     assert scene.medium is not None
-    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, 1.9 * SPACING, 0.0]))
-    return replace(scene, robot=sunk, medium=replace(scene.medium, friction=0.0, transfer="aflip"))
+    sunk = replace(scene.robot, positions=scene.robot.positions - np.array([0.0, depth * SPACING, 0.0]))
+    return replace(scene, robot=sunk, medium=replace(scene.medium, **bed))
 
 
 def damped_scene() -> Scene:

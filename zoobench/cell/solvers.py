@@ -38,7 +38,7 @@ class Solvers:
         """A solver for one user alone.
 
         Raises:
-            UsageError: `worlds` is less than 1.
+            UsageError: `worlds` is less than 1, or there is no GPU for a fidelity that asks for one.
         """
         from zoobench.sim.solver import Solver
 
@@ -69,8 +69,10 @@ class Solvers:
     def _equilibrated(self) -> "Matter | None":
         """The equilibrated scene, computed or read from the cache once; None without equilibration."""
         from zoobench.sim.equilibrium import equilibrated
+        from zoobench.sim.runtime import check_device
 
         if self._start is None:
+            check_device(self._fidelity.device)  # the scene comes to rest on the CPU, which can take minutes
             self._start = equilibrated(
                 self._scene, self._fidelity, self._equilibration_frames, frame_seconds=FRAME_SECONDS
             )

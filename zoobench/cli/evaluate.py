@@ -55,7 +55,7 @@ def evaluate(
             own = [solution_of_run(store, text) for text in typed]
     saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
     episodes = [spec for each in (*own, *published) for spec in targets.of(each.spec)]
-    check_devices(episodes)  # a scene comes to rest on the CPU, which can take minutes
+    check_devices(episodes)  # before any of them
     found = []
     with Steps(len(episodes)) as steps:
         for row in chain(saved, _all(published, targets)):
