@@ -17,11 +17,12 @@ import torch
 
 from zoobench.arrays import Array
 from zoobench.sim import runtime
-from zoobench.sim.model.rollout import FeedbackAdjoint, FloatArray, Gradient, Rollout
+from zoobench.sim.model.rollout import ArenaMove, FeedbackAdjoint, FloatArray, Gradient, Rollout
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Part, halves, share
 from zoobench.sim.model.state import IntArray, Matter, Parameters, empty_matter
 from zoobench.sim.model.tensors import fetch, memory
+from zoobench.sim.moving_arena import carry_out, end_adjoint
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.tape import Tape
 
@@ -36,6 +37,9 @@ class Adjoint:
         real, device = sim.matter.x.dtype, str(sim.matter.x.device)
         healthy = np.array([world not in rollout.divergences for world in range(worlds)])
         self._counts, self._stops = rollout.counts * healthy, rollout.stops & healthy
+        self._moves = np.zeros_like(self._counts)  # after a frame
+        for frame, world in rollout.moves:
+            self._moves[frame - 1, world] = healthy[world]
         self._state = empty_matter(sim.scene, 1, worlds, real, device, sim.matter.flow.shape[2])
         medium = sim.scene.medium
         # a medium's mass has an adjoint only where the robot's occupancy displaces it
@@ -77,7 +81,8 @@ class Adjoint:
             counts = share(self._counts[frame], piece, pieces)
             stops = self._stops[frame] * (piece == pieces - 1)
             begins = self._counts[frame] * piece // pieces == 0
-            parts.append(Part(frame, counts, stops, piece == 0, begins))
+            moves = self._moves[frame] * (piece == pieces - 1)
+            parts.append(Part(frame, counts, stops, moves, piece == 0, begins))
             frame, piece = (frame, piece + 1) if piece + 1 < pieces else (frame + 1, 0)
         return parts
 
@@ -108,7 +113,14 @@ class Adjoint:
             self._advance(state, np.zeros_like(part.counts), part, stride=0)
             for world in np.flatnonzero(part.stops).tolist():
                 state.stop(0, world)
+            for world, move in self._moves_after(part):
+                carry_out(self._sim, state, 0, world, move)
         return state
+
+    def _moves_after(self, part: Part) -> list[tuple[int, ArenaMove]]:
+        """Moves of the arenas after some launches, with their worlds, in their order."""
+        moved, moves = np.flatnonzero(part.moves).tolist(), self._rollout.moves
+        return [(world, move) for world in moved for move in moves[part.frame + 1, world]]
 
     def _recompute(self, start: Matter, parts: list[Part], first: IntArray, segment: int | None) -> None:
         """Simulate some launches onto the tape, each from its first slots `[worlds]` on."""
@@ -116,6 +128,11 @@ class Adjoint:
         for part, slots in zip(parts, first, strict=True):
             self._advance(self._tape.states, slots, part, stride=1)
             self._tape.stop_after(slots + part.counts, np.flatnonzero(part.stops))
+            last = slots + part.slots
+            for world in np.flatnonzero(part.moves).tolist():
+                self._tape.states.copy_after(int(last[world]) - 1, world)
+            for world, move in self._moves_after(part):
+                carry_out(self._sim, self._tape.states, int(last[world]), world, move)
 
     def _advance(self, states: Matter, first: IntArray, part: Part, stride: int) -> None:
         sim = self._sim
@@ -127,6 +144,8 @@ class Adjoint:
     def _reverse(self, part: Part, first: IntArray) -> None:
         sim = self._sim
         sim.parameters.set_tension(self._rollout.tension[part.frame])
+        for world, move in reversed(self._moves_after(part)):
+            end_adjoint(sim, self._state, world, move)
         for world in part.stops.nonzero()[0].tolist():
             self._state.stop(0, world)  # what was stopped has no effect on what follows
         sim.put_to_sleep(self._rollout.asleep[part.frame])

@@ -76,7 +76,7 @@ class Playback:
         """
         rollout = self.rollout
         rollout.actuation[:] = self._solver.check_actuation(np.asarray(actuation)[None])
-        for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
+        for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential, rollout.offsets):
             recorded[0] = recorded[1]
         known = [(found, set(found)) for found in (rollout.divergences, rollout.tears)]
         self._step_control.ready(0, goes_on=self._goes_on)

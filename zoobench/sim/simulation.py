@@ -42,6 +42,7 @@ class Simulation:
         parameters: mass, volume, stiffness, fibres and the tension of the present control frame.
         alive: `[worlds]` 0 for a world that has diverged.
         start: the state of all worlds at time zero, one slot.
+        offsets: `[worlds, 3]` how far the arena has moved after the robot [m].
 
     Raises:
         SceneError: the arena has more grid nodes than can be held, or on a GPU matter fills more.
@@ -71,6 +72,7 @@ class Simulation:
         )
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
         cells = scene.water_cells(fidelity.grid_spacing)
+        self.offsets = np.zeros((worlds, 3))
         self.matter = initial_matter(scene, worlds, self.origin, self._real, device, cells)
         self.refresh_window()
         self.launcher.check_room(self.matter.window[0])
@@ -115,17 +117,20 @@ class Simulation:
     def start_at(self, state: Matter) -> None:
         """Take a state of one world for the initial state of all."""
         self.matter.load_slot(0, state.on(self._device))
+        self.offsets[:] = 0.0
         self.start = self.matter.copy_slot(0)
 
     def rewind(self) -> None:
         """Put all worlds back to the initial state, alive and with all muscles at rest."""
         self.matter.load_slot(0, self.start)
+        self.offsets[:] = 0.0
         self.alive.fill_(1)
         self.parameters.tension.zero_()
 
     def restart(self, world: int) -> None:
         """Put one world back to the initial state, alive; the others are unchanged."""
         self.matter.copy_world(world, self.start)
+        self.offsets[world] = 0.0
         self.alive[world] = 1
 
     def plan(
@@ -165,18 +170,20 @@ class Simulation:
         self._plan.set(np.zeros(self.worlds, np.int64), np.full(self.worlds, count), np.full(self.worlds, dt))
         self.launcher.advance(self.matter, self.parameters, self._plan, 0)
 
-    def refresh_window(self) -> None:
-        """Find the grid nodes that the particles touch, after their positions were set from outside."""
+    def refresh_window(self, matter: Matter | None = None, slot: int = 0, world: int | slice = slice(None)) -> None:
+        """Find the grid nodes that the particles of a state touch, by default the present one, after their positions
+        were set from outside."""
+        matter = matter or self.matter
         width, nodes = self.fidelity.spline.width, torch.tensor(self.launcher.shape, device=self._device)
         # the first node of each particle's stencil, as `splines.first_node` has it
-        base = torch.floor(self.matter.x[0] / self.fidelity.grid_spacing - (0.5 * width - 1.0))
+        base = torch.floor(matter.x[slot, world] / self.fidelity.grid_spacing - (0.5 * width - 1.0))
         # a node more on every side: the kernels may round the quotient otherwise; and from end to end where a place is
         # no number, or too large a one, of which processors make different integers
         wild = ~(base.abs() < LARGEST_PLACE)
         first, last = torch.where(wild, 0.0, base - 1), torch.where(wild, math.inf, base + 1)
         end = nodes - width
-        self.matter.window[0, :, :3] = first.clamp(min=0.0).minimum(end).amin(1).int()
-        self.matter.window[0, :, 3:6] = last.clamp(min=0.0).minimum(end).amax(1).int() + width
+        matter.window[slot, world, ..., :3] = first.clamp(min=0.0).minimum(end).amin(-2).int()
+        matter.window[slot, world, ..., 3:6] = last.clamp(min=0.0).minimum(end).amax(-2).int() + width
 
     def set_body(self, arrays: dict[str, Array]) -> None:
         """Give the particles mass, volume, stiffness and fibres from a design's complete arrays."""
@@ -243,12 +250,14 @@ class Simulation:
     def record_motion(self, rollout: Rollout, frame: int) -> None:
         """Write only places and velocities."""
         places, velocities = rollout.positions[frame], rollout.velocities[frame]
+        rollout.offsets[frame] = self.offsets
+        origin = (self.origin + self.offsets)[:, None]
         if self._device == "cpu":
             rows = self.matter.robot_rows(0, 2)
-            places[...], velocities[...] = rows[:, :, 0, :3] + self.origin, rows[:, :, 1, :3]
+            places[...], velocities[...] = rows[:, :, 0, :3] + origin, rows[:, :, 1, :3]
         else:
-            origin = torch.as_tensor(self.origin, device=self._device)
-            fetch(places, self.matter.x[0, :, : self.robot_count] + origin)
+            there = torch.as_tensor(origin, device=self._device)
+            fetch(places, self.matter.x[0, :, : self.robot_count] + there)
             fetch(velocities, self.matter.v[0, :, : self.robot_count])
 
     def finish_records(self) -> None:

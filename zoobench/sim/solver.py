@@ -100,7 +100,7 @@ class Solver:
 
     def positions(self, world: int) -> Array:
         """Present positions of all particles of a world, the robot's first `[particle_count, 3]` [m]."""
-        found: Array = self.matter.x[0, world].double().cpu().numpy() + self.origin
+        found: Array = self.matter.x[0, world].double().cpu().numpy() + self.origin + self.simulation.offsets[world]
         return found
 
     def flow(self, world: int) -> Array | None:
@@ -151,7 +151,7 @@ class Solver:
                 progress(frame + 1 - equilibration)
             if not self.simulation.is_alive().any():
                 self.simulation.finish_records()
-                for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential):
+                for recorded in (rollout.positions, rollout.velocities, rollout.muscle_potential, rollout.offsets):
                     recorded[frame + 2 :] = recorded[frame + 1]
                 break
         self.simulation.finish_records()
@@ -323,6 +323,7 @@ class Solver:
             smallest_j=np.full(self.worlds, np.inf),
             stops=np.zeros((frames, self.worlds), bool),
             asleep=np.zeros((frames, self.worlds, self.simulation.sleepers), bool),
+            offsets=np.zeros((frames + 1, self.worlds, 3)),
             equilibration=equilibration,
         )
 

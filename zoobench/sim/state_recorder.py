@@ -53,6 +53,19 @@ class StateRecorder:
             if part.any():
                 self._sim.advance(self._sim.matter, np.zeros_like(part), part, stride=0, whole=counts)
 
+    def move(self, frame: int, worlds: list[int]) -> None:
+        """Note that the arenas of some worlds were moved, before the first substep of a frame."""
+        if self._tape is None or not worlds:
+            return
+        if not self._tape.fits(self._at_start[worlds] + 1):
+            self._rollout.segments.append(Segment(frame, 0, self._sim.matter.copy_slot(0)))
+            self._tape = None
+            return
+        for world in worlds:
+            self._tape.write_after(int(self._at_start[world]), world, self._sim.matter)
+        self._at_start[worlds] += 1
+        self._slots[worlds] += 1
+
     def stop(self, frame: int) -> None:
         """Note the stops after a frame; `Simulation.matter` has been stopped already."""
         if self._tape is not None:

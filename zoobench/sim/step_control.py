@@ -11,6 +11,7 @@ from zoobench.sim.model.rollout import Feedback, Rollout
 from zoobench.sim.model.state import IntArray
 from zoobench.sim.model.step_limits import MOST_REFINEMENT, Condition, StepLimit, step_now
 from zoobench.sim.model.tensors import memory
+from zoobench.sim.moving_arena import MovingArena
 from zoobench.sim.simulation import Simulation
 from zoobench.sim.sleep import choose_sleepers
 from zoobench.sim.state_recorder import StateRecorder
@@ -62,7 +63,7 @@ class Diagnostics:
         sim, particle = self._sim, finding.particle
         if particle is None:
             particle = int(self._culprit[world, finding.column])
-        x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origin).tolist()
+        x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origin + sim.offsets[world]).tolist()
         return Divergence(
             world, frame, step, finding.quantity, finding.value, finding.limit, particle, (x, y, z), finding.advice
         )
@@ -100,6 +101,7 @@ class StepControl:
             self._schedule = np.full_like(rollout.counts, simulation.limit.substeps_per_frame)
         self._most = MOST_REFINEMENT * simulation.limit.substeps_per_frame
         self._before = simulation.matter.copy_slot(0)
+        self._arena = MovingArena(simulation) if simulation.scene.follows else None
         self._diagnostics = Diagnostics(simulation)
         self._feedback = feedback
         self._conditions: list[Condition] = []
@@ -120,6 +122,8 @@ class StepControl:
     def frame(self, frame: int) -> None:
         """One control frame of every world alive; one that diverges is put back to before it and marked dead."""
         sim, rollout = self._sim, self._rollout
+        self.recorder.begin()
+        self._follow(frame)
         self._before.load_slot(0, sim.matter)
         if frame >= rollout.equilibration:
             rollout.asleep[frame] = choose_sleepers(sim) if self._replay is None else self._replay.asleep[frame]
@@ -127,7 +131,6 @@ class StepControl:
         counts = self._choose(frame)
         rollout.counts[frame] = counts
         pending = counts
-        self.recorder.begin()
         while substeps := sum(pending.tolist()):
             self.recorder.advance(frame, pending)
             sim.meter.count("forward", substeps, at_rest=frame < rollout.equilibration)
@@ -148,6 +151,23 @@ class StepControl:
                 self._check_tears(world, frame, condition, growths)
                 rollout.guarded[world] += int(condition.guarded)
                 rollout.smallest_j[world] = min(rollout.smallest_j[world], condition.smallest_j)
+
+    def _follow(self, frame: int) -> None:
+        """Move the arenas of worlds alive after their robots, before a frame of the episode."""
+        sim, rollout = self._sim, self._rollout
+        if self._arena is None or frame < rollout.equilibration:
+            return
+        moved = []
+        for world in np.flatnonzero(sim.is_alive()).tolist():
+            rollout.moves.pop((frame, world), None)
+            if self._replay is None:
+                moves = self._arena.follow(world)
+            elif moves := self._replay.moves.get((frame, world), []):
+                self._arena.repeat(world, moves)
+            if moves:
+                rollout.moves[frame, world] = moves
+                moved.append(world)
+        self.recorder.move(frame, moved)
 
     def _close_loop(self, frame: int) -> None:
         """The feedback's actuation of a frame that is about to begin; none in a world whose state is not finite."""

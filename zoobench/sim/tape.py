@@ -54,6 +54,13 @@ class Tape:
         """Whether the states of this segment of the rollout are on it."""
         return self._owner is not None and self._owner() is rollout and self._segment == segment
 
+    def write_after(self, slot: int, world: int, state: Matter) -> None:
+        """Write what a world has at slot 0 of another state after a slot; where momenta are kept goes on."""
+        kept = self.states.window[slot, world, START:].clone()
+        for target, source in zip(self.states.tensors(), state.tensors(), strict=True):
+            target[slot + 1, world] = source[0, world]
+        self.states.window[slot + 1, world, START:] = kept
+
     def stop_after(self, slots: IntArray, worlds: IntArray) -> None:
         """Write some worlds at their slots `[worlds]` into the next, without motion."""
         for world in worlds.tolist():

@@ -71,14 +71,14 @@ def test_the_least_that_is_needed_is_told() -> None:
 
 
 def test_pieces_and_halves_add_up() -> None:
-    """In every world, however few its substeps are, with stops after the last alone."""
-    counts, stops = np.array([7, 0, 2]), np.array([1, 0, 0])
+    """In every world, however few its substeps are, with stops and moves after the last alone."""
+    counts, stops, moves = np.array([7, 0, 2]), np.array([1, 0, 0]), np.array([0, 0, 1])
     pieces = np.array([share(counts, piece, 3) for piece in range(3)])
     np.testing.assert_array_equal(pieces.sum(axis=0), counts)
     assert np.ptp(pieces[:, 0]) == 1
-    (early,), (late,) = halves([Part(4, counts, stops, True, np.array([True, True, True]))])
+    (early,), (late,) = halves([Part(4, counts, stops, moves, True, np.array([True, True, True]))])
     np.testing.assert_array_equal(early.counts + late.counts, counts)
-    np.testing.assert_array_equal([early.slots, late.slots], [[3, 0, 1], [5, 0, 1]])
+    np.testing.assert_array_equal([early.slots, late.slots], [[3, 0, 1], [5, 0, 2]])
     assert (early.is_first, late.is_first) == (True, False)
     np.testing.assert_array_equal([early.begins, late.begins], [[True] * 3, [False, True, False]])
     assert [len(half) for half in halves([early, late, late])] == [2, 1]

@@ -52,6 +52,23 @@ class Segment(NamedTuple):
     start: Matter
 
 
+@dataclass(frozen=True)
+class ArenaMove:
+    """A move of a world's arena after its robot, see `moving_arena`.
+
+    Attributes:
+        axis: 0 along x, 2 along z.
+        cells: how far; negative for backwards.
+        renewed: `[n]` the medium's particles that were left behind.
+        sources: `[n]` those whose state at time zero they took.
+    """
+
+    axis: int
+    cells: int
+    renewed: IntArray
+    sources: IntArray
+
+
 @dataclass
 class Rollout:
     """One episode of all worlds, and the equilibration before it.
@@ -70,6 +87,8 @@ class Rollout:
         smallest_j: `[worlds]` smallest det F of the robot at the end of any frame.
         stops: `[frames, worlds]` whether the world was stopped at the end of the frame, as only equilibration does.
         asleep: `[frames, worlds, medium]` which of the medium's particles slept through it; empty where none may.
+        offsets: `[frames + 1, worlds, 3]` how far the arena had moved at frame boundaries [m].
+        moves: of the arena before a frame, by frame and world.
         equilibration: number of frames at the beginning in which the worlds come to rest; see `episode`.
         segmentation, segments: what is stored, and where; None and empty if the solver was made without gradients.
     """
@@ -88,6 +107,8 @@ class Rollout:
     smallest_j: NDArray[np.float64]
     stops: NDArray[np.bool_]
     asleep: NDArray[np.bool_]
+    offsets: NDArray[np.float64]
+    moves: dict[tuple[int, int], list[ArenaMove]] = field(default_factory=dict)
     equilibration: int = 0
     segmentation: Segmentation | None = None
     segments: list[Segment] = field(default_factory=list)
@@ -102,7 +123,17 @@ class Rollout:
         """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
         first, names = (
             self.equilibration,
-            ("positions", "velocities", "actuation", "tension", "muscle_potential", "counts", "stops", "asleep"),
+            (
+                "positions",
+                "velocities",
+                "actuation",
+                "tension",
+                "muscle_potential",
+                "counts",
+                "stops",
+                "asleep",
+                "offsets",
+            ),
         )
         return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
 

@@ -210,6 +210,8 @@ class Scene:
         gravity: [m/s^2]; tilted gravity is an incline. In water on a grid it acts on the robot's excess of density.
         lower, upper: corners of the arena [m]; its walls have no friction and matter separates from them freely. With
             a ground, lower y is 0.
+        follows: whether the arena moves along x and z with the robot, so that level ground, solid matter and water on a
+            grid have no end.
     """
 
     robot: ElasticBody
@@ -219,6 +221,7 @@ class Scene:
     ground: Ground | None = None
     gravity: tuple[float, float, float] = EARTH_GRAVITY
     water: GridWater | None = None
+    follows: bool = False
 
     def __post_init__(self) -> None:
         _check_elastic(self.robot)
@@ -237,10 +240,7 @@ class Scene:
             raise SceneError(
                 f"A friction coefficient of {self.ground.friction:g} is negative or not finite. Give 0 or more."
             )
-        if self.ground is not None and self.ground.terrain is not None:
-            self.ground.terrain.check(self.upper[1])
-        if self.ground is not None and self.lower[1] != 0.0:
-            raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
+        self._check_arena()
         bodies = {"robot": self.robot.positions} | ({"medium": self.medium.positions} if self.medium else {})
         if self.medium is not None and self.medium.hosts is not None:
             hosts = self.medium.hosts
@@ -258,9 +258,25 @@ class Scene:
                     f"m, the first at {tuple(np.round(place, 4).tolist())}. Move the {name} or widen the arena."
                 )
 
+    def _check_arena(self) -> None:
+        if self.ground is not None and self.ground.terrain is not None:
+            self.ground.terrain.check(self.upper[1])
+        if self.ground is not None and self.lower[1] != 0.0:
+            raise SceneError(f"The ground is the plane y = 0 but the arena begins at y = {self.lower[1]:g} m.")
+        if self.follows and not self.is_endless:
+            raise SceneError(
+                "An arena cannot follow its robot over a terrain or in water of particles. Leave them out."
+            )
+
     def robot_edge(self, fidelity: Fidelity) -> float:
         """Edge of the cubes that the robot's particles stand for [m]."""
         return self.robot.edge or fidelity.particle_edge
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether ground and medium are the same everywhere: level, and no water of particles, whose waves go on."""
+        level = self.ground is None or self.ground.terrain is None
+        return level and (self.medium is None or self.medium.material.law != Law.WATER)
 
     @property
     def is_bare(self) -> bool:

@@ -126,6 +126,7 @@ class Part:
     Attributes:
         counts: substeps of every world `[worlds]`.
         stops: `[worlds]` whether the world is stopped after them.
+        moves: `[worlds]` whether its arena is moved after them, before the next frame.
         is_first: whether they are the first piece of the frame.
         begins: `[worlds]` whether no substep of the frame is before them.
     """
@@ -133,19 +134,22 @@ class Part:
     frame: int
     counts: IntArray
     stops: IntArray
+    moves: IntArray
     is_first: bool
     begins: NDArray[np.bool_]
 
     @property
     def slots(self) -> IntArray:
-        """Slots of the tape that each world takes `[worlds]`: a stop takes one, for the velocities before it."""
-        return self.counts + self.stops
+        """Slots of the tape that each world takes `[worlds]`: a stop and a move take one, for the state before it."""
+        return self.counts + self.stops + self.moves
 
     def halves(self) -> "tuple[list[Part], list[Part]]":
         """The part in two."""
         early = self.counts // 2
-        first = Part(self.frame, early, np.zeros_like(self.stops), self.is_first, self.begins)
-        return [first], [Part(self.frame, self.counts - early, self.stops, False, self.begins & (early == 0))]
+        none = np.zeros_like(self.stops)
+        first = Part(self.frame, early, none, none, self.is_first, self.begins)
+        rest = self.counts - early
+        return [first], [Part(self.frame, rest, self.stops, self.moves, False, self.begins & (early == 0))]
 
 
 def halves(parts: list[Part]) -> tuple[list[Part], list[Part]]:

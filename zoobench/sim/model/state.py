@@ -153,10 +153,14 @@ class Matter:
         self.state[slot, world, :, 1:5] = 0.0
         self.flow[slot, world] = 0.0
 
-    def stop_after(self, slot: int, world: int) -> None:
-        """Write one world at a slot into the next, without its motion."""
+    def copy_after(self, slot: int, world: int) -> None:
+        """Write one world at a slot into the next."""
         for tensor in self.tensors():
             tensor[slot + 1, world] = tensor[slot, world]
+
+    def stop_after(self, slot: int, world: int) -> None:
+        """Write one world at a slot into the next, without its motion."""
+        self.copy_after(slot, world)
         self.stop(slot + 1, world)
 
     def bytes_per_slot(self) -> int:
