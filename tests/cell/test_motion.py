@@ -31,6 +31,7 @@ def test_a_motion_is_the_chosen_worlds_in_double_precision() -> None:
         smallest_j=np.ones(3),
         stops=np.zeros((3, 3), bool),
         asleep=np.zeros((3, 3, 0), bool),
+        offsets=np.zeros((4, 3, 3)),
     )
     masses = 1000.0 * rollout.body["density_ratio"] * rollout.body["occupancy"] * body.volumes
     motion = motion_of(rollout, body, 1000.0, slice(1, 3), gradient=True)

@@ -20,13 +20,13 @@ from zoobench.spec import RunSpec
 
 def test_a_target_that_leaves_the_arena_is_refused() -> None:
     """With time, place, size and remedy, from the frame on in which half the robot's length reaches the wall."""
-    spec = cell(environment="desert", task="waypoint-following[path=straight,speed=0.2]", frames=200)
+    spec = cell(environment="shallow-water", task="waypoint-following[path=straight,speed=0.3]", frames=200)
     fault = target_fault(spec)
     robot = Robot.of(spec.design, spec.controller, registry.create(Kind.FIDELITY, spec.fidelity), spec.task)
-    # it starts at 0.35 of 0.3125 m, and the run-up costs 0.2 s
-    seconds = (0.65 * 0.3125 - np.ptp(robot.body.positions[:, 0]) / 2) / 0.2 + 0.2
+    # it starts at 0.35 of 0.625 m, and the run-up costs 0.2 s
+    seconds = (0.65 * 0.625 - np.ptp(robot.body.positions[:, 0]) / 2) / 0.3 + 0.2
     assert f"after {math.ceil(seconds / 0.008) * 0.008:.3g} s" in fault
-    assert "0.3125 m by 0.1875 m" in fault
+    assert "0.625 m by 0.375 m" in fault
     assert "lower speed" in fault
     with pytest.raises(UsageError, match="leaves the arena"):
         Problem(spec)
@@ -37,29 +37,34 @@ def test_a_target_that_leaves_the_arena_is_refused() -> None:
     [
         {"frames": 100},
         {"environment": "ground"},
-        {"environment": "desert[length=0.6]"},
+        {"environment": "shallow-water[length=1.0]"},
+        {"environment": "desert"},
         {"task": "velocity-tracking[path=straight,speed=0.1]"},
         {"task": "movement-speed"},
         {"task": "mix[movement-speed=1,speed=9]"},
     ],
 )
 def test_the_remedies_help(change: dict[str, str]) -> None:
-    """Fewer frames, more room, less speed; a task without target is not asked."""
-    given = {"environment": "desert", "task": "waypoint-following[path=straight,speed=0.2]", "frames": 200} | change
+    """Fewer frames, more room, an arena without end, less speed; a task without target is not asked."""
+    given = {
+        "environment": "shallow-water",
+        "task": "waypoint-following[path=straight,speed=0.3]",
+        "frames": 200,
+    } | change
     assert not target_fault(cell(**given))  # type: ignore[arg-type]
 
 
 def test_a_mixture_is_as_its_tasks() -> None:
     """Only those with a weight."""
-    task = "mix[waypoint-following=1,path=straight,speed=0.2]"
-    assert "leaves the arena" in target_fault(cell(environment="desert", task=task, frames=200))
+    task = "mix[waypoint-following=1,path=straight,speed=0.3]"
+    assert "leaves the arena" in target_fault(cell(environment="shallow-water", task=task, frames=200))
 
 
 def test_a_path_from_a_file_is_checked_alike(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It must stay inside and last as long as the episode; the plan skips the run with the reason."""
     monkeypatch.chdir(tmp_path)
-    Path("path.csv").write_text("t,x,z\n0,0,0\n0.4,0,0.02\n0.8,0,0.2\n")
-    spec = cell(environment="desert", task="velocity-tracking[target=path.csv]", frames=100)
+    Path("path.csv").write_text("t,x,z\n0,0,0\n0.4,0,0.02\n0.8,0,0.3\n")
+    spec = cell(environment="shallow-water", task="velocity-tracking[target=path.csv]", frames=100)
     assert "leaves the arena" in target_fault(spec)
     assert "ends at 0.8 s" in target_fault(cell(task="velocity-tracking[target=path.csv]", frames=101))
     axes = ((spec.env,), (spec.task,), (spec.design,), (spec.controller,), (spec.method,), (0,))

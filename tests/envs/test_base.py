@@ -6,7 +6,7 @@ import pytest
 from tests.envs.at_rest import made
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import BED_THICKNESS, Environment
+from zoobench.envs.base import BED_THICKNESS, FREE_ROOM, HIGHEST_SPEED, Environment
 from zoobench.envs.desert import desert
 from zoobench.envs.ground import ground
 from zoobench.envs.ice import ice
@@ -46,19 +46,47 @@ def test_the_desert_robot_stands_on_the_sand() -> None:
 def test_the_bed_has_its_mass_and_fills_its_box(spacing: float, particles_per_cell: int) -> None:
     """The volume is exact at every resolution; the bed is centred and not too thick."""
     fidelity = Fidelity(spacing, particles_per_cell=particles_per_cell)
-    bed = desert(length=0.3, width=0.2).scene(Caterpillar().body(fidelity), fidelity).medium
+    scene = desert().scene(Caterpillar().body(fidelity), fidelity)
+    bed, (length, _, width) = scene.medium, scene.upper
     assert bed is not None
-    assert bed.volumes.sum() == pytest.approx(0.3 * 0.2 * BED_THICKNESS, rel=1e-12)
+    assert bed.volumes.sum() == pytest.approx(length * width * BED_THICKNESS, rel=1e-12)
     # rows of a face-centred lattice alternate in number where the box ends in half cells
     enough = 1e-4 if particles_per_cell == 4 else 1e-6
-    assert bed.positions.mean(axis=0) == pytest.approx([0.15, BED_THICKNESS / 2, 0.1], rel=enough)
+    assert bed.positions.mean(axis=0) == pytest.approx([length / 2, BED_THICKNESS / 2, width / 2], rel=enough)
     assert bed.positions[:, 1].max() < BED_THICKNESS
+
+
+@pytest.mark.parametrize("spacing", [1 / 40, 1 / 64, 1 / 100, 1 / 128])
+@pytest.mark.parametrize("length", [0.05, 0.1, 0.4])
+def test_a_bed_that_follows_has_room_for_the_robot_to_turn(spacing: float, length: float) -> None:
+    """On every side of its start in the middle, in whole cells, half of them on either side, however long the body."""
+    fidelity = Fidelity(spacing)
+    body = Caterpillar(length=length).body(fidelity)
+    scene = desert().scene(body, fidelity)
+    size = np.array(scene.upper)[[0, 2]]
+    assert size == pytest.approx(2 * spacing * np.round(size / spacing / 2), rel=1e-12)
+    assert scene.robot.positions.mean(axis=0)[[0, 2]] == pytest.approx(size / 2, abs=spacing)
+    radius = np.hypot(*np.ptp(body.positions, axis=0)[[0, 2]]) / 2
+    assert (size / 2 >= radius + max(FREE_ROOM, 5 * spacing) - 1e-12).all()
+
+
+def test_an_arena_that_does_not_follow_is_as_long_as_the_episode_needs() -> None:
+    """Beds on a terrain, and firm ground on all sides; the hills around the start are the same in every one."""
+    body = Caterpillar().body(QUICK)
+    for name in ("ground[relief=0.02]", "desert[relief=0.02]"):
+        short, long = (made(name).scene(body, QUICK, seconds) for seconds in (0.8, 1.6))
+        for scene, seconds in ((short, 0.8), (long, 1.6)):
+            assert scene.upper[0] - scene.robot.positions[:, 0].max() > HIGHEST_SPEED * seconds
+        around = [scene.ground.terrain.heights_below(scene.robot.positions) for scene in (short, long)]  # type: ignore[union-attr]
+        assert around[0] == pytest.approx(around[1], abs=1e-5)
+    assert made("ground[relief=0.02]").scene(body, QUICK, 1.6).robot.positions[:, [0, 2]].min() > 1.6 * HIGHEST_SPEED
+    assert made("shallow-water").scene(body, QUICK, 1.6).upper[0] == 0.625
 
 
 def test_a_body_larger_than_the_arena_is_refused() -> None:
     """The message names both sizes."""
     with pytest.raises(SceneError, match="does not fit"):
-        desert(length=0.15).scene(Caterpillar(length=0.2).body(QUICK), QUICK)
+        made("desert[length=0.15,relief=0.01]").scene(Caterpillar(length=0.2).body(QUICK), QUICK, 0.0)
 
 
 def test_all_bed_parameters_reach_the_scene() -> None:
@@ -106,15 +134,17 @@ def test_the_robot_starts_on_top_of_the_hills(name: str) -> None:
 def test_the_bed_follows_the_hills(name: str) -> None:
     """It has the thickness and volume of the bed on a plane."""
     env = _hilly(name)
-    scene, level = (e.scene(Caterpillar().body(QUICK), QUICK) for e in (env, made(name)))
+    scene = env.scene(Caterpillar().body(QUICK), QUICK)
+    assert env.bed is not None
     assert scene.medium is not None
-    assert level.medium is not None
-    assert env.terrain is not None
-    rise = scene.medium.positions - level.medium.positions
+    assert scene.ground is not None
+    assert scene.ground.terrain is not None
+    level = env.bed.fill(np.array(scene.upper), 9.81, QUICK)
+    rise = scene.medium.positions - level.positions
     assert (rise[:, [0, 2]] == 0.0).all()
-    assert rise[:, 1] == pytest.approx(env.terrain.heights_below(level.medium.positions), abs=1e-15)
+    assert rise[:, 1] == pytest.approx(scene.ground.terrain.heights_below(level.positions), abs=1e-15)
     assert np.ptp(rise[:, 1]) > 0.01
-    assert (scene.medium.volumes == level.medium.volumes).all()
+    assert (scene.medium.volumes == level.volumes).all()
 
 
 # Table 6 of SoftZoo's appendix: what each environment covers besides the elastic robot; contact of robot and medium is

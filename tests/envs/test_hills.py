@@ -50,8 +50,8 @@ def test_hills_are_smooth() -> None:
 
 def test_a_terrain_keeps_its_relief_and_covers_the_arena() -> None:
     """Heights from 0 to the relief for any size of the arena, with the same hills in a larger one."""
-    small = hills((0.3, 0.2), relief=0.02, wavelength=0.1, seed=7)
-    large = hills((0.6, 0.4), relief=0.02, wavelength=0.1, seed=7)
+    small = hills((0.3, 0.2), (0.1, 0.1), relief=0.02, wavelength=0.1, seed=7)
+    large = hills((0.6, 0.4), (0.1, 0.1), relief=0.02, wavelength=0.1, seed=7)
     assert small is not None
     assert large is not None
     small.check(0.3)
@@ -64,7 +64,7 @@ def test_a_terrain_keeps_its_relief_and_covers_the_arena() -> None:
 
 def test_without_relief_the_ground_is_a_plane() -> None:
     """There is no terrain."""
-    assert hills((1.0, 1.0), relief=0.0, wavelength=0.1, seed=0) is None
+    assert hills((1.0, 1.0), (0.5, 0.5), relief=0.0, wavelength=0.1, seed=0) is None
 
 
 @pytest.mark.parametrize(
@@ -74,4 +74,4 @@ def test_without_relief_the_ground_is_a_plane() -> None:
 def test_impossible_hills_are_refused(params: dict[str, float]) -> None:
     """The message has the remedy, every bound in it."""
     with pytest.raises(UsageError, match=r"Give a relief of 0 or more, .* a seed from 0 to 9223372036854775807"):
-        hills((1.0, 1.0), **({"relief": 0.02, "wavelength": 0.1, "seed": 0} | params))  # type: ignore[arg-type]
+        hills((1.0, 1.0), (0.5, 0.5), **({"relief": 0.02, "wavelength": 0.1, "seed": 0} | params))  # type: ignore[arg-type]

@@ -30,9 +30,9 @@ def test_the_key_of_a_run_with_the_usual_physics_is_as_before() -> None:
     usual, written, weak = (
         registry.resolve(Kind.ENV, Ref.parse(f"ground{params}")) for params in ("", "[gravity=9.81]", "[gravity=3.8]")
     )
-    assert str(usual) == "ground-v3[friction=0.5,relief=0.0,terrain_seed=0,wavelength=0.1]"
+    assert str(usual) == "ground-v4[friction=0.5,relief=0.0,terrain_seed=0,wavelength=0.1]"
     assert written == usual
-    assert str(weak) == "ground-v3[friction=0.5,gravity=3.8,relief=0.0,terrain_seed=0,wavelength=0.1]"
+    assert str(weak) == "ground-v4[friction=0.5,gravity=3.8,relief=0.0,terrain_seed=0,wavelength=0.1]"
 
 
 def test_published_runs_are_found_again() -> None:

@@ -36,7 +36,7 @@ def _made(text: str) -> Environment:
 
 
 def _terrain(profile: Profile, hills: Hills = LEVEL) -> Terrain:
-    terrain = profile.terrain(SIZE, START, hills)
+    terrain = profile.terrain(SIZE, (START, 0.2), hills)
     assert terrain is not None
     return terrain
 
@@ -85,11 +85,11 @@ def test_hills_lie_on_the_profile() -> None:
 def test_without_profile_the_hills_are_what_they_were() -> None:
     """The same field to the last bit, and none on level ground."""
     hills = Hills(relief=0.02)
-    kept, bare = Profile().terrain(SIZE, START, hills), hills.terrain(SIZE)
+    kept, bare = Profile().terrain(SIZE, (START, 0.2), hills), hills.terrain(SIZE, (START, 0.2))
     assert kept is not None
     assert bare is not None
     np.testing.assert_array_equal(kept.heights, bare.heights)
-    assert Profile().terrain(SIZE, START, LEVEL) is None
+    assert Profile().terrain(SIZE, (START, 0.2), LEVEL) is None
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,9 @@ def test_a_robot_stands_on_a_step() -> None:
         solver = Solver(scene, DRAFT, start=equilibrated(scene, DRAFT, env.equilibration_frames))
         path = solver.run(np.zeros((20, 1, solver.muscle_count))).positions[:, 0]
         assert np.abs(path[-1].mean(axis=0) - path[0].mean(axis=0)).max() < 1e-4
-        tread = 0.0 if env.terrain is None else env.terrain.heights_below(path[-1]).mean()
+        assert scene.ground is not None
+        terrain = scene.ground.terrain
+        tread = 0.0 if terrain is None else terrain.heights_below(path[-1]).mean()
         heights.append(path[-1, :, 1].mean() - tread)
     assert heights[1] == pytest.approx(heights[0], abs=DRAFT.grid_spacing / 4)
 
@@ -199,7 +201,8 @@ def test_a_robot_stands_on_a_step() -> None:
 def test_water_on_terrain_has_a_level_surface(name: str) -> None:
     """It is as deep as the ground is low, to a cell, and each particle carries the weight of the water above it."""
     env = _made(f"{name}slope=2]")
-    bed, terrain = env.bed, env.terrain
+    bed, (length, _, width) = env.bed, env.arena
+    terrain = env.profile.terrain((length, width), (length / 2, width / 2), env.hills)
     assert bed is not None
     assert terrain is not None
     filled = bed.fill(np.array(env.arena), 9.81, DRAFT, terrain)

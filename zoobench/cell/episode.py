@@ -63,12 +63,14 @@ class Record:
         actuation: muscle activity as applied `[frames, muscle_count]` [-].
         body: the robot at rest.
         scene: the body in its environment.
+        offsets: how far its arena had moved after the robot at frame boundaries `[frames + 1, 3]` [m].
     """
 
     motion: Motion
     actuation: Array
     body: Body
     scene: Scene
+    offsets: Array
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
 from zoobench.errors import Divergence
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ class EpisodeRunner:
         frames: int,
         is_fixed: bool,
     ) -> None:
-        self.body, self.scene, self.density = body, env.scene(body, fidelity), env.robot.density
+        self.body, self.density = body, env.robot.density
+        self.scene = env.scene(body, fidelity, frames * FRAME_SECONDS)
         self._rest_frames = 0 if is_fixed else env.equilibration_frames
         self.solvers = Solvers(self.scene, fidelity, env.equilibration_frames if is_fixed else 0)
         self._swims = env.stance is Stance.SWIMMING
@@ -100,7 +102,8 @@ class EpisodeRunner:
                     gradients[world] += loops.gradients[world] if loops else 0.0
         self._charge(solver.meter, before, whole)
         for world, motion in enumerate(motions):
-            record = Record(motion, rollout.actuation[:, world].astype(np.float64), self.body, self.scene)
+            activity, offsets = rollout.actuation[:, world].astype(np.float64), rollout.offsets[:, world]
+            record = Record(motion, activity, self.body, self.scene, offsets)
             yield Episode(self._read(motion, built[world], broken.get(world)), gradients[world], record)
 
     def _charge(self, now: "SubstepMeter", before: "SubstepMeter", whole: "Rollout") -> None:

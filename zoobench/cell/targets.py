@@ -17,8 +17,8 @@ _ROUNDING = 1e-9  # [m]
 def target_fault(spec: RunSpec) -> str:
     """Why the target of a run's task cannot be followed to the end; empty if it can, or if the task has no target.
 
-    The target must keep half of the robot's length away from the walls, and a path from a file must last as long as the
-    episode. A body that cannot be made is refused elsewhere.
+    A path from a file must last as long as the episode, and where the arena does not follow the robot, the target must
+    keep half of the robot's length away from its walls. A body that cannot be made is refused elsewhere.
     """
     return _fault(spec.env, spec.task, spec.design, spec.fidelity, spec.frames)
 
@@ -31,16 +31,16 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
         return ""
     env: Environment = registry.create(Kind.ENV, env_ref)
     times = np.arange(frames + 1) * FRAME_SECONDS
-    sizes = np.array(env.arena)[[0, 2]]
+    sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS))
     try:
         _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
         room = 0.5 * float(np.ptp(body.positions[:, 0]))
-        paths = [np.array(env.start) * sizes + route.positions(times)[:, [0, 2]] for route in routes]
+        paths = [start + route.positions(times)[:, [0, 2]] for route in routes]
     except SceneError:
         return ""
     except UsageError as error:
         return str(error)
-    for places in paths:
+    for places in [] if env.follows else paths:
         outside = ((places < room - _ROUNDING) | (places > sizes - room + _ROUNDING)).any(axis=1)
         if outside.any():
             first = int(outside.argmax())

@@ -9,26 +9,36 @@ import numpy as np
 from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.envs.bed import Bed, sharing, without_overlap
-from zoobench.envs.hills import Hills
+from zoobench.envs.hills import LEVEL, Hills
 from zoobench.envs.physics import LAND, Contact, Physics
-from zoobench.envs.profile import Profile
+from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
-from zoobench.sim.model.matter import ElasticMaterial
+from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 from zoobench.sim.model.scene import EARTH_GRAVITY, ElasticBody, Ground, MediumBed, Scene, check_material
 from zoobench.sim.model.standing import standing
 from zoobench.sim.model.terrain import Terrain
 
 LAND_ROBOT = LAND.robot
 
-# [m] x, y, z; wide enough that no land robot meets a wall within an episode of 200 frames
-OPEN_ARENA = (2.0, 0.4, 2.0)
+OPEN_ARENA = (0.5, 0.4, 0.5)
+"""[m] Of firm ground; level ground has no end, whatever its size, see `Environment.scene`."""
 
+EPISODE_SECONDS = 1.6
+"""Length of the published episodes, of 200 control frames [s]."""
+
+HIGHEST_SPEED = 0.5
+"""[m/s] Of a robot, up to which no arena ends within an episode. The fastest gait known goes 0.36 m/s."""
 
 BED_START = 0.35
-"""Start of a land robot on a bed, relative to the bed's length."""
+"""Start of a land robot on a bed or in a tank that does not follow it, relative to its length."""
+
+FREE_ROOM = 0.08
+"""[m] Around a robot at its start, whichever way it turns; at least `_FREE_CELLS`."""
+
+_FREE_CELLS = 5
 
 BED_THICKNESS = 1 / 32
 """[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
@@ -65,13 +75,14 @@ class Environment:
     Attributes:
         robot: the material of robots in this environment.
         friction: Coulomb coefficient of the ground [-].
-        arena: size along x, y, z [m]; it begins at the origin, and the ground is y = 0 without a terrain.
+        arena: size along x, y, z [m], at least; it begins at the origin, and level ground is y = 0.
         bed: the medium on the ground, or None.
-        start: initial position of the robot's centre, relative to the arena's size along x and z.
+        start: initial position of the robot's centre, relative to the arena's size along x and z; one that follows the
+            robot has it in the middle.
         stance: initial height of the robot.
         equilibration_frames: control frames of damped equilibration before the episode.
         gravity: [m/s^2].
-        terrain: heights of ground that is not level; a solid bed lies on it with constant thickness, the surface of
+        hills, profile: of ground that is not level; a solid bed lies on it with constant thickness, the surface of
             water is level, its thickness above the lowest ground.
         skin: of the ground, by which it carries a robot outside water.
         water: that fills the arena, on a grid, in place of a bed; the ground is smooth.
@@ -85,7 +96,8 @@ class Environment:
     stance: Stance = Stance.STANDING
     equilibration_frames: int = 0
     gravity: tuple[float, float, float] = EARTH_GRAVITY
-    terrain: Terrain | None = None
+    hills: Hills = LEVEL
+    profile: Profile = LEVEL_WAY
     skin: GroundSkin = SKIN
     water: GridWater | None = None
 
@@ -96,26 +108,41 @@ class Environment:
             depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
+        self.profile.terrain(
+            (self.arena[0], self.arena[2]), (0.0, 0.0), self.hills
+        )  # refuses hills that are not possible
         if self.bed is not None:
             check_material("medium", self.bed.material)
             self.bed.check(-self.gravity[1])
 
-    def scene(self, body: Body, fidelity: Fidelity) -> Scene:
+    @property
+    def follows(self) -> bool:
+        """Whether the arena follows the robot: on level ground, on beds of solid matter, and in water on a grid."""
+        solid = self.bed is None or (
+            self.stance is Stance.STANDING and not isinstance(self.bed.material, WaterMaterial)
+        )
+        return self.profile.is_level and not self.hills.relief and solid
+
+    def scene(self, body: Body, fidelity: Fidelity, seconds: float = EPISODE_SECONDS) -> Scene:
         """The body at rest at its start, in or on the medium without overlap.
+
+        The arena is as long as an episode of so many `seconds` needs at `HIGHEST_SPEED`, or it follows the robot.
 
         Raises:
             SceneError: the body does not fit into the arena.
         """
-        if self.terrain is not None:
-            self.terrain.check_resolved(fidelity.grid_spacing)
-        size = np.array(self.arena)
-        place = np.array([self.start[0] * size[0], 0.0, self.start[1] * size[2]]) + fidelity.displacement
-        floor = self._floor(body, self._rise(body.positions + place))
+        size, start = self._following(body, fidelity) if self.follows else self.standing_size(seconds)
+        terrain = self.profile.terrain((size[0], size[2]), (float(start[0]), float(start[2])), self.hills)
+        if terrain is not None:
+            terrain.check_resolved(fidelity.grid_spacing)
+            size[1] += 0.0 if self.profile.is_level else float(terrain.heights.max())
+        place = start + fidelity.displacement
+        floor = self._floor(body, _rise(terrain, body.positions + place))
         positions = body.positions + place + np.array([0.0, floor, 0.0])
         if (positions < 0).any() or (positions > size).any():
             extent = tuple(float(length) for length in np.round(np.ptp(body.positions, axis=0), 3))
             raise SceneError(
-                f"A body of {extent} m does not fit into the arena of {self.arena} m with its floor at "
+                f"A body of {extent} m does not fit into the arena of {tuple(size.tolist())} m with its floor at "
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
         robot = ElasticBody.placed(self.robot, body, positions, body.edge)
@@ -123,20 +150,44 @@ class Environment:
         scene = Scene(
             robot=robot,
             lower=(0.0, 0.0, 0.0),
-            upper=self.arena,
-            medium=self._fill(size, robot, sites, fidelity, shared=body.malleable),
-            ground=Ground(self.friction, self.terrain, self.skin),
+            upper=(float(size[0]), float(size[1]), float(size[2])),
+            medium=self._fill(size, terrain, robot, sites, fidelity, shared=body.malleable),
+            ground=Ground(self.friction, terrain, self.skin),
             gravity=self.gravity,
             water=self.water,
+            follows=self.follows,
         )
         return standing(scene, body.edge)
 
-    def _rise(self, positions: Array) -> float:
-        """Height by which a body that stands on y = 0 is lifted so that no particle is closer to the terrain [m]."""
-        if self.terrain is None:
-            return 0.0
-        lowest = positions[:, 1].min()
-        return float((self.terrain.heights_below(positions) - (positions[:, 1] - lowest)).max())
+    def _following(self, body: Body, fidelity: Fidelity) -> tuple[Array, Array]:
+        """Size of an arena that follows the robot, with room for it to turn, and the robot's start in the middle [m].
+
+        It is an even number of cells wide, so that matter left behind fits in before the robot, and so that the robot
+        stands alike on the grid whatever the size.
+        """
+        h = fidelity.grid_spacing
+        needed = float(np.hypot(*np.ptp(body.positions, axis=0)[[0, 2]])) + 2.0 * max(FREE_ROOM, _FREE_CELLS * h)
+        length, height, width = self.arena
+        size = np.array([2.0 * h * math.ceil(max(side, needed) / (2.0 * h) - 1e-6) for side in (length, height, width)])
+        size[1] = height
+        return size, size * (0.5, 0.0, 0.5)
+
+    def standing_size(self, seconds: float) -> tuple[Array, Array]:
+        """Size of an arena that does not follow the robot, and the robot's start in it [m].
+
+        A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, and by the
+        way down a slope. A tank of water is as large as it is given: waves of a longer one would take longer to rest.
+        """
+        way, size = HIGHEST_SPEED * seconds, np.array(self.arena)
+        start = size * (self.start[0], 0.0, self.start[1])
+        if self.bed is not None:
+            size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
+            return size, start
+        slope = np.radians(self.profile.slope)
+        fall = 0.5 * -self.gravity[1] * np.sin(slope) * np.cos(slope) * seconds**2  # towards lower x
+        size += [2.0 * way + abs(fall), 0.0, 2.0 * way]
+        start += [way + max(fall, 0.0), 0.0, way]
+        return size, start
 
     def _floor(self, body: Body, rise: float) -> float:
         """Height of the body's underside [m], where it must be above `rise` [m] to be clear of the ground."""
@@ -155,15 +206,16 @@ class Environment:
         return rise + max(0.0, room / 2)
 
     def _fill(
-        self, size: Array, robot: ElasticBody, sites: Array, fidelity: Fidelity, *, shared: bool
-    ) -> MediumBed | None:
+        self, size: Array, terrain: Terrain | None, robot: ElasticBody, sites: Array, fidelity: Fidelity, *,
+        shared: bool,
+    ) -> MediumBed | None:  # fmt: skip
         """The medium, without the robot's volume in cubes about `sites` `[n, 3]` [m], or with particles that share it.
 
         The cubes are a lattice, so that their volumes fill none of the bed's places twice; their particles are not.
         """
         if self.bed is None:
             return None
-        bed = self.bed.fill(size, -self.gravity[1], fidelity, self.terrain)
+        bed = self.bed.fill(size, -self.gravity[1], fidelity, terrain)
         if self.stance is Stance.STANDING:
             return bed
         # with a shared place, guests have what the robot leaves of it
@@ -179,16 +231,15 @@ class Environment:
 def firm_environment(
     *, friction: float, hills: Hills, profile: Profile, physics: Physics, contact: Contact
 ) -> Environment:
-    """A land robot on firm ground, level or not, far from walls."""
-    length, height, width = OPEN_ARENA
-    terrain = profile.terrain((length, width), length / 2, hills)
+    """A land robot on firm ground, level or not, without walls."""
     return Environment(
         robot=physics.robot,
         friction=friction,
-        arena=(length, height + _climb(terrain, profile), width),
+        arena=OPEN_ARENA,
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
-        terrain=terrain,
+        hills=hills,
+        profile=profile,
         skin=contact.skin,
     )
 
@@ -203,25 +254,25 @@ def bed_environment(
     profile: Profile,
     stance: Stance = Stance.STANDING,
 ) -> Environment:
-    """A land robot on or in a bed of this `size` along x and z [m] on the ground, from wall to wall.
-
-    It starts at `BED_START`, so that most of the bed lies before it.
-    """
+    """A land robot on or in a bed of at least this `size` along x and z [m] on the ground."""
     length, width = size
-    terrain = profile.terrain(size, BED_START * length, hills)
     return Environment(
         robot=physics.robot,
         friction=friction,
-        arena=(length, 0.3 + _climb(terrain, profile), width),
+        arena=(length, 0.3, width),
         bed=bed,
         start=(BED_START, 0.5),
         stance=stance,
         equilibration_frames=equilibration_frames(physics.gravity),
         gravity=(0.0, -physics.gravity, 0.0),
-        terrain=terrain,
+        hills=hills,
+        profile=profile,
     )
 
 
-def _climb(terrain: Terrain | None, profile: Profile) -> float:
-    """Height that an arena needs above the usual one for its profile [m]."""
-    return 0.0 if terrain is None or profile.is_level else float(terrain.heights.max())
+def _rise(terrain: Terrain | None, positions: Array) -> float:
+    """Height by which a body that stands on y = 0 is lifted so that no particle is closer to the terrain [m]."""
+    if terrain is None:
+        return 0.0
+    lowest = positions[:, 1].min()
+    return float((terrain.heights_below(positions) - (positions[:, 1] - lowest)).max())

@@ -19,7 +19,7 @@ _LEAST_ROOM = 0.02  # of a bed particle's volume: what has less is left out
 
 @dataclass(frozen=True)
 class Bed:
-    """A level bed that covers the floor of the arena from wall to wall.
+    """A bed that covers the floor of the arena from wall to wall.
 
     Attributes:
         thickness: [m].

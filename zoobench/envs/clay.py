@@ -20,7 +20,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "clay", version=7, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "clay", version=8, tags=("land", "plastic"), added=("elasticity", "physics", "profile"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def clay(
@@ -30,7 +30,7 @@ def clay(
     robot_friction: float = 0.5,
     thickness: float = BED_THICKNESS,
     length: float = 0.3125,
-    width: float = 0.1875,
+    width: float = 0.3125,
     yield_stress: float = 200.0,
     elasticity: Elasticity = CLAY,
     hills: Hills = LEVEL,
@@ -39,13 +39,13 @@ def clay(
 ) -> Environment:
     """A bed of soft clay on rough ground.
 
-    The bed fills the arena from wall to wall, as in `desert`.
+    The bed has no end, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the clay [-].
     * `slip`: whether robot and clay have velocity fields of their own; else the clay sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
-    * `length`, `width`: of bed and arena along x and z [m].
+    * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; 200 in SoftZoo's reference.
     """
     material = ClayMaterial(*elasticity.constants, yield_stress=yield_stress)

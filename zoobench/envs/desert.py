@@ -12,7 +12,7 @@ from zoobench.sim.model.matter import SandMaterial
 SAND = Elasticity(medium_density=1600.0)
 
 
-@register(Kind.ENV, "desert", version=6, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
+@register(Kind.ENV, "desert", version=7, tags=("land", "granular"), added=("elasticity", "physics", "profile"))
 def desert(
     *,
     friction: float = 0.5,
@@ -20,7 +20,7 @@ def desert(
     robot_friction: float = 0.5,
     thickness: float = BED_THICKNESS,
     length: float = 0.3125,
-    width: float = 0.1875,
+    width: float = 0.3125,
     friction_angle: float = 45.0,
     elasticity: Elasticity = SAND,
     hills: Hills = LEVEL,
@@ -29,15 +29,15 @@ def desert(
 ) -> Environment:
     """A bed of dry sand on rough ground.
 
-    The bed fills the arena from wall to wall, so its size determines the cost of the environment. The default suffices
-    for a robot of 0.1 m over 1.6 s: it starts at 0.35 of the length with 0.15 m free before it, and can turn on the
-    spot. It is a whole number of cells at the fidelities draft and paper.
+    The bed has no end: the part around the robot is simulated, and goes with it. It is as large as the robot needs to
+    turn, or larger if asked for. Where it is not level, it stays where it is, and is as long as the episode needs at
+    0.5 m/s.
 
     * `friction`: Coulomb coefficient of the ground under the sand [-].
     * `slip`: whether robot and sand have velocity fields of their own; else the sand sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
-    * `length`, `width`: of bed and arena along x and z [m].
+    * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `friction_angle`: of the sand, in triaxial compression [degrees]; 45 in SoftZoo's reference.
     """
     material = SandMaterial(*elasticity.constants, friction_angle=friction_angle)

@@ -7,7 +7,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ground", version=3, tags=("land",), added=("physics", "profile", "contact"))
+@register(Kind.ENV, "ground", version=4, tags=("land",), added=("physics", "profile", "contact"))
 def ground(
     *,
     friction: float = 0.5,

@@ -20,6 +20,8 @@ _LARGEST_NOISE = np.sqrt(0.5)
 
 _FEWEST_POINTS = 4
 
+_HOME = 1.0  # [m] of the start in the noise, which is 0 at its own origin whatever the seed
+
 
 @dataclass(frozen=True, kw_only=True)
 class Hills:
@@ -34,20 +36,27 @@ class Hills:
     wavelength: float = 0.1
     terrain_seed: int = 0
 
-    def terrain(self, size: tuple[float, float]) -> Terrain | None:
-        """The terrain of an arena of this size along x and z [m]; raises UsageError as `hills`."""
-        return hills(size, relief=self.relief, wavelength=self.wavelength, seed=self.terrain_seed)
+    def terrain(self, size: tuple[float, float], start: tuple[float, float]) -> Terrain | None:
+        """The terrain of an arena of this size along x and z, with the robot's start there [m]; raises UsageError as
+        `hills`."""
+        return hills(size, start, relief=self.relief, wavelength=self.wavelength, seed=self.terrain_seed)
 
 
 LEVEL = Hills()
 
 
 def hills(
-    size: tuple[float, float], *, relief: float, wavelength: float, seed: int, octaves: int = OCTAVES
+    size: tuple[float, float],
+    start: tuple[float, float],
+    *,
+    relief: float,
+    wavelength: float,
+    seed: int,
+    octaves: int = OCTAVES,
 ) -> Terrain | None:
-    """A terrain over an arena of this size along x and z [m]; None if it has no relief.
+    """A terrain over an arena of this size along x and z, with the robot's start there [m]; None if it has no relief.
 
-    A seed gives the same hills at the same place in an arena of any size.
+    A seed gives the same hills around the start in an arena of any size.
 
     Args:
         relief: heights are between 0 and this [m].
@@ -69,7 +78,10 @@ def hills(
         return None
     spacing = wavelength / 2.0 ** (octaves - 1) / POINTS_PER_WAVE
     counts = [max(_FEWEST_POINTS, int(np.ceil(length / spacing)) + 1) for length in size]
-    x, z = (spacing / wavelength * np.arange(count, dtype=np.float64) for count in counts)
+    x, z = (
+        (spacing * np.arange(count, dtype=np.float64) - place + _HOME) / wavelength
+        for count, place in zip(counts, start, strict=True)
+    )
     noise = perlin(x[:, None], z[None, :], seed=seed, octaves=octaves)
     return Terrain(relief * (1.0 + noise) / 2.0, spacing)
 

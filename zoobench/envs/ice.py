@@ -7,7 +7,7 @@ from zoobench.envs.profile import LEVEL_WAY, Profile
 from zoobench.registry import Kind, register
 
 
-@register(Kind.ENV, "ice", version=3, tags=("land",), added=("physics", "profile", "contact"))
+@register(Kind.ENV, "ice", version=4, tags=("land",), added=("physics", "profile", "contact"))
 def ice(
     *,
     friction: float = 0.05,

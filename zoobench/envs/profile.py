@@ -69,24 +69,24 @@ class Profile:
         total: Array = rise + steps + gaps
         return total
 
-    def terrain(self, size: tuple[float, float], start: float, hills: Hills) -> Terrain | None:
+    def terrain(self, size: tuple[float, float], start: tuple[float, float], hills: Hills) -> Terrain | None:
         """The terrain of an arena of this size along x and z [m]; None if it is level.
 
         Args:
-            start: place of the robot's start along x [m].
+            start: place of the robot's start along x and z [m].
             hills: on top of the profile.
 
         Raises:
             UsageError: as `hills`.
         """
-        bare = hills.terrain(size)
+        bare = hills.terrain(size, start)
         if self.is_level:
             return bare
         spacings = [bare.spacing] if bare else []
         spacing = min([*spacings, self.edge / _POINTS_PER_EDGE if self._has_edges else max(size) / _FEWEST_POINTS])
         counts = [max(_FEWEST_POINTS, int(np.ceil(length / spacing - 1e-9)) + 1) for length in size]
         x, z = (spacing * np.arange(count, dtype=np.float64) for count in counts)
-        heights = np.repeat(self.heights(x - start)[:, None], len(z), axis=1)
+        heights = np.repeat(self.heights(x - start[0])[:, None], len(z), axis=1)
         if bare:
             heights = heights + bare.heights_at(x, z)
         return Terrain(heights - heights.min(), spacing, self.edge if self._has_edges else np.inf)

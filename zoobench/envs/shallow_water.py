@@ -14,7 +14,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "shallow-water", version=9, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
+    Kind.ENV, "shallow-water", version=10, tags=("land", "fluid"), added=("water", "hills", "profile", "physics"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def shallow_water(

@@ -15,7 +15,7 @@ SNOW = Elasticity(medium_density=400.0)
 @register(
     Kind.ENV,
     "snow",
-    version=7,
+    version=8,
     tags=("land", "plastic"),
     added=("elasticity", "physics", "profile", "critical_compression", "critical_stretch"),
 )
@@ -26,7 +26,7 @@ def snow(
     robot_friction: float = 0.5,
     thickness: float = BED_THICKNESS,
     length: float = 0.3125,
-    width: float = 0.1875,
+    width: float = 0.3125,
     hardening: float = 10.0,
     critical_compression: float = 2.5e-2,
     critical_stretch: float = 7.5e-3,
@@ -37,13 +37,13 @@ def snow(
 ) -> Environment:
     """A bed of snow on rough ground.
 
-    The bed fills the arena from wall to wall, as in `desert`.
+    The bed has no end, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the snow [-].
     * `slip`: whether robot and snow have velocity fields of their own; else the snow sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
-    * `length`, `width`: of bed and arena along x and z [m].
+    * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `hardening`: xi of Stomakhin et al. 2013 [-]; 1 in SoftZoo's reference.
     * `critical_compression`: theta_c, the elastic compression at which it yields [-].
     * `critical_stretch`: theta_s, the elastic extension at which it yields [-]; 4.5e-3 in SoftZoo's reference.

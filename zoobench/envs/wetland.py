@@ -21,7 +21,7 @@ _PROVISIONAL = (
 
 
 @register(
-    Kind.ENV, "wetland", version=8, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
+    Kind.ENV, "wetland", version=9, tags=("land", "plastic", "fluid"), added=("elasticity", "physics", "profile"),
     provisional=_PROVISIONAL,
 )  # fmt: skip
 def wetland(
@@ -31,7 +31,7 @@ def wetland(
     robot_friction: float = 0.5,
     thickness: float = BED_THICKNESS,
     length: float = 0.3125,
-    width: float = 0.1875,
+    width: float = 0.3125,
     yield_stress: float = 50.0,
     viscosity: float = 1.0,
     elasticity: Elasticity = MUD,
@@ -41,14 +41,14 @@ def wetland(
 ) -> Environment:
     """A bed of wet mud on rough ground: a fluid in volume, a weak plastic solid in shear.
 
-    The bed fills the arena from wall to wall, as in `desert`.
+    The bed has no end, as in `desert`.
 
     * `friction`: Coulomb coefficient of the ground under the mud [-].
     * `slip`: whether robot and mud have velocity fields of their own, and the mud slides on the ground where its shear
       strength is exceeded; else it sticks to both.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
     * `thickness`: of the bed [m].
-    * `length`, `width`: of bed and arena along x and z [m].
+    * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
     * `viscosity`: [Pa s].
     """

@@ -7,7 +7,7 @@ lost to the numerics: the transfer between particles and grid, the time steps, t
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -63,7 +63,8 @@ def balance(spec: RunSpec) -> Balance:
         UsageError: the scene's water is on a grid.
     """
     grid, env = registry.create(Kind.FIDELITY, spec.fidelity), registry.create(Kind.ENV, spec.env)
-    scene = env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid)
+    # matter that an arena leaves behind would take its energy along
+    scene = replace(env.scene(registry.create(Kind.DESIGN, spec.design).body(grid), grid), follows=False)
     if scene.water is not None:
         raise UsageError("energy is followed in particles, and water on a grid has none.")
     start = equilibrated(scene, grid, env.equilibration_frames, frame_seconds=FRAME_SECONDS)
