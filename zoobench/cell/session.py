@@ -121,6 +121,11 @@ class Session:
         """Present velocity of water on a grid in a world, see `Solver.flow`."""
         return self._solver.flow(world)
 
+    def offset(self, world: int) -> Array:
+        """How far a world's arena has moved after its robot `[3]` [m]."""
+        found: Array = self._solver.simulation.offsets[world].copy()
+        return found
+
     def activity(self, world: int) -> Array:
         """Muscle activity in the last frame of a world's episode `[muscle_count]`; 0 before the first."""
         rollout, frames = self._playback.rollout, self._playback.frames

@@ -119,7 +119,9 @@ class Worlds:
         if world not in self._pictures:
             task = self._begun[world].task or self._problem.task
             self._pictures[world] = LivePicture(self._problem, positions, task)
-        return self._pictures[world].at(seconds, positions, session.activity(world), session.flow(world))
+        return self._pictures[world].at(
+            seconds, positions, session.activity(world), session.flow(world), session.offset(world)
+        )
 
     def close(self) -> None:
         """Close the pictures."""

@@ -145,4 +145,5 @@ def _film(problem: Problem, episode: Episode, reel: _Reel) -> Film:
         activity=np.vstack([np.zeros_like(record.actuation[:1]), record.actuation])[kept],
         centre=centre,
         target=target_path(problem.task, centre[0], problem.spec.frames),
+        offsets=record.offsets[kept],
     )

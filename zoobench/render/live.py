@@ -55,7 +55,9 @@ class LivePicture:
             canvas.text("target and its path", 0.02, 0.02, colour=TARGET)
         canvas.aim(camera)
 
-    def at(self, seconds: float, positions: Array, activity: Array, flow: Array | None = None) -> Image:
+    def at(
+        self, seconds: float, positions: Array, activity: Array, flow: Array | None = None, offset: Array | None = None
+    ) -> Image:
         """The picture at a moment of the episode.
 
         Args:
@@ -63,9 +65,12 @@ class LivePicture:
             positions: of all particles `[particle_count, 3]` [m].
             activity: of the muscles in the frame that ends then `[muscle_count]`, in [-1, 1].
             flow: velocity of water on a grid, see `Solver.flow`.
+            offset: how far the arena has moved after the robot `[3]` [m].
         """
         recording, frame = self._recording, round(seconds / FRAME_SECONDS)
         count = recording.body.particle_count
+        if recording.offsets is not None and offset is not None:
+            recording.offsets[0] = offset
         recording.robot[0] = positions[:count]
         recording.medium[0] = positions[count:]
         if recording.vorticity is not None and flow is not None:
@@ -99,6 +104,7 @@ def _recording(problem: Problem, positions: Array, task: Task) -> Recording:
         centre=np.tile(centre, (frames + 1, 1)),
         target=target_path(task, centre, frames),
         vorticity=None if problem.scene.water is None else np.zeros((1, nx + 1, nz + 1)),
+        offsets=np.zeros((1, 3)),
     )
 
 
@@ -108,5 +114,4 @@ def _region(recording: Recording) -> Region:
     if not scene.is_bare:
         return region
     room = np.array([1.0, 0.0, 1.0]) * _REACH * float(np.ptp(recording.body.positions[:, 0]))
-    low, high = np.maximum(region.low - room, scene.lower), np.minimum(region.high + room, scene.upper)
-    return replace(region, low=low, high=high)
+    return replace(region, low=region.low - room, high=region.high + room)

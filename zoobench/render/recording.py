@@ -40,6 +40,7 @@ class Recording:
         centre: `[n, 3]` the robot's centre of mass, from the first moment on [m].
         target: `[n, 3]` position of the target [m]; None if there is none that moves.
         vorticity: of water on a grid `[moments, nx + 1, nz + 1]` [1/s], see `vorticity`; None without it.
+        offsets: `[moments, 3]` how far the arena had moved after the robot [m]; None if it stayed where it was.
     """
 
     scene: Scene
@@ -51,6 +52,13 @@ class Recording:
     centre: Array
     target: Array | None = None
     vorticity: Array | None = None
+    offsets: Array | None = None
+
+    @property
+    def corners(self) -> tuple[Array, Array]:
+        """Corners of the box around the arena at all moments `[3]` [m]."""
+        offsets = np.zeros((1, 3)) if self.offsets is None else self.offsets
+        return self.scene.lower + offsets.min(axis=0), self.scene.upper + offsets.max(axis=0)
 
     @property
     def solid(self) -> NDArray[np.bool_]:
@@ -150,4 +158,5 @@ def snapshots(
             medium=medium.astype(np.float32),
             centre=np.average(robot, axis=1, weights=body.masses(1.0)),
             vorticity=None if flow is None else vorticity(flow, grid.grid_spacing)[None],
+            offsets=solver.simulation.offsets[:1].copy(),
         )

@@ -46,7 +46,7 @@ class Region:
 def region_of(recording: Recording) -> Region:
     """The whole bed of a medium or box of water, or as much of bare ground as robot and target come near to."""
     scene = recording.scene
-    lower, upper = np.array(scene.lower), np.array(scene.upper)
+    lower, upper = recording.corners
     robot = recording.robot[:, recording.solid].astype(float)
     tallest = float(robot[..., 1].max())
     level, immersed, apron = 0.0, False, 0.0

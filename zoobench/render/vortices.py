@@ -24,11 +24,16 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
     layer["colour"] = np.zeros((layer.n_points, 3), np.uint8)
     canvas.plotter.add_mesh(layer, scalars="colour", rgb=True, lighting=False)
     box = canvas.pyvista.Box([value for ends in zip(low, high, strict=True) for value in ends])
-    canvas.plotter.add_mesh(box.extract_all_edges(), color=EDGES, lighting=False, line_width=1.5)
+    edges = box.extract_all_edges()
+    canvas.plotter.add_mesh(edges, color=EDGES, lighting=False, line_width=1.5)
     still = np.array(medium_colour(recording.scene))
+
+    shapes = [(mesh, mesh.points.copy()) for mesh in (layer, edges)]
 
     def update(moment: int) -> None:
         assert recording.vorticity is not None
+        for mesh, points in shapes:
+            mesh.points = points + (0.0 if recording.offsets is None else recording.offsets[moment])
         strength = np.clip(recording.vorticity[moment].ravel(order="F") / STRONG, -1.0, 1.0)[:, None]
         colour = still + np.maximum(strength, 0.0) * (_LEFT - still) + np.maximum(-strength, 0.0) * (_RIGHT - still)
         layer["colour"] = (255.0 * colour).astype(np.uint8)
