@@ -22,6 +22,23 @@ BUDGET_KINDS: tuple[BudgetKind, ...] = ("substeps", "episodes", "iterations", "s
 FRAME_SECONDS = 0.008
 """Length of a control frame [s], as in SoftZoo."""
 
+WALL_GAP = "wall_gap"
+"""The reading of how near a robot came to a side of its arena [cells]."""
+
+LEAST_WALL_GAP = 3.0
+"""[cells] Below this gap the side has a part in the score."""
+
+
+def is_at_wall(gap: float | None) -> bool:
+    """Whether an episode with this smallest gap [cells] met a side of its arena; of None, an unknown one, not known."""
+    return gap is not None and gap < LEAST_WALL_GAP
+
+
+def standing(score: float, gap: float | None) -> tuple[bool, float]:
+    """By which the best of several results is chosen: one at a wall comes after all others, whatever its score."""
+    return not is_at_wall(gap), score
+
+
 _LARGEST = 2**31 - 1
 """The largest whole number in a column of every supported database."""
 

@@ -75,10 +75,27 @@ def test_a_suite_is_run_published_checked_and_repeated(zoobench: Command, tmp_pa
     first = scores(ok(zoobench("results", "--format", "json")).out)
 
     assert "at paper: score" in ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err
-    assert "at paper" not in ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err, "it is not done again"
+    again = ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err
+    assert "at paper" not in again, "it is not done again"
+    assert "over 6 frames" not in again
     ok(zoobench("leaderboard", "publish", "tiny.yaml"))
+    assert "| 3x |" in (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
     runs = json.loads((tmp_path / "leaderboards" / "tiny.json").read_text(encoding="utf-8"))["runs"]
     assert [run["finer"]["fidelity"].partition("-")[0] for run in runs if run["state"] == "done"] == ["paper"]
+    (lasting,) = (run.pop("lasting") for run in runs if run["state"] == "done")
+    assert lasting["frames"] == 6
+    assert lasting["home_gap"] > 20.0
+
+    export = tmp_path / "leaderboards" / "tiny.json"
+    document = json.loads(export.read_text(encoding="utf-8"))
+    export.write_text(json.dumps({**document, "runs": runs}), encoding="utf-8")
+    ok(zoobench("leaderboard", "rebuild"))
+    assert "3x" not in (tmp_path / "leaderboards" / "tiny.md").read_text(encoding="utf-8")
+    assert "over 6 frames" in ok(zoobench("leaderboard", "confirm", "tiny", "--from", "leaderboards")).err
+    assert [run["lasting"] for run in json.loads(export.read_text())["runs"] if run["state"] == "done"] == [lasting]
+    ok(zoobench("leaderboard", "check"))
+    refused = zoobench("leaderboard", "confirm", "huge", "--from", "leaderboards")
+    assert (refused.code, "There is no export huge.json" in refused.err) == (2, True)
     assert scores(ok(zoobench("results", "--format", "json", "--db", "again.db")).out) == first
     assert len(first) == 1
 
@@ -105,6 +122,7 @@ def test_what_has_no_place_on_a_finer_grid_is_left_out(
     told = ok(zoobench("leaderboard", "confirm", "tiny.yaml")).err
     assert told.count("Left out: The 3 parameters of run 1 do not fit.") == 1
     assert "run 2 at paper: score 0.5 m/s" in told
+    assert "run 1 over 6 frames: not defined: Parameters of shape (1, 1)" in told
 
 
 def test_a_leaderboard_grows_over_databases(zoobench: Command, tmp_path: Path, pretend: Callable[..., None]) -> None:

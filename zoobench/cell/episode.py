@@ -64,6 +64,7 @@ class Record:
         body: the robot at rest.
         scene: the body in its environment.
         offsets: how far its arena had moved after the robot at frame boundaries `[frames + 1, 3]` [m].
+        wall_gaps: of the robot from the sides of the arena at the states of its motion `[frames + 1]` [cells].
     """
 
     motion: Motion
@@ -71,6 +72,7 @@ class Record:
     body: Body
     scene: Scene
     offsets: Array
+    wall_gaps: Array
 
 
 @dataclass(frozen=True)

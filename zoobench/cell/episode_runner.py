@@ -1,7 +1,7 @@
 """Episodes of robots in one scene: simulated side by side, metered, and read by the task."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
@@ -14,16 +14,21 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
+from zoobench.cell.wall_gap import wall_gaps
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
 from zoobench.errors import Divergence
+from zoobench.sim.model.diagnostics import MET_A_WALL
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Motion, Task
+from zoobench.spec import FRAME_SECONDS, LEAST_WALL_GAP, WALL_GAP
+from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
     from zoobench.sim.model.state import IntArray
     from zoobench.sim.solver import Rollout, Solver, SubstepMeter
+
+_PRESENT = 0.5
+"""Occupancy above which a particle counts where a robot is."""
 
 Watch = Callable[[Array, Array | None], None]
 """A function called with the state of the first world: positions of all particles, the robot's first
@@ -58,6 +63,7 @@ class EpisodeRunner:
     ) -> None:
         self.body, self.density = body, env.robot.density
         self.scene = env.scene(body, fidelity, frames * FRAME_SECONDS)
+        self._grid_spacing = fidelity.grid_spacing
         self._rest_frames = 0 if is_fixed else env.equilibration_frames
         self.solvers = Solvers(self.scene, fidelity, env.equilibration_frames if is_fixed else 0)
         self._swims = env.stance is Stance.SWIMMING
@@ -103,8 +109,10 @@ class EpisodeRunner:
         self._charge(solver.meter, before, whole)
         for world, motion in enumerate(motions):
             activity, offsets = rollout.actuation[:, world].astype(np.float64), rollout.offsets[:, world]
-            record = Record(motion, activity, self.body, self.scene, offsets)
-            yield Episode(self._read(motion, built[world], broken.get(world)), gradients[world], record)
+            gaps = self._wall_gaps(motion, offsets)
+            record = Record(motion, activity, self.body, self.scene, offsets, gaps)
+            evaluation = self._read(motion, gaps, built[world].metrics, broken.get(world))
+            yield Episode(evaluation, gradients[world], record)
 
     def _charge(self, now: "SubstepMeter", before: "SubstepMeter", whole: "Rollout") -> None:
         for item in fields(now):
@@ -127,11 +135,24 @@ class EpisodeRunner:
         by_body = direct.by_arrays(gradient, whole, self.body, self.density) if relaxed else {}
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
-    def _read(self, motion: Motion, built: Built, divergence: Divergence | None) -> Evaluation:
-        """Score, reward and metrics of a motion."""
-        if divergence is not None:
-            return Evaluation(-math.inf, {}, np.zeros(0), divergence)
-        return evaluation_of(self._task, motion, built.metrics)
+    def _wall_gaps(self, motion: Motion, offsets: Array) -> Array:
+        """Of a motion from the sides of an arena that has moved so far `[frames + 1]` [cells]."""
+        places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > _PRESENT
+        lower, upper = self.scene.lower + offsets, self.scene.upper + offsets
+        return wall_gaps(places, present, lower, upper, self._grid_spacing)
+
+    def _read(
+        self, motion: Motion, gaps: Array, metrics: Mapping[str, Metric], divergence: Divergence | None
+    ) -> Evaluation:
+        """Score, reward and metrics of a motion with these gaps from the sides of the arena, and `metrics` beside them.
+
+        What failed near a side of the arena has met that, and is not called torn.
+        """
+        if divergence is None:
+            return evaluation_of(self._task, motion, {**metrics, WALL_GAP: Metric(float(gaps.min()), "cells")})
+        if gaps[: divergence.frame + 2].min() < LEAST_WALL_GAP:
+            divergence = replace(divergence, advice=MET_A_WALL)
+        return Evaluation(-math.inf, {}, np.zeros(0), divergence)
 
 
 def _failures(whole: "Rollout") -> dict[int, Divergence]:

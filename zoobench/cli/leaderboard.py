@@ -1,10 +1,11 @@
 """`zoobench leaderboard`: the results of suites, from a database to committed files."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Exit
+from typer import Argument, Exit, Option
 
 from zoobench.cli import completion
 from zoobench.cli.app import App
@@ -13,6 +14,7 @@ from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
+from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
@@ -46,13 +48,80 @@ def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: Form
 
 
 @leaderboard.command("confirm")
-def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None:
-    """Evaluate the best solutions two fidelities finer.
+def confirm(
+    suite: SuiteArgument,
+    db: DatabaseOption = DEFAULT_DATABASE,
+    folder: Annotated[
+        Path | None,
+        Option("--from", help="Lengthen the best solutions of this folder's export instead, and write its pages anew."),
+    ] = None,
+) -> None:
+    """Evaluate the best solutions two fidelities finer, and over three times their frames.
 
-    One episode for each row and method; the scores are stored, and a publication tells in which rows the order of the
-    methods stands there. What diverges is done again with 27 particles per cell, what has a score there is not. Bodies
-    whose parameters belong to a grid, those of `particle`, have none on a finer one.
+    An episode of each for every row and method; the scores are stored, and a publication tells in which rows the order
+    of the methods stands on the finer grid, and which gaits last. What diverges is done again with 27 particles per
+    cell, what has a score there is not. Bodies whose parameters belong to a grid, those of `particle`, have none on a
+    finer one. A suite's export holds the best solution of a row alone, and tells nothing of finer grids.
     """
+    if folder is not None:
+        _lengthen_published(suite, folder)
+        return
+    _refine(suite, db)
+    _lengthen(suite, db)
+    say("Everything was evaluated; `zoobench leaderboard publish` tells what stands and what lasts.")
+
+
+def _lengthen(suite: str, db: str) -> None:
+    """Simulate the best solutions of a suite's rows and methods over more frames, as far as that was not done."""
+    from zoobench.db.rows import LASTING
+    from zoobench.db.store import Store
+    from zoobench.harness.starts import look_in, solution_of
+    from zoobench.report.lasting import TIMES
+    from zoobench.report.leaderboard import best_of_rows
+    from zoobench.verify.lasting_study import LastingRow, lasting, stored
+
+    look_in(db)
+    specs = [row.spec for row in best_of_rows(_board_of(suite, db).rows, by_method=True) if row.lasting is None]
+    with Store(db, create=False) as store:
+        runs = [store.run(spec.key()) for spec in specs]
+        chosen = [(run, solution_of(store, run)) for run in runs]
+
+    def lengthened() -> "Iterator[LastingRow]":
+        for run, params in chosen:
+            try:
+                yield lasting(run.id, run.spec, params, TIMES)
+            except UsageError as error:
+                say(f"Left out: run {run.id}: {error}")
+
+    with Steps(len(chosen)) as steps:
+        for row in save_each(db, LASTING, lengthened(), stored):
+            steps.end(f"{row.title} over {row.frames} frames: {row.result}")
+
+
+def _lengthen_published(suite: str, folder: Path) -> None:
+    """The same with the solutions that the folder's export of a suite holds, whose pages are written anew."""
+    from zoobench.report import leaderboard_files
+    from zoobench.report.lasting import TIMES, Lasting
+    from zoobench.verify.lasting_study import lasting
+
+    board = leaderboard_files.read_export(folder, suite)
+    chosen = [row for row in board.rows if row.solution is not None and row.lasting is None]
+    with Steps(len(chosen)) as steps:
+        for row in chosen:
+            where = " x ".join(getattr(row.spec, axis).name for axis in ("env", "task", "design", "controller"))
+            try:
+                found = lasting(where, row.spec, row.solution or (), TIMES)
+            except UsageError as error:
+                steps.end(f"Left out: {where}: {error}")
+                continue
+            board = board.with_row(replace(row, lasting=Lasting.from_document(asdict(found))))
+            leaderboard_files.write(board, folder)
+            steps.end(f"{where} over {found.frames} frames: {found.result}")
+    _note_report(folder)
+
+
+def _refine(suite: str, db: str) -> None:
+    """Evaluate the best solutions of a suite's rows and methods on finer grids, as far as that was not done."""
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
@@ -76,7 +145,6 @@ def confirm(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE) -> None
         with Steps(len(chosen)) as steps:
             for row in save_each(db, TRANSFER, rows, stored):
                 steps.end(f"{row.title} at {Ref.parse(row.fidelity).name}: {row.result}")
-    say("Everything was evaluated; `zoobench leaderboard publish` tells what stands.")
 
 
 def _unconfirmed(board: "Leaderboard") -> "list[tuple[RunSpec, Ref]]":

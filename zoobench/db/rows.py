@@ -213,6 +213,9 @@ class StudyRow:
 TRANSFER = "transfer"
 """The study of solutions evaluated elsewhere than where they were found."""
 
+LASTING = "lasting"
+"""The study of solutions evaluated over more frames than their own."""
+
 
 @dataclass(frozen=True)
 class StudyRun:

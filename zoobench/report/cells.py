@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from zoobench.db.rows import RunState
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.run_results import NO_SCORE, PROBE, SCORE, SMOKE, RunResult
-from zoobench.spec import RunSelection, RunSpec, currency
+from zoobench.spec import WALL_GAP, RunSelection, RunSpec, currency
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
 
-_FINALS = (SCORE, *REFERENCES, "forward_substeps", "backward_substeps", "episodes", "nonfinite_gradients")
+_FINALS = (SCORE, *REFERENCES, "forward_substeps", "backward_substeps", "episodes", "nonfinite_gradients", WALL_GAP)
 
 
 class Outcome(NamedTuple):
@@ -29,6 +29,7 @@ class Outcome(NamedTuple):
             is not known.
         nonfinite: share of its gradients that were not finite although their episodes did not fail.
         lacks: why it has no score, if it is DONE.
+        wall_gap: how near its robot came to a side of the arena [cells]; None if it is not known.
     """
 
     run: int
@@ -40,6 +41,7 @@ class Outcome(NamedTuple):
     spent: float | None = None
     nonfinite: float = 0.0
     lacks: str = NO_SCORE
+    wall_gap: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,11 @@ def _outcome(
     lacks: str = NO_SCORE,
 ) -> Outcome:
     """What became of a run with these finals, in the order of `_FINALS`."""
-    score, idle, chance, forward, backward, episodes, lost = finals
+    score, idle, chance, forward, backward, episodes, lost, gap = finals
     floor = None if idle is None or chance is None else max(idle, chance)
     spent = _spent(spec, forward, backward, episodes)
     nonfinite = lost / episodes if lost and episodes else 0.0  # there is one gradient an episode
-    return Outcome(run, seed, state, score, unit, floor, spent, nonfinite, lacks)
+    return Outcome(run, seed, state, score, unit, floor, spent, nonfinite, lacks, gap)
 
 
 def _spent(spec: RunSpec, forward: float | None, backward: float | None, episodes: float | None) -> float | None:

@@ -1,4 +1,4 @@
-"""Whether the order of a leaderboard's methods stands on a finer grid, by the best solution of each."""
+"""What the best solution of each method of a leaderboard does elsewhere: on a finer grid, and over more frames."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,10 +7,11 @@ from itertools import combinations
 from typing import NamedTuple
 
 from zoobench.report.labels import labels
+from zoobench.report.lasting import Lasting
 from zoobench.report.leaderboard import BoardRow, particles_per_cell
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import marked
-from zoobench.report.tables import Row, Table
+from zoobench.report.tables import Row, Table, TableCell
 from zoobench.spec import Ref
 
 DENSE = " °"
@@ -31,6 +32,22 @@ class Confirmed(NamedTuple):
 def mark_overturned(tables: Iterable[Table], rows: Sequence[BoardRow]) -> list[Table]:
     """The tables, whose runs are places in `rows` from 1, with marks at winners that do not win on a finer grid."""
     return [replace(table, rows=tuple(_marked(row, rows) for row in table.rows)) for table in tables]
+
+
+def with_lasting(tables: Iterable[Table], known: Mapping[int, Lasting]) -> list[Table]:
+    """The tables with what the best solution of each cell does over more frames, by the id of its run."""
+    return [
+        replace(
+            table,
+            rows=tuple(replace(row, cells=tuple(_lasting(cell, known) for cell in row.cells)) for row in table.rows),
+        )
+        for table in tables
+    ]
+
+
+def _lasting(cell: TableCell | None, known: Mapping[int, Lasting]) -> TableCell | None:
+    best = None if cell is None else cell.best
+    return cell if cell is None or best is None else replace(cell, lasting=known.get(best[0]))
 
 
 def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
@@ -72,8 +89,8 @@ def _confirmed(row: Row, rows: Sequence[BoardRow]) -> dict[int, Confirmed]:
     """By the place of the method: its best run, if that was evaluated on a finer grid."""
     found = {}
     for place, cell in enumerate(row.cells):
-        runs = () if cell is None else cell.runs
-        best = max((rows[run - 1] for run in runs), key=lambda run: run.score, default=None)
+        chosen = None if cell is None else cell.best
+        best = None if chosen is None else rows[chosen[0] - 1]
         if best is not None and best.finer is not None:
             score = best.finer.score
             is_dense = particles_per_cell(best.finer.fidelity) > particles_per_cell(best.spec.fidelity)

@@ -12,10 +12,11 @@ from typing import Any
 from zoobench import registry
 from zoobench.db.many_rows import OriginRow
 from zoobench.registry import KINDS, Kind
+from zoobench.report.lasting import WHAT
 from zoobench.report.leaderboard import Attempt
 from zoobench.report.provisional import footnotes
-from zoobench.report.tables import Table
-from zoobench.spec import Ref
+from zoobench.report.tables import Table, TableCell
+from zoobench.spec import LEAST_WALL_GAP, Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
 _EXTERNAL = "external"  # tag of a method
@@ -23,6 +24,10 @@ _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
     "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
     "what was spent less than 5 % apart, or above them already when no more had been spent than by any of them"
+)
+_AT_WALL = (
+    f"‖ a robot came within {LEAST_WALL_GAP:g} cells of a side of its arena, which has a part in the score: nobody "
+    "wins by it; give a larger arena, where it has a length, or fewer frames"
 )
 _OVERTURNED = "§ wins here and not on a finer grid, where another method's best solution is better"
 
@@ -43,6 +48,8 @@ class Footer:
         undecided: where differences are marked that the fidelity cannot decide.
         external: the agents that were trained elsewhere, and what that means.
         overturned: what the mark at winners means that do not win on a finer grid; empty without one.
+        walls: what the mark at robots means that met a side of their arena, and of how many runs that is not known.
+        lasting: what the column means that tells of more frames; empty without one.
         dates: first start and last end of the runs, UTC; empty without a finished run.
         command: the command that prints these tables.
     """
@@ -59,6 +66,8 @@ class Footer:
     undecided: tuple[str, ...] = ()
     external: tuple[str, ...] = ()
     overturned: tuple[str, ...] = ()
+    walls: tuple[str, ...] = ()
+    lasting: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """The footer as text, one fact a line."""
@@ -67,6 +76,8 @@ class Footer:
             **({"provisional": self.provisional} if self.provisional else {}),
             **({"undecided": self.undecided} if self.undecided else {}),
             **({"overturned": self.overturned} if self.overturned else {}),
+            **({"walls": self.walls} if self.walls else {}),
+            **({"lasting": self.lasting} if self.lasting else {}),
             **({"external": self.external} if self.external else {}),
             "commit": self.commits,
             "components": self.components,
@@ -96,12 +107,22 @@ def footer(tables: Sequence[Table], attempts: Iterable[Attempt | OriginRow], com
         superseded=_distinct(_superseded(tables)),
         provisional=footnotes({row.env for table in tables for row in table.rows}),
         external=_distinct(_external(tables)),
-        overturned=(_OVERTURNED,) if _has_overturned(tables) else (),
+        overturned=(_OVERTURNED,) if any(cell.is_overturned for cell in _cells(tables)) else (),
+        walls=tuple(_walls(list(_cells(tables)))),
+        lasting=(WHAT,) if any(cell.lasting for cell in _cells(tables)) else (),
     )
 
 
-def _has_overturned(tables: Sequence[Table]) -> bool:
-    return any(cell is not None and cell.is_overturned for table in tables for row in table.rows for cell in row.cells)
+def _cells(tables: Sequence[Table]) -> Iterator[TableCell]:
+    return (cell for table in tables for row in table.rows for cell in row.cells if cell is not None)
+
+
+def _walls(cells: Sequence[TableCell]) -> Iterator[str]:
+    if any(cell.is_at_wall for cell in cells):
+        yield _AT_WALL
+    gaps = [gap for cell in cells for gap in cell.gaps]
+    if unknown := gaps.count(None):
+        yield f"whether it met one is not known of {unknown:,} of {len(gaps):,} runs, which an earlier zoobench did"
 
 
 def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:

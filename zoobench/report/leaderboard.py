@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from zoobench.db.rows import TRANSFER, AttemptRow, FinalRow, RunRow, RunState
 from zoobench.errors import StorageError, UsageError
 from zoobench.report.curve import Curve, read_curves
+from zoobench.report.lasting import Lasting, read_lasting
 from zoobench.report.run_results import SMOKE, RunResult
-from zoobench.spec import AXES, BudgetKind, Ref, RunSpec, currency
+from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref, RunSpec, currency, standing
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -49,6 +50,7 @@ class BoardRow:
         attempts: those that its result came from.
         solution: its parameters, if it is the best run of its row over methods and seeds.
         finer: what its solution scores on the finest grid on which it was evaluated, with the most particles.
+        lasting: what its solution does over more frames; None if it was not evaluated.
         curve: its best score by the substeps, or with a budget in episodes those, that it had spent; None if unknown.
     """
 
@@ -61,11 +63,27 @@ class BoardRow:
     solution: tuple[float, ...] | None = None
     finer: FinerScore | None = None
     curve: Curve | None = None
+    lasting: Lasting | None = None
 
     @property
     def score(self) -> float:
         """Its score, or minus infinity without one."""
         return self.finals["score"].value if "score" in self.finals else -math.inf
+
+    @property
+    def wall_gap(self) -> float | None:
+        """How near its solution came to a side of the arena [cells]; None if it is not known.
+
+        Runs of an earlier zoobench did not read it; then it may be known from a longer episode.
+        """
+        if WALL_GAP in self.finals:
+            return self.finals[WALL_GAP].value
+        return None if self.lasting is None else self.lasting.home_gap
+
+    @property
+    def standing(self) -> tuple[bool, float]:
+        """By which the best of several is chosen, as `zoobench.spec.standing`."""
+        return standing(self.score, self.wall_gap)
 
 
 @dataclass(frozen=True)
@@ -84,7 +102,7 @@ class Leaderboard:
     def results(self) -> list[RunResult]:
         """The runs that exist, as tables take them; their ids are their places, from 1."""
         return [
-            RunResult(run, dict(row.finals))
+            RunResult(run, _with_gap(row))
             for number, row in enumerate(self.rows, start=1)
             if (run := _run_row(number, row)) is not None
         ]
@@ -94,6 +112,10 @@ class Leaderboard:
         found = ((number, self.rows[number - 1].curve) for number in runs)
         return {number: curve for number, curve in found if curve is not None}
 
+    def with_row(self, changed: BoardRow) -> "Leaderboard":
+        """With another row in place of that of the same run."""
+        return replace(self, rows=tuple(changed if row.spec == changed.spec else row for row in self.rows))
+
     def missing(self) -> list[RunSpec]:
         """The runs that do not exist."""
         return [row.spec for row in self.rows if row.state is None]
@@ -102,7 +124,7 @@ class Leaderboard:
         """With the rows of an earlier export for the runs that have not ended here, or were done there only."""
         known = earlier.ended()
         rows = [_better(row, known.get(row.spec.key(), row)) for row in self.rows]
-        best = {row.spec for row in best_of_rows(rows)}
+        best = {row.spec for row in best_of_rows(row for row in rows if row.solution is not None)}
         return replace(self, rows=tuple(row if row.spec in best else replace(row, solution=None) for row in rows))
 
     def unasked(self, earlier: "Leaderboard") -> list[BoardRow]:
@@ -116,7 +138,7 @@ class Leaderboard:
 
 
 def best_of_rows(rows: Iterable[BoardRow], *, by_method: bool = False) -> list[BoardRow]:
-    """Of each row of the tables the run with the highest score over methods and seeds; the first of equal ones.
+    """Of each row of the tables the best run over methods and seeds by `BoardRow.standing`; the first of equal ones.
 
     With `by_method`, one of each method.
     """
@@ -126,7 +148,7 @@ def best_of_rows(rows: Iterable[BoardRow], *, by_method: bool = False) -> list[B
         cell = row.spec.cell()
         if not by_method:
             cell = cell[:place] + cell[place + 1 :]
-        if row.score > -math.inf and (cell not in best or row.score > best[cell].score):
+        if row.score > -math.inf and (cell not in best or row.standing > best[cell].standing):
             best[cell] = row
     return list(best.values())
 
@@ -154,7 +176,8 @@ def gather(
     done = [run for run in known.values() if run.state is RunState.DONE]
     ids = [run.id for run in done]
     finals, attempts = reader.all_finals(ids), reader.all_attempts(ids)
-    finer = _finer_scores(reader, {run.id: run.spec for run in known.values()})
+    specs = {run.id: run.spec for run in known.values()}
+    finer, lasting = _finer_scores(reader, specs), read_lasting(reader, specs)
     curves = _curves(reader, done)
     rows = [
         BoardRow(spec, None if why is None else RunState.SKIPPED, why)
@@ -163,6 +186,7 @@ def gather(
             _board_row(run, finals.get(run.id, []), attempts.get(run.id, [])),
             finer=finer.get(run.id),
             curve=curves.get(run.id),
+            lasting=lasting.get(run.id),
         )
         for spec, why in counted
     ]
@@ -173,12 +197,17 @@ def gather(
 def _better(now: BoardRow, before: BoardRow) -> BoardRow:
     """The row to keep of a run that two databases have: the one that is done, else the newer if it has ended.
 
-    A score on a finer grid and a curve that are known there count here, too.
+    A score on a finer grid, one over more frames and a curve that are known there count here, too.
     """
     is_lost = before.state is RunState.DONE and now.state is not RunState.DONE
     if is_lost or now.state not in _ENDED:
         return before
-    return replace(now, finer=now.finer or before.finer, curve=now.curve or before.curve)
+    return replace(
+        now,
+        finer=now.finer or before.finer,
+        curve=now.curve or before.curve,
+        lasting=now.lasting or before.lasting,
+    )
 
 
 def _curves(reader: "Reader", runs: Iterable[RunRow]) -> dict[int, Curve]:
@@ -232,6 +261,12 @@ def _board_row(run: RunRow, finals: Iterable[FinalRow], attempts: Iterable[Attem
     )
     seconds = run.seconds if run.state in _ENDED else 0.0
     return BoardRow(run.spec, run.state, run.reason, seconds, {final.name: final for final in finals}, made)
+
+
+def _with_gap(row: BoardRow) -> dict[str, FinalRow]:
+    """The finals of a run, with the gap from the arena's sides if that is known."""
+    gap = row.wall_gap
+    return {**row.finals, **({} if gap is None else {WALL_GAP: FinalRow(WALL_GAP, gap, "cells")})}
 
 
 def _run_row(number: int, row: BoardRow) -> RunRow | None:

@@ -14,6 +14,7 @@ from zoobench.db.published import cell_of
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
 from zoobench.report.curve import Curve
+from zoobench.report.lasting import Lasting
 from zoobench.report.leaderboard import MISSING, Attempt, BoardRow, FinerScore, Leaderboard
 from zoobench.report.run_results import SMOKE
 from zoobench.spec import AXES, Ref, RunSpec, canonical_json
@@ -78,6 +79,8 @@ def _record(row: BoardRow, cell: Mapping[str, Any], documents: list[Mapping[str,
     optional: dict[str, Any] = {} if row.solution is None else {"solution": row.solution}
     if row.finer is not None:
         optional["finer"] = {"fidelity": str(row.finer.fidelity), "score": row.finer.score}
+    if row.lasting is not None:
+        optional["lasting"] = row.lasting.document()
     if row.curve is not None:
         optional["curve"] = {"spent": row.curve.spent, "scores": row.curve.scores}
     return {
@@ -139,7 +142,10 @@ def _row_of(record: Mapping[str, Any], spec: RunSpec, documents: Sequence[Mappin
         score = given["score"]
         finer = FinerScore(Ref.parse(given["fidelity"]), None if score is None else float(score))
     curve = None if (given := record.get("curve")) is None else _curve(given)
-    return BoardRow(spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution, finer, curve)
+    lasting = None if (given := record.get("lasting")) is None else Lasting.from_document(given)
+    return BoardRow(
+        spec, state, record["reason"], float(record["seconds"]), finals, attempts, solution, finer, curve, lasting
+    )
 
 
 def _curve(document: Mapping[str, Any]) -> Curve:

@@ -47,6 +47,15 @@ def publish(board: Leaderboard, folder: Path) -> Publication:
         earlier = from_text(_content(export), str(export))
         left_out = len(board.unasked(earlier))
         board = board.completed(earlier)
+    return Publication(write(board, folder), left_out)
+
+
+def write(board: Leaderboard, folder: Path) -> tuple[Path, ...]:
+    """Write the export of a leaderboard and the pages made from it in place of those that the folder has; their paths.
+
+    Raises:
+        UsageError: the folder cannot be written.
+    """
     written = {folder / f"{board.name}{ending}": text.encode() for ending, text in pages(board).items()}
     try:
         replace_files(written, make_folders=True)
@@ -54,7 +63,19 @@ def publish(board: Leaderboard, folder: Path) -> Publication:
         raise UsageError(
             f"Cannot write a leaderboard into {str(folder)!r}: {reason(error)}. Give another folder."
         ) from None
-    return Publication(tuple(written), left_out)
+    return tuple(written)
+
+
+def read_export(folder: Path, name: str) -> Leaderboard:
+    """The leaderboard of this name in a folder.
+
+    Raises:
+        UsageError: there is none, or it cannot be read.
+    """
+    found = {path.stem: path for path in exports_of(folder)}
+    if name not in found:
+        raise UsageError(f"There is no export {name}.json in {str(folder)!r}. Choose from {', '.join(found)}.")
+    return from_text(_content(found[name]), str(found[name]))
 
 
 def rebuild(folder: Path) -> list[Path]:

@@ -6,7 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 from zoobench.db.rows import RunState
-from zoobench.report.confirmation import DENSE, confirmation_listing, finer_fidelities, kept_orders, mark_overturned
+from zoobench.report.confirmation import (
+    DENSE,
+    confirmation_listing,
+    finer_fidelities,
+    kept_orders,
+    mark_overturned,
+    with_lasting,
+)
 from zoobench.report.equal_costs import mark_early_winners
 from zoobench.report.footer import Footer, footer
 from zoobench.report.foreign_text import in_markdown, visible
@@ -31,9 +38,12 @@ def pages(board: Leaderboard) -> dict[str, str]:
 
 
 def tables_of(board: Leaderboard) -> list[Table]:
-    """All tables of the suite, with what is missing, and marks at winners that do not win on a finer grid."""
+    """All tables of the suite, with what is missing, what solutions do over more frames, and marks at winners that do
+    not win on a finer grid."""
     tables = score_tables(board.results(), board.missing())
-    return mark_overturned(mark_early_winners(tables, lambda runs, _: board.curves(runs)), board.rows)
+    tables = mark_overturned(mark_early_winners(tables, lambda runs, _: board.curves(runs)), board.rows)
+    known = {number: row.lasting for number, row in enumerate(board.rows, start=1) if row.lasting is not None}
+    return with_lasting(tables, known)
 
 
 def without_empty_rows(tables: Iterable[Table]) -> list[Table]:

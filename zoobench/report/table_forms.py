@@ -5,6 +5,7 @@ from typing import Any
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.labels import labels
+from zoobench.report.lasting import COLUMN
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.tables import Row, Spending, Table, TableCell, spent_alike
@@ -21,11 +22,13 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
     # The amount spent is a column only where it is not in the title.
     spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
     is_uneven = any(_is_uneven(table, row) for row in table.rows)
+    lasts = any(_lasts(row.cells) for row in table.rows)
     rows = [
         (
             *(names[axis][getattr(row, axis)] for axis in axes),
             *(None if row.amount is None else spending.text(row.amount) for spending in spent),
             *("" if cell is None else cell.text(normalised) for cell in row.cells),
+            *([_lasting_text(row.cells)] if lasts else []),
             *([] if not is_uneven else [_spent_text(row) if _is_uneven(table, row) else None]),
         )
         for row in table.rows
@@ -40,6 +43,7 @@ def table_listing(table: Table, normalised: bool = False) -> Listing:
         *axes,
         *(f"at [{spending.unit}]" for spending in spent),
         *(methods[method] for method in table.methods),
+        *([COLUMN] if lasts else []),
         *([f"spent [{table.currency}]"] if is_uneven else []),
     )
     return Listing(columns, tuple(rows), frozenset(winners))
@@ -60,6 +64,7 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
     }
     # what was spent is told where the methods of a row differ in it, as in `table_listing`
     uneven = {(row.env, row.task, row.design, row.controller) for row in table.rows if _is_uneven(table, row)}
+    lasts = any(_lasts(row.cells) for row in table.rows)
     rows: list[tuple[str | None, ...]] = []
     winners = set()
     for place in places:
@@ -74,14 +79,37 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
                 ]
                 spent = [None if set(told) == {"-"} else " / ".join(told)] if uneven else []
                 texts = ("" if cell is None else cell.text(normalised) for cell in found)
-                rows.append((*words, methods[method], *texts, *spent))
-    columns = (*shown, "method", *envs.values(), *([f"spent [{table.currency}]"] if uneven else []))
+                lasting = [_lasting_text(found)] if lasts else []
+                rows.append((*words, methods[method], *texts, *lasting, *spent))
+    columns = (
+        *shown,
+        "method",
+        *envs.values(),
+        *([COLUMN] if lasts else []),
+        *([f"spent [{table.currency}]"] if uneven else []),
+    )
     return Listing(columns, tuple(rows), frozenset(winners))
 
 
 def _is_uneven(table: Table, row: Row) -> bool:
     """Whether methods have spent unlike amounts, which are shown."""
     return isinstance(table.budget, Budget) and table.budget.kind != "seconds" and not spent_alike(row.cells)
+
+
+def _lasts(cells: Sequence[TableCell | None]) -> bool:
+    """Whether a solution was evaluated over more frames."""
+    return any(cell is not None and cell.lasting is not None for cell in cells)
+
+
+def _lasting_text(cells: Sequence[TableCell | None]) -> str | None:
+    """What the best solutions of these cells do over more frames, in their order."""
+    return " / ".join(map(_after, cells)) if _lasts(cells) else None
+
+
+def _after(cell: TableCell | None) -> str:
+    if cell is None or cell.lasting is None or cell.best is None:
+        return "?"
+    return cell.lasting.text(cell.best[1])
 
 
 def _spent_text(row: Row) -> str:
@@ -103,6 +131,7 @@ def long_listing(tables: Sequence[Table]) -> Listing:
         "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
         "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
         "missing", "winner", "normalised", "provisional", "undecided", "used", "used_kind", "nonfinite",
+        "wall_gap", "lasting_frames", "lasting_score", "lasting_end",
     )  # fmt: skip
     rows = [
         _long_row(table, row, method, cell)
@@ -125,5 +154,6 @@ def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any
         states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
         sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
         bool(footnotes([row.env])), cell.is_undecided, cell.spent, table.currency if cell.spent is not None else None,
-        cell.nonfinite,
+        cell.nonfinite, cell.wall_gap,
+        *((None, None, None) if (last := cell.lasting) is None else (last.frames, last.score, last.end)),
     )  # fmt: skip

@@ -12,10 +12,11 @@ from typing import TypeVar
 
 from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.cells import Cell, Outcome, cells_of, comparable
+from zoobench.report.lasting import Lasting
 from zoobench.report.normalise import floor_of, run_shares, shares
 from zoobench.report.run_results import RunResult
 from zoobench.report.statistics import Interval, clear_winner, t_interval
-from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, repeat_command
+from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, is_at_wall, repeat_command, standing
 
 _FEW = 0.01  # share of gradients that may not be finite without a note
 _ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
@@ -33,7 +34,8 @@ class TableCell:
         lacks: how many that are DONE have no score, by why.
         is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
         is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
-            methods, and did so when no more had been spent than by each of them.
+            methods, and did so when no more had been spent than by each of them; its robots kept away from the sides
+            of the arena, as far as that is known.
         is_overturned: whether it wins and another method's best solution beats its own on a finer grid.
         missing: runs that are wanted here and do not exist.
         normalised: the mean between the row's references (0) and its best mean (1); None without either.
@@ -43,6 +45,8 @@ class TableCell:
         nonfinite: share of the gradients of those that were not finite, mean over runs.
         shares: those scores between the row's references (0) and its best mean (1), below 0 where they are worse;
             empty without either.
+        gaps: how near the robots of those came to a side of the arena [cells]; None where it is not known.
+        lasting: what the best solution does over more frames; None if it was not evaluated.
     """
 
     interval: Interval | None
@@ -60,6 +64,28 @@ class TableCell:
     scores: tuple[float, ...] = ()
     shares: tuple[float, ...] = ()
     nonfinite: float = 0.0
+    gaps: tuple[float | None, ...] = ()
+    lasting: Lasting | None = None
+
+    @property
+    def wall_gap(self) -> float | None:
+        """The smallest of the known gaps [cells]; None if none is."""
+        return min((gap for gap in self.gaps if gap is not None), default=None)
+
+    @property
+    def is_at_wall(self) -> bool:
+        """Whether a robot came so near to a side of the arena that this has a part in its score: no winner then."""
+        return is_at_wall(self.wall_gap)
+
+    @property
+    def best(self) -> tuple[int, float] | None:
+        """The id and score of the best run, as `zoobench.spec.standing`; None without a score."""
+        found = zip(self.runs, self.scores, self.gaps or (None,) * len(self.runs), strict=True)
+        ranked = [(standing(score, gap), -run) for run, score, gap in found]
+        if not ranked:
+            return None
+        (_, score), run = max(ranked)
+        return -run, score
 
     @property
     def is_empty(self) -> bool:
@@ -103,7 +129,7 @@ class TableCell:
         if self.interval is None:
             return "no score"
         spread = "" if self.interval.half_width is None else f" ± {self.interval.half_width:.2g}"
-        mark = " ‡" * self.is_undecided + " §" * self.is_overturned
+        mark = " ‡" * self.is_undecided + " §" * self.is_overturned + " ‖" * self.is_at_wall
         return f"{self.interval.mean:.4g}{spread} {self.unit}".rstrip() + mark
 
 
@@ -262,12 +288,14 @@ def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -
 
 
 def leader(cells: Sequence[TableCell | None]) -> TableCell | None:
-    """The cell whose interval lies above all others, all its seeds done; None if a run of the row is to come."""
+    """The cell whose interval lies above all others, all its seeds done and away from walls; None if a run of the row
+    is to come."""
     if any(cell is not None and cell.is_unfinished for cell in cells):
         return None
     best = clear_winner([None if cell is None else cell.interval for cell in cells])
     found = None if best is None else cells[best]
-    return found if found is not None and found.count == found.asked else None
+    is_whole = found is not None and found.count == found.asked
+    return found if found is not None and is_whole and not found.is_at_wall else None
 
 
 def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCell | None]:
@@ -290,6 +318,7 @@ def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
     lacks = Counter(outcome.lacks for outcome in done if outcome.score is None)
     scores = tuple(score for score, _ in scored)
     runs = tuple(outcome.run for _, outcome in scored)
+    gaps = tuple(outcome.wall_gap for _, outcome in scored)
     missing = len(outcomes) - sum(states.values())
     known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
     spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
@@ -297,4 +326,5 @@ def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
     return TableCell(
         t_interval(scores), ", ".join(units), asked, states,
         missing=missing, lacks=lacks, runs=runs, spent=spent, scores=scores, nonfinite=nonfinite,
+        gaps=gaps,
     )  # fmt: skip

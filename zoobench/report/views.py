@@ -11,7 +11,7 @@ from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
-from zoobench.spec import AXES, Ref, RunSpec, repeat_command
+from zoobench.spec import AXES, WALL_GAP, Ref, RunSpec, is_at_wall, repeat_command
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
@@ -51,11 +51,17 @@ def results_overview(results: Sequence[RunResult]) -> Listing:
             None if result.score is None else result.score.value,
             None if result.score is None else result.score.unit,
             duration(result.run.seconds) if result.run.attempt else None,
-            result.run.reason,
+            result.run.reason or _wall_text(result),
         )
         for index, result in enumerate(results)
     ]
     return Listing(("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
+
+
+def _wall_text(result: RunResult) -> str | None:
+    """What to keep in mind about a score that a side of the arena has a part in."""
+    gap = result.finals.get(WALL_GAP)
+    return f"at a wall: within {gap.value:.1f} cells of it" if gap is not None and is_at_wall(gap.value) else None
 
 
 def results_listing(results: Sequence[RunResult]) -> Listing:

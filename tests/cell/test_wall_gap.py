@@ -1,0 +1,49 @@
+"""How near a robot comes to the sides of its arena."""
+
+import numpy as np
+import pytest
+
+from zoobench.cell.wall_gap import wall_gaps
+
+LOWER, UPPER, SPACING = (0.0, 0.0, 0.0), (2.0, 0.5, 1.0), 0.1
+HERE = np.ones(2, bool)
+
+
+def _path(*places: tuple[float, float, float]) -> np.ndarray:
+    """A robot of two particles, one of which stays in the middle, and the other goes through these places."""
+    return np.array([[(1.0, 0.1, 0.5), place] for place in places])
+
+
+@pytest.mark.parametrize(
+    ("place", "gap"),
+    [
+        ((0.25, 0.1, 0.5), 2.5),
+        ((1.85, 0.1, 0.5), 1.5),
+        ((1.0, 0.1, 0.12), 1.2),
+        ((1.0, 0.1, 0.97), 0.3),
+        ((2.05, 0.1, 0.5), -0.5),
+        ((1.0, 0.0, 0.5), 5.0),
+        ((1.0, 0.5, 0.5), 5.0),
+    ],
+)
+def test_the_gap_is_that_of_the_nearest_particle_to_the_nearest_side(
+    place: tuple[float, float, float], gap: float
+) -> None:
+    """In cells, negative beyond it; neither the ground nor the ceiling is a side."""
+    found = wall_gaps(_path((1.0, 0.1, 0.5), place), HERE, LOWER, UPPER, SPACING)
+    assert found == pytest.approx([5.0, gap])
+
+
+def test_sides_may_move_with_the_robot() -> None:
+    """Of an arena that follows it the corners are given after every frame."""
+    shifts = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
+    path = _path((1.0, 0.1, 0.5), (1.9, 0.1, 0.5))
+    assert wall_gaps(path, HERE, LOWER + shifts, UPPER + shifts, SPACING)[1] == pytest.approx(5.0)
+    assert wall_gaps(path, HERE, LOWER, UPPER, SPACING)[1] == pytest.approx(1.0)
+
+
+def test_what_a_robot_does_not_have_meets_nothing() -> None:
+    """A particle that is absent does not count, and a robot without any is nowhere near."""
+    path = _path((0.05, 0.1, 0.5))
+    assert wall_gaps(path, np.array([True, False]), LOWER, UPPER, SPACING) == pytest.approx([5.0])
+    assert np.isinf(wall_gaps(path, ~HERE, LOWER, UPPER, SPACING)).all()
