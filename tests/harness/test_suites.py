@@ -61,6 +61,12 @@ def test_methods_compete_at_equal_substeps(name: str) -> None:
     assert {len(budgets) for budgets in rows.values()} == {1}
 
 
+@pytest.mark.parametrize("name", ["laptop", "shallows", "design", "codesign", "control", "paper"])
+def test_the_boards_have_the_published_episode(name: str) -> None:
+    """200 frames, 1.6 s, so that a gait has to last."""
+    assert {spec.frames for spec in suites.load(name).specs} == {200}
+
+
 def test_laptop_has_every_cell_and_the_most_valuable_first() -> None:
     """7 x 4 x 4 cells, 3 methods, 3 seeds; the caterpillar's speed everywhere, then its turning, come first.
 
