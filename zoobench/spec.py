@@ -35,8 +35,11 @@ def is_at_wall(gap: float | None) -> bool:
 
 
 def standing(score: float, gap: float | None) -> tuple[bool, float]:
-    """By which the best of several results is chosen: one at a wall comes after all others, whatever its score."""
-    return not is_at_wall(gap), score
+    """By which the best of several results is chosen: first those that are known to have kept away from walls.
+
+    Of the others, at a wall or of an earlier zoobench that did not look, the score decides.
+    """
+    return gap is not None and not is_at_wall(gap), score
 
 
 _LARGEST = 2**31 - 1

@@ -22,7 +22,7 @@ def test_the_gap_is_read_or_known_from_a_longer_episode(record: dict[str, Any], 
 
 
 def test_a_result_at_a_wall_is_the_last_choice() -> None:
-    """Below three cells; of others, and of those whose gap is not known, the score decides."""
+    """Below three cells, or where nobody looked; among these, and among the others, the score decides."""
     assert [is_at_wall(gap) for gap in (2.99, 3.0, None)] == [True, False, False]
     ordered = sorted([(0.3, 1.0), (0.2, None), (0.1, 9.0), (0.4, 2.0)], key=lambda pair: standing(*pair))
-    assert [score for score, _ in ordered] == [0.3, 0.4, 0.1, 0.2]
+    assert [score for score, _ in ordered] == [0.2, 0.3, 0.4, 0.1]
