@@ -1,4 +1,4 @@
-"""Where a robot meets a medium: bearing capacity of clay, sinkage in mud, and Coulomb friction on a bed."""
+"""Where a robot meets a medium: sinkage in mud, and Coulomb friction on a bed."""
 
 import math
 from dataclasses import replace
@@ -11,106 +11,11 @@ from zoobench.sim.model.fidelity import Transfer
 from zoobench.sim.model.matter import ClayMaterial, ElasticMaterial, MudMaterial
 from zoobench.sim.model.scene import Ground, Scene
 from zoobench.verify.cases import CaseRecorder, case
-from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, bed, lattice, passive_body
+from zoobench.verify.validate.footings import PRANDTL
+from zoobench.verify.validate.rig import GRAVITY, Rig, bed, lattice, passive_body
 
 _H = 1 / 64
 _PER_CELL = 2
-_SHEAR_STRENGTH = 100.0
-"""k [Pa] of the clay."""
-_PUSH = 0.3
-"""Depth to which a footing is pushed [cells]."""
-_SPEED = 0.005
-"""Of the footing [m/s]: at twice this speed the inertia of the clay adds a tenth."""
-_RAMP = 0.2
-
-PRANDTL = 2.0 + math.pi
-"""Bearing capacity of a strip footing on clay without weight over its shear strength."""
-
-
-# the deviatoric stress at yield is sqrt(2) k in pure shear
-_CLAY = ClayMaterial(1e5, 0.3, 1600.0, yield_stress=math.sqrt(2.0) * _SHEAR_STRENGTH)
-_THIN_MUD = MudMaterial(1e5, 0.3, 1600.0, yield_stress=_CLAY.yield_stress, viscosity=0.0)
-
-
-def footing(
-    cells: int, friction: float | None, *, depth: int | None = None, material: ClayMaterial | MudMaterial = _CLAY
-) -> tuple[Array, Array]:
-    """Depth [cells] and mean pressure over the medium's shear strength of a strip footing on a weightless medium.
-
-    The footing, an elastic block, is led by a uniform body force so that its mean velocity is what it should be; the
-    force is the medium's resistance. Plane strain: one cell between walls without friction.
-
-    Args:
-        cells: width of the footing.
-        friction: between footing and medium; None for one velocity field.
-        depth: of the medium on rough ground [cells]; None for one that does not matter, on smooth ground.
-        material: of the medium; its shear strength is `_SHEAR_STRENGTH`.
-    """
-    rough, deep, high = depth is not None, depth or max(2 * cells, 8), 4
-    beside = max(2 * min(cells, deep), 8)
-    wide, top, edge = (cells + 2 * beside) * _H, deep * _H, _H / _PER_CELL
-    block = lattice((beside * _H, top, 0.0), ((beside + cells) * _H, top + high * _H, _H), edge)
-    layer = bed(material, lattice((0.0, 0.0, 0.0), (wide, top, _H), edge), edge**3)
-    scene = Scene(
-        passive_body(ElasticMaterial(2e5, 0.3, 1600.0), block, edge**3), (0, 0, 0), (wide, top + (high + 3) * _H, _H),
-        medium=replace(layer, friction=friction), ground=Ground(100.0) if rough else None, gravity=WEIGHTLESS,
-    )  # fmt: skip
-    rig = Rig(scene, _H, _PUSH * _H / _SPEED / (1 - _RAMP / 2))
-    robot, mass = rig.robot, rig.mass[rig.robot]
-    depths, forces = np.zeros(rig.steps), np.zeros(rig.steps)
-    for n in range(rig.steps):
-        rig.advance(1)
-        wanted = -_SPEED * min(1.0, (n + 1) / (_RAMP * rig.steps))
-        add = np.array([0.0, wanted, 0.0]) - (mass @ rig.v[robot]) / mass.sum() * np.array([1.0, 1.0, 0.0])
-        rig.v[robot] += add
-        depths[n] = -wanted * rig.dt / _H
-        forces[n] = -mass.sum() * add[1] / rig.dt
-    pieces = 30
-    whole = rig.steps // pieces * pieces
-    pressure = forces[:whole].reshape(pieces, -1).mean(1) / (_SHEAR_STRENGTH * cells * _H * _H)
-    return np.cumsum(depths)[:whole].reshape(pieces, -1)[:, -1], pressure
-
-
-_MOST = {2: 1.6, 4: 1.3, 8: 1.2}
-"""Largest mean pressure over Prandtl's by the footing's width [cells]."""
-
-
-@case("strip-footing", "Prandtl 1920: bearing capacity (2 + π) k", "footings of 2, 4 and 8 cells", is_fast=False)
-def strip_footing(record: CaseRecorder) -> None:
-    """Footings pushed into clay by 0.3 cells carry Prandtl's load, broadened by a part of a cell."""
-    figure = record.plot("Strip footing on clay", "depth [cells]", "pressure over shear strength [-]")
-    for cells, most in _MOST.items():
-        depth, pressure = footing(cells, 0.5)
-        record.within(f"capacity over Prandtl's, {cells} cells", pressure[-1] / PRANDTL, 0.9, most)
-        figure.computed(f"MPM, {cells} cells", depth, pressure)
-    depth, pressure = footing(2, None)
-    record.at_least("control: capacity of 2 cells in one velocity field over Prandtl's", pressure[-1] / PRANDTL, 1.6)
-    figure.computed("MPM, 2 cells, one velocity field", depth, pressure)
-    figure.reference("2 + π", depth, np.full_like(depth, PRANDTL))
-
-
-_LAYERS = {2: (6.22, 1.45), 4: (5.24, 1.2)}
-"""Bearing capacity over the shear strength of a layer this thin [cells] under a rough footing of 8 cells on a rough
-base (Mandel and Salencon 1972, for widths of 4 and 2 times the depth), and the largest multiple of it."""
-
-
-@case("thin-layer", "Mandel and Salencon 1972", "footing of 8 cells on 2 and 4 cells of mud", is_fast=False)
-def thin_layer(record: CaseRecorder) -> None:
-    """Mud of a few cells flows from under a footing, since it slides on the ground at its own strength.
-
-    Clay sticks to it: it bears its robots, and hardly flows.
-    """
-    figure = record.plot("Strip footing on a thin layer", "depth [cells]", "pressure over shear strength [-]")
-    for depth, (exact, most) in _LAYERS.items():
-        depths, pressure = footing(8, 10.0, depth=depth, material=_THIN_MUD)
-        record.within(f"capacity over the exact one, {depth} cells", pressure[-1] / exact, 0.9, most)
-        figure.computed(f"MPM, mud of {depth} cells", depths, pressure)
-        figure.reference(f"Mandel and Salencon, {depth} cells", depths, np.full_like(depths, exact))
-    exact, _most = _LAYERS[2]
-    depths, pressure = footing(8, 10.0, depth=2)
-    record.at_least("control: capacity of clay, which sticks, over the exact one, 2 cells", pressure[-1] / exact, 1.6)
-    figure.computed("MPM, clay of 2 cells", depths, pressure)
-
 
 _BLOCK_WIDTH, _BLOCK_HEIGHT, _MUD_DEPTH = 6 / 64, 3 / 64, 6 / 64
 _MUD = MudMaterial(1e5, 0.3, 1400.0, yield_stress=50.0, viscosity=1.0)

@@ -5,6 +5,7 @@ from zoobench.verify.validate import (
     conservation,
     elements,
     fluids,
+    footings,
     friction,
     gradients,
     granular,
@@ -21,8 +22,8 @@ from zoobench.verify.validate import (
 )
 
 _ALL = cases_of(
-    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, interface, granular,
-    mud, fluids, swimming, swimmers, gradients,
+    conservation, waves, manufactured, statics, modes, muscle_pulls, hertz, elements, friction, footings, interface,
+    granular, mud, fluids, swimming, swimmers, gradients,
 )  # fmt: skip
 
 CASES = tuple(sorted(_ALL, key=lambda case: -case.precision if case.precision else -48))
