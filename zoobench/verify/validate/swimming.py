@@ -5,6 +5,7 @@ The bounds are those that a robot needs to swim; real water would be at 1 where 
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from zoobench.arrays import Array
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.matter import ElasticMaterial
 from zoobench.sim.model.scene import ElasticBody, Scene
-from zoobench.verify.cases import CaseRecorder, case
+from zoobench.verify.cases import CaseRecorder, Shortfall, case
 from zoobench.verify.validate.rig import GRAVITY, WEIGHTLESS, Rig, Vector, dust, lattice, passive_body
+from zoobench.verify.validate.speed_control import TOLERANCE, SpeedControl, check_motion
 
 _SPACING = 1 / 64
 _RUBBER = ElasticMaterial(youngs_modulus=1e5, poissons_ratio=0.2, density=1000.0, viscosity=20.0)
@@ -45,13 +47,17 @@ def _vortex(speed: float, cells: int, spacing: float = _SPACING) -> tuple[Array,
     return rig.times(rig.steps), np.array(shares)
 
 
+_MOVING = 1.0 - 1e-5
+"""Share of a vortex's speed that is left at most: what a grid carries along loses something, what rests does not."""
+
+
 @case("taylor-green-vortex", "Taylor & Green 1937, without viscosity", "16 cells a wavelength, 20 and 200 mm/s")
 def taylor_green_vortex(record: CaseRecorder) -> None:
     """The vortex is at rest in the frame of its walls, so that all of its loss is numerical."""
     figure = record.plot("Taylor-Green vortex without viscosity", "time [s]", "speed left [-]")
     for speed in (0.02, 0.2):
         times, shares = _vortex(speed, 8)
-        record.at_least(f"speed left after 0.25 s of {1e3 * speed:g} mm/s", shares[-1], 0.97)
+        record.within(f"speed left after 0.25 s of {1e3 * speed:g} mm/s", shares[-1], 0.97, _MOVING)
         figure.computed(f"{1e3 * speed:g} mm/s", times, shares)
     figure.reference("no viscosity", times, np.ones_like(times))
 
@@ -95,8 +101,8 @@ def coasting_ball(record: CaseRecorder) -> None:
     times, _, speeds = _momenta(rig, 150)
     share = speeds[:, 0] / 0.05
     record.within("added mass by displaced mass after 2 ms", 1 / np.interp(0.002, times, share) - 1, 0.5, 0.9)
-    record.at_least("speed left after 10 ms", np.interp(0.01, times, share), 0.5)
-    record.at_least("speed left after 0.3 s", share[-1], 0.45)
+    record.within("speed left after 10 ms", np.interp(0.01, times, share), 0.5, 2 / 3)
+    record.within("speed left after 0.3 s", share[-1], 0.45, 2 / 3)
     figure = record.plot("A ball that is given 50 mm/s", "time [s]", "speed left [-]")
     figure.computed("6 cells across", times, share)
     figure.reference("1 / (1 + 0.5)", times, np.full_like(times, 2 / 3))
@@ -129,21 +135,21 @@ def sinking_ball(record: CaseRecorder) -> None:
     figure.reference("added mass 0.5 and a sphere's drag", times, exact)
 
 
-def _towed(reynolds: float) -> Array:
+def _towed(record: CaseRecorder, reynolds: float) -> Array:
     """Drag coefficients of a ball, 6 cells across, in each of five diameters at 0.2 m/s along a box of 48 x 20 x 20
     cells."""
     wide, speed, h = 6 * _SPACING, 0.2, _SPACING
     water = GridWater(viscosity=speed * wide / reynolds)
     body = _ball(6, 1000.0, speed, (7 * h, 10 * h, 10 * h))
     rig = Rig(_tank(body, (48, 20, 20), water=water), h, wide / speed, precision=32, courant=0.7)
-    mass, impulse = float(rig.mass.sum()), np.zeros(5)
+    control, force, places = SpeedControl(rig, 0), np.zeros(5), np.zeros(6)
     for diameter in range(5):
         for _ in range(rig.steps):
-            rig.advance(1)
-            slip = speed - float(rig.mass @ rig.v[:, 0]) / mass
-            rig.v[:, 0] += slip
-            impulse[diameter] += slip * mass
-    found: Array = impulse * speed / wide / (0.5 * 1000.0 * speed**2 * math.pi * wide**2 / 4)
+            control.advance(speed)
+            force[diameter] += control.force / rig.steps
+        places[diameter + 1] = control.moved / wide
+    check_motion(record, f"Reynolds number {reynolds:g}", places[-1] / 5, np.diff(places))
+    found: Array = force / (0.5 * 1000.0 * speed**2 * math.pi * wide**2 / 4)
     return found
 
 
@@ -152,59 +158,98 @@ def towed_ball(record: CaseRecorder) -> None:
     """The water resists a ball at constant speed nearly as its viscosity says, on which that of the grid comes."""
     figure = record.plot("A ball that is towed from rest", "way [diameters]", "drag by that of the curve [-]")
     for reynolds in (100.0, 500.0):
-        ratios = _towed(reynolds) / (24 / reynolds * (1 + 0.15 * reynolds**0.687))
+        ratios = _towed(record, reynolds) / (24 / reynolds * (1 + 0.15 * reynolds**0.687))
         record.within(f"drag by that of the curve at a Reynolds number of {reynolds:g}", ratios[-1], 0.5, 2.0)
         figure.computed(f"Reynolds number {reynolds:g}", np.arange(5) + 0.5, ratios)
 
 
-def _swim(frequency: float, way: float, place: float) -> tuple[Array, Array, float]:
+class Swim(NamedTuple):
+    """How a driven plate swam.
+
+    Attributes:
+        times: [s].
+        ahead: way of its middle towards its head at these times [m].
+        stride: way ahead in the last of its periods, in lengths [-].
+        strouhal: number of that period, by the amplitude that the tail had.
+        wave: that which its particles made in that period by that which was wished, amplitude and phase [-].
+    """
+
+    times: Array
+    ahead: Array
+    stride: float
+    strouhal: float
+    wave: float
+
+
+_LENGTH, _PERIODS = 0.1, 4
+"""Of the plate [m], and those that it swims."""
+_SPRING = 1000.0
+"""Rate at which the plate is drawn to the wave [1/s]: at a third of it the wave that it makes is off by a tenth."""
+
+
+def _swim(frequency: float, way: float, place: float) -> Swim:
     """A plate of 0.1 x 0.012 m, bent by a wave 0.2 m long that runs backward (`way` 1) or forward (-1).
 
     Its amplitude grows from 2 mm at the head to 10 mm at the tail. Its middle lies `place` cells beside the faces.
-
-    Returns:
-        times [s], the way ahead [m], and the speed in the last of four periods [m/s].
     """
-    h, long, thick, wave = _SPACING, 0.1, 0.012, 0.2
-    corner = np.array([13 * h - long / 2, 0.0, (7 + place) * h - thick / 2])
-    points = lattice((0.0, 0.0, 0.0), (long, 4 * h, thick), (h / 2, h / 2, thick / 2)) + corner
-    body = passive_body(_RUBBER, points, long * 4 * h * thick / len(points))
+    h, thick, wave = _SPACING, 0.012, 0.2
+    corner = np.array([13 * h - _LENGTH / 2, 0.0, (7 + place) * h - thick / 2])
+    points = lattice((0.0, 0.0, 0.0), (_LENGTH, 4 * h, thick), (h / 2, h / 2, thick / 2)) + corner
+    body = passive_body(_RUBBER, points, _LENGTH * 4 * h * thick / len(points))
     rig = Rig(_tank(body, (26, 4, 14)), h, 1.0 / frequency, precision=32, courant=0.7)
-    back = (corner[0] + long - points[:, 0]) / long
-    amplitude, phase = 0.01 * (0.2 + 0.8 * back), -way * 2 * math.pi * back * long / wave
-    rate, spring = 2 * math.pi * frequency, 300.0
-    ahead, times = [0.0], [0.0]
-    for step in range(4 * rig.steps):
+    back = (corner[0] + _LENGTH - points[:, 0]) / _LENGTH
+    amplitude, phase = 0.01 * (0.2 + 0.8 * back), -way * 2 * math.pi * back * _LENGTH / wave
+    rate, spring = 2 * math.pi * frequency, _SPRING
+    places, made, steps = [0.0], np.zeros(len(points), complex), rig.steps
+    for step in range(_PERIODS * steps):
         time = step * rig.dt
-        swing = amplitude * min(1.0, time * frequency)
-        lag = swing * np.sin(rate * time + phase) - (rig.positions[:, 2] - points[:, 2])
-        slip = rate * swing * np.cos(rate * time + phase) - rig.v[:, 2]
-        rig.v[:, 2] += rig.dt * (spring**2 * lag + 1.4 * spring * slip)
+        swing, aside = amplitude * min(1.0, time * frequency), rig.positions[:, 2] - points[:, 2]
+        if step >= (_PERIODS - 1) * steps:
+            made += 2j / steps * aside * np.exp(-1j * rate * time)
+        there, speed = swing * np.sin(rate * time + phase), rate * swing * np.cos(rate * time + phase)
+        push = spring**2 * (there - aside) + 1.4 * spring * (speed - rig.v[:, 2]) - rate**2 * there
+        rig.v[:, 2] += rig.dt * push
         rig.advance(1)
-        if (step + 1) % (rig.steps // 8) == 0:
-            times.append((step + 1) * rig.dt)
-            ahead.append(float((rig.positions[:, 0] - points[:, 0]).mean()))
-    period = np.interp(times[-1] - 1 / frequency, times, ahead)
-    return np.array(times), np.array(ahead), (ahead[-1] - period) * frequency
+        places.append(float((rig.positions[:, 0] - points[:, 0]).mean()))
+    wished, ahead = amplitude * np.exp(1j * phase), np.array(places)
+    stride = (ahead[-1] - ahead[-1 - steps]) / _LENGTH
+    tail = float(np.abs(made[back > back.max() - h / _LENGTH]).mean())
+    return Swim(
+        rig.times(_PERIODS * steps), ahead, stride, 2 * tail / (_LENGTH * max(stride, 1e-9)),
+        float(np.vdot(wished, made).real / np.vdot(wished, wished).real),
+    )  # fmt: skip
+
+
+FREQUENCIES = (2.0, 3.0, 4.0, 6.0, 8.0)
+"""Of the beats of swimmers [Hz]."""
+
+_BACKWARD = "not explained: a plate whose middle lies on a face of the grid goes backward faster than forward"
 
 
 @case("swimming-plate", "sign and proportion: Lighthill 1960; Strouhal number: Triantafyllou et al. 1993",
       "0.1 m in 6.4 cells, 0.8 cells thick", is_fast=False)  # fmt: skip
 def swimming_plate(record: CaseRecorder) -> None:
-    """A wave from head to tail drives it forward, in proportion to the frequency, and one from tail to head hardly."""
+    """A wave from head to tail drives it forward, in proportion to the frequency, and one from tail to head hardly.
+
+    No swimmer outruns its wave, which runs by two lengths in a period.
+    """
     figure = record.plot("A plate that is bent in a wave", "time in periods", "way ahead [m]")
-    frequencies, places = (2.0, 4.0, 8.0), (0.0, 0.25, 0.5)
-    strides = np.zeros((len(frequencies), len(places)))
-    for row, frequency in enumerate(frequencies):
-        for column, place in enumerate(places):
-            times, ahead, speed = _swim(frequency, 1.0, place)
-            strides[row, column] = speed / (0.1 * frequency)
-        figure.computed(f"{frequency:g} Hz, to the tail", times * frequency, ahead)
-    times, ahead, _ = _swim(4.0, -1.0, places[-1])
-    figure.computed("4 Hz, to the head", times * 4.0, ahead)
-    reversed_strides = np.array([_swim(4.0, -1.0, place)[2] / 0.4 for place in places])
-    means = strides.mean(axis=1)
-    record.at_least("lengths per period, the least of 2, 4, 8 Hz at three places on the grid", strides.min(), 0.05)
+    swims = {way: [[_swim(f, way, place) for place in (0.0, 0.25, 0.5)] for f in FREQUENCIES] for way in (1.0, -1.0)}
+    for frequency, row in zip(FREQUENCIES, swims[1.0], strict=True):
+        figure.computed(f"{frequency:g} Hz, to the tail", row[-1].times * frequency, row[-1].ahead)
+    turned = swims[-1.0][2][-1]
+    figure.computed("4 Hz, to the head", turned.times * FREQUENCIES[2], turned.ahead)
+    strides, back = (np.array([[swim.stride for swim in row] for row in swims[way]]) for way in (1.0, -1.0))
+    waves = np.array([swim.wave for rows in swims.values() for row in rows for swim in row])
+    means, slowest = strides.mean(axis=1), max(swim.strouhal for row in swims[1.0] for swim in row)
+    words = "at 2, 3, 4, 6, 8 Hz and three places on the grid"
+    record.at_most("wave of the particles off that wished, by it, the most", np.abs(waves - 1).max(), TOLERANCE)
+    record.at_least(f"lengths per period, the least {words}", strides.min(), 0.05)
+    record.at_most(f"lengths per period, the most {words}", strides.max(), 2.0)
     record.at_most("spread over the frequencies, of the mean over the places, by it", np.ptp(means) / means.mean(), 0.3)
-    record.at_most("Strouhal number at 4 Hz, the largest", (0.2 / strides[1]).max(), 1.5)
-    record.at_most("speed by a wave to the head by that of the other", (reversed_strides / strides[1]).max(), 1 / 3)
+    record.at_most(f"Strouhal number, the largest {words}", slowest, 1.5)
+    record.at_most("speed by a wave to the head by that of the other, the most", (back / strides).max(), 1 / 3)
+    record.at_least(
+        "speed by a wave to the head by that of the other, the least", (back / strides).min(), -1.0,
+        shortfall=Shortfall(_BACKWARD, -1.6),
+    )  # fmt: skip
