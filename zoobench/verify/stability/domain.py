@@ -56,7 +56,7 @@ def launched_at_the_edge(record: EpisodeRecorder) -> None:
 
 @case("on-the-nodes")
 def on_the_nodes(record: EpisodeRecorder) -> None:
-    """Isolated particles on nodes, cell borders and wall planes keep a common velocity and their volume."""
+    """Isolated particles on nodes, cell borders and wall planes move with a common velocity and keep their volume."""
     offsets = np.array([0.0, 0.5, 1.0 - 1e-7, 1e-7])
     cells = np.indices((4, 4, 4)).reshape(3, -1).T
     positions = scenes.SPACING * (5.0 * cells + 3.0 + offsets[cells])
@@ -74,6 +74,8 @@ def on_the_nodes(record: EpisodeRecorder) -> None:
             f"{precision} bits: change of velocity / speed", drift / float(np.linalg.norm(velocity)), tolerance
         )
         record.at_most(f"{precision} bits: |J - 1|", abs(energies.smallest_j - 1.0), 1e2 * tolerance)
+        way = (solver.positions(0) - positions).mean(0) / (20 * solver.dt * velocity)
+        record.at_most(f"{precision} bits: |way / (velocity x time) - 1|", np.abs(way - 1.0).max(), 1e-3)
     solver = Solver(scenes.flight(scenes.passive(at_walls), side), scenes.fidelity())
     rollout, _ = record.episode(solver, 20)
     moved = float(np.abs(rollout.positions[-1] - rollout.positions[0]).max())

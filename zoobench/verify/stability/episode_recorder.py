@@ -19,6 +19,9 @@ from zoobench.verify.energies import EnergyBalance, energy_balance, nodal_power
 GROWTH = 1.01
 """Bound on the total energy over its initial value: nothing may add to it."""
 
+EXCHANGED = 0.1
+"""Least share of the energy of moving matter that changes its form."""
+
 
 @dataclass
 class EnergyHistory:
@@ -38,6 +41,12 @@ class EnergyHistory:
     def growth(self) -> float:
         """Largest total energy over the first."""
         return self.largest(lambda balance: balance.total) / self.balances[0].total
+
+    @property
+    def exchanged(self) -> float:
+        """Largest change of the kinetic, elastic or potential energy over the first total."""
+        parts = np.array([(each.kinetic, each.elastic, each.potential) for each in self.balances])
+        return float(np.ptp(parts, axis=0).max()) / self.balances[0].total
 
     @property
     def momentum(self) -> float:
@@ -145,8 +154,13 @@ class EpisodeRecorder(cases.CaseRecorder):
             self.holds(str(divergence), False)
 
     def energy_bounded(self, energies: EnergyHistory, prefix: str = "", bound: float = GROWTH) -> None:
-        """Check that the total energy does not grow."""
+        """Check that the total energy does not grow, though its form changes."""
         self.at_most(f"{prefix}energy / initial", energies.growth, bound)
+        self.moves(energies, prefix)
+
+    def moves(self, energies: EnergyHistory, prefix: str = "") -> None:
+        """Check that something happened: matter that never moves meets all bounds of a stable one."""
+        self.at_least(f"{prefix}energy that changes its form / initial", energies.exchanged, EXCHANGED)
 
     def robot_volume(self, rollout: Rollout, bound: float, prefix: str = "") -> None:
         """Check the smallest volume ratio of the robot during an episode."""

@@ -124,6 +124,7 @@ def full_strength(record: EpisodeRecorder) -> None:
     rollout, energies = record.episode(solver, signs[:, None, :])
     record.robot_volume(rollout, 0.05)
     record.stays_above(energies, scenes.SPACING)
+    record.moves(energies)
     adjoint = np.ones(rollout.positions.shape) / rollout.positions.size
     gradient = solver.backward(rollout, adjoint, np.zeros_like(adjoint))
     record.gradient_finite(gradient, [gradient.actuation])

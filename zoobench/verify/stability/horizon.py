@@ -108,6 +108,9 @@ def measure(record: EpisodeRecorder, *, contact: bool, frames: int = FRAMES, nud
         rollouts[precision], gradients[precision] = rollout, found.actuation[:, 0]
     exact, positions = gradients[64], rollouts[64].positions
     beside = SingleSegment(solver, rollouts[32], adjoints[32].states).run(loss, np.zeros_like(loss)).actuation[:, 0]
+    where = "on the ground" if contact else "in mid-air"
+    moved = float(np.abs(positions - positions[0]).max()) / scenes.SPACING
+    record.at_least(f"{where}, way of a particle, the longest [cells]", moved, 0.1)
     apart = rollouts[32].positions - positions
     nudge = float(np.sqrt(np.square(apart).sum(-1).mean()))
     return Gap(

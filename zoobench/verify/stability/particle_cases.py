@@ -68,7 +68,7 @@ def _stays_bounded(record: EpisodeRecorder, solver: Solver, fraction: float, ste
     """March at this fraction of the limit of the present state, and check that the energy stays within its bound."""
     dt = fraction * solver.current_limit()[0].dt_iso
     energies = record.march(solver, steps, dt, every=13)
-    record.at_most(f"energy / initial at {fraction:g} dt_iso", energies.growth, energy_bound(fraction))
+    record.energy_bounded(energies, f"at {fraction:g} dt_iso: ", energy_bound(fraction))
     record.at_least("smallest J", energies.smallest_j, 0.5)
     record.at_most("speed of the centre [m/s]", energies.momentum / float(solver.parameters.mass.max()), 1e-10)
     record.holds("healthy", not flagged(solver, dt))

@@ -99,8 +99,9 @@ def stretched_bar(record: EpisodeRecorder) -> None:
         gaps = [gap_count(frame[0], scenes.SPACING) for frame in rollout.positions[1:]]
         if stretch < 2.0:
             record.at_most(f"{stretch:g}: gaps", max(gaps), 0)
-            length = float(np.ptp(rollout.positions[-1, 0, :, 0])) / float(np.ptp(positions[:, 0]))
-            record.at_most(f"{stretch:g}: length at the end / unstrained", length, stretch)
+            lengths = np.ptp(rollout.positions[:, 0, :, 0], axis=1) / np.ptp(positions[:, 0])
+            record.at_most(f"{stretch:g}: length at the end / unstrained", lengths[-1], stretch)
+            record.within(f"{stretch:g}: least length / unstrained", lengths.min(), 0.5, 1.0)
         else:
             record.remark(f"{stretch:g}: {gaps[0]} gaps at first, {gaps[-1]} at the end")
         record.path_finite(rollout, f"{stretch:g}: ", "stays finite")

@@ -77,9 +77,12 @@ def spinning_disc(record: CaseRecorder, precision: int, transfer: Transfer) -> N
     scene = Scene(body, (0, 0, 0), (0.8, 0.8, 4 * h), gravity=WEIGHTLESS)
     rig = Rig(scene, h, 1.0, precision=precision, courant=0.8, transfer=transfer)
     pieces, piece = 40, rig.steps // 40
-    budgets = []
+    budgets, turned, before = [], [], arm[:, :2] @ [1, 1j]
     for _ in range(pieces + 1):
         budgets.append(_budget(rig, centre))
+        now = (rig.positions - centre)[:, :2] @ [1, 1j]
+        turned.append(float(np.angle(np.vdot(before, now))))
+        before = now
         rig.advance(piece)
     momentum, angular, energy = map(np.array, zip(*budgets, strict=True))
     speed = float(rig.mass.sum(dtype=float)) * spin * radius
@@ -92,6 +95,7 @@ def spinning_disc(record: CaseRecorder, precision: int, transfer: Transfer) -> N
     drift_bound = max(bound, 1e-6) if transfer == "aflip" else bound
     record.at_most("change of angular momentum, relative", turn.max(), drift_bound)
     record.within("energy lost in one revolution, relative", loss[-1], 0.0, 1e-3)
+    record.within("revolutions of the particles by the spin's", sum(turned) / (spin * t[-1]), 0.99, 1.01)
     figure = record.plot(f"Spinning disc in float{precision}", "time [s]", "share of energy lost [-]")
     figure.computed("MPM", t, loss)
     figure.reference("conserved", t, 0 * t)

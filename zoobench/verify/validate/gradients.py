@@ -24,6 +24,8 @@ _SPACING = 1 / 32
 _CELLS = 4
 _FRAMES = 120
 _MUSCLES = 4
+_CRAWLED = 1e-3
+"""Least distance of the gait, without which gradients are of a cube at rest [m]."""
 _SOFT = ElasticMaterial(youngs_modulus=1e4, poissons_ratio=0.2, density=1000.0, muscle_strength=3000.0)
 
 
@@ -168,6 +170,7 @@ def single(record: CaseRecorder) -> None:
     frames = np.arange(_FRAMES)
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
     record.at_most("error of the float32 gradient, relative to the norm", error, 1e-4)
+    record.at_least("distance crawled", abs(double.value), _CRAWLED, "m")
     figure = record.plot("Derivative of the distance by the first muscle", "control frame", "derivative [m]")
     figure.computed("float32", frames, found[:, 0, 0], points=True)
     figure.reference("float64", frames, exact[:, 0, 0])
@@ -228,6 +231,7 @@ def checkpoints(record: CaseRecorder) -> None:
     words = "largest difference between intervals of 1, 3, 7 and all frames, and a second pass"
     record.at_most(words, largest, 0.0, "m")
     record.at_least("gradient itself, largest component", np.abs(gradients[-1]).max(), 1e-6, "m")
+    record.at_least("distance crawled", abs(runs[0].value), _CRAWLED, "m")
     figure = record.plot("Gradient by checkpoint interval, first muscle", "control frame", "derivative [m]")
     for n, found in zip(_INTERVALS[:-1], gradients, strict=False):
         figure.computed(f"every {n} frames", frames, found[:, 0, 0], points=True)

@@ -147,6 +147,8 @@ def cantilever(record: CaseRecorder) -> None:
     line = np.linspace(0, _LENGTH, 101)
     record.at_most("tip deflection at 8 cells through the depth, relative error", fine, 0.05)
     record.at_most("the same over that at 4 cells", fine / coarse, 0.8)
+    clamped = np.abs(axis[x < -_DEPTH / 8]).max()
+    record.at_most("motion of the clamp over the tip's, 8 cells", clamped / axis[-1], 1e-3)
     figure = record.plot("Cantilever under its weight, 8 cells deep", "distance from the clamp [m]", "deflection [m]")
     figure.computed("MPM", x[::4], axis[::4], points=True)
     figure.reference("Timoshenko", line, timoshenko_deflection(line))
