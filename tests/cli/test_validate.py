@@ -16,7 +16,7 @@ def test_cases_within_their_bounds_are_listed_and_drawn(zoobench: Command, tmp_p
     reply = zoobench("validate", "--case", "clay-shear,gravity-*", "--plots", plots, "--format", "json")
     rows = json.loads(reply.out)
     assert reply.code == 0, reply.err
-    assert [row["case"] for row in rows] == ["gravity-column"] * 2 + ["clay-shear"] * 4
+    assert [row["case"] for row in rows] == ["gravity-column"] * 2 + ["clay-shear"] * 5
     assert all(row["ok"] is True and row["source"] and row["resolution"] for row in rows)
     assert all(row["precision"] == "float64" and row["seconds"] > 0 for row in rows)
     assert "gravity-column: ok" in reply.err

@@ -13,7 +13,7 @@ CLAY = Elasticity(medium_density=1800.0)
 
 
 _PROVISIONAL = (
-    "it bears little more than robots weigh, but up to 1.6 times as much on a coarse grid, so that they go further "
+    "it bears little more than robots weigh, but up to 1.9 times as much on a coarse grid, so that they go further "
     "there: the best gaits of land animals found at draft keep 45 to 78 % of their score at paper, and the "
     "caterpillar's 74 % from standard to fine"
 )

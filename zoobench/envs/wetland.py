@@ -15,8 +15,8 @@ MUD = Elasticity(medium_density=1400.0)
 _PROVISIONAL = (
     "its mud bears less than a robot weighs, and holds it up the longer the coarser the grid, so that gaits go too far "
     "on a coarse one: the best of land animals found at draft keep 20 to 69 % of their score at paper, the fish's 13 "
-    "and 15 %, and the caterpillar's 67 % from standard to fine; up to version 7 it sticks to the ground and bears a "
-    "quarter more"
+    "and 15 %, and the caterpillar's 67 % from standard to fine; up to version 7 it sticks to the ground and bears "
+    "1.4 to 2.3 times as much"
 )
 
 

@@ -26,6 +26,7 @@ SHOWN_ELSEWHERE = {
     "vortices-of-a-body": "the same, vortices of a few cells",
     "coasting-ball": "tests/sim/kernels/water_grid/test_immersed.py, a body takes water along and coasts",
     "sinking-ball": "the same, a body sinks or rises by its density",
+    "added-mass-of-a-fish": "the same, a body takes water along",
 }
 """Cases of seconds whose physics a fast test shows in little, and which."""
 

@@ -163,7 +163,7 @@ def towed_ball(record: CaseRecorder) -> None:
         figure.computed(f"Reynolds number {reynolds:g}", np.arange(5) + 0.5, ratios)
 
 
-class Swim(NamedTuple):
+class PlateSwim(NamedTuple):
     """How a driven plate swam.
 
     Attributes:
@@ -187,7 +187,7 @@ _SPRING = 1000.0
 """Rate at which the plate is drawn to the wave [1/s]: at a third of it the wave that it makes is off by a tenth."""
 
 
-def _swim(frequency: float, way: float, place: float) -> Swim:
+def _swim(frequency: float, way: float, place: float) -> PlateSwim:
     """A plate of 0.1 x 0.012 m, bent by a wave 0.2 m long that runs backward (`way` 1) or forward (-1).
 
     Its amplitude grows from 2 mm at the head to 10 mm at the tail. Its middle lies `place` cells beside the faces.
@@ -214,7 +214,7 @@ def _swim(frequency: float, way: float, place: float) -> Swim:
     wished, ahead = amplitude * np.exp(1j * phase), np.array(places)
     stride = (ahead[-1] - ahead[-1 - steps]) / _LENGTH
     tail = float(np.abs(made[back > back.max() - h / _LENGTH]).mean())
-    return Swim(
+    return PlateSwim(
         rig.times(_PERIODS * steps), ahead, stride, 2 * tail / (_LENGTH * max(stride, 1e-9)),
         float(np.vdot(wished, made).real / np.vdot(wished, wished).real),
     )  # fmt: skip
