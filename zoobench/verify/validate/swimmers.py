@@ -177,7 +177,7 @@ def _check_swim(record: CaseRecorder, swim: Swim, level: str, frequency: float) 
 _LEVELS = ("draft", "standard", "paper")
 _PLACES = (0.0, 0.25, 0.5)
 """Of the fish beside its own, across the grid [cells]."""
-_IN_PART = "a fish one to three cells thick covers the faces of cells in part, and water passes"
+_IN_PART = "a fish one to three cells thick covers the faces of cells in part, and water passes: less on finer grids"
 _SHARES = {"draft": 0.23, "standard": 0.27, "paper": 0.34}
 _APART = {"draft": 0.5, "paper": 0.13}
 """By the level; the worst that is known."""
