@@ -9,6 +9,7 @@ import pytest
 from tests.cli.conftest import Command
 from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
+from zoobench.cli import completion
 from zoobench.db import published
 from zoobench.db.rows import FinalRow, RunState
 from zoobench.report.leaderboard import Attempt, BoardRow, Leaderboard
@@ -16,6 +17,7 @@ from zoobench.report.leaderboard_export import to_text
 
 SPEC = cell(design="block", controller="sine-basis", frames=3)
 NAME = "best:ground/movement-speed/block"
+BOARD_NAME = "best:mine/ground/movement-speed/block"
 
 
 @pytest.fixture(autouse=True)
@@ -42,6 +44,9 @@ def test_it_is_evaluated_without_a_database(zoobench: Command, score: float) -> 
     assert [(row["run"], row["env"].partition("-")[0]) for row in rows] == [(NAME, "ground"), (NAME, "ice")]
     assert rows[0]["score"] == score
     assert "not stored" in reply.err
+    chosen = f"{NAME} is of the leaderboard mine: random, seed 0, score {score:.4g} m/s"
+    assert chosen in reply.err
+    assert zoobench("evaluate", BOARD_NAME, "--env", "ground", "--format", "json").code == 0
     assert [path.name for path in Path.cwd().iterdir()] == ["boards"]
 
 
@@ -67,10 +72,20 @@ def test_a_run_starts_from_it(zoobench: Command) -> None:
     method = f"cmaes[start={NAME},population=4]"
     reply = zoobench("run", *words, "--method", method, "--smoke", "--frames", "3", "--seeds", "1")
     assert reply.code == 0, reply.err
+    assert f"run-{SPEC.key()[:16]}, {BOARD_NAME}, is of the leaderboard mine: random, seed 0" in reply.err
     reply = zoobench("results", "--format", "json")
     (run,) = json.loads(reply.out)
     assert run["state"] == "done"
     assert run["spec"]["method"]["params"]["start"] == f"run-{SPEC.key()[:16]}"
+
+
+def test_tab_offers_it_with_its_origin(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under both of its names."""
+    monkeypatch.setattr(completion, "runs", lambda context, incomplete: [])
+    found = completion.solutions(None, "best:")  # type: ignore[arg-type]
+    assert [name for name, _ in found] == [NAME, BOARD_NAME]
+    assert found[0][1].startswith("of the leaderboard mine: random, seed 0")
+    assert [name for name, _ in completion.solutions(None, "best:m")] == [BOARD_NAME]  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("words", [("evaluate", "best:moon/turning/block"), ("render", "best:x", "-o", "film.npz")])

@@ -21,6 +21,11 @@ NONE = torch.zeros(1, 0, dtype=torch.float64)
 POLICY = "policy-network[hidden=4]"
 
 
+def is_space(name: str) -> bool:
+    """Whether a design is a design space."""
+    return "space" in registry.get(Kind.DESIGN, name).tags
+
+
 def solved(spec: RunSpec) -> Start:
     """A run with a draw of its prior for a solution."""
     robot = Robot.of_run(spec)
@@ -82,6 +87,38 @@ def test_a_stored_gait_on_its_own_body_has_the_score_of_the_run(keep: dict[str, 
     assert again.score == Problem(spec).evaluate(params).score
     assert np.isfinite(gradient).all()
     assert gradient.any()
+
+
+WAVES = {"travelling-wave"}
+"""Controllers that ask where the muscles are."""
+
+UNPLACED = {"sdf-lerp", "barycenter"}
+"""Spaces whose muscles have no places before a body is made."""
+
+
+@pytest.mark.parametrize("design", [name for name in registry.names(Kind.DESIGN) if is_space(name)])
+@pytest.mark.parametrize("controller", [name for name in registry.names(Kind.CONTROLLER) if name != "stored"])
+def test_every_stored_gait_drives_every_space_of_its_muscles(
+    keep: dict[str, Start], controller: str, design: str
+) -> None:
+    """A gait of eight muscles in a space of eight; a wave is refused where no muscle has a place, with that reason."""
+    home = cell(controller=controller, design="clownfish")
+    away = cell(controller=stored(keep, home), design=design)
+    if controller in WAVES and design in UNPLACED:
+        with pytest.raises(UsageError, match="8 muscles of this design space have no places before a body is made"):
+            Robot.of_run(away)
+        return
+    robot, found = Robot.of_run(away), Robot.of_run(home)
+    assert robot.control_count == 0
+    assert robot.layout == found.layout
+    if isinstance(robot.controller, OpenLoop):
+        (start,) = keep.values()
+        params = torch.tensor([start.params], dtype=torch.float64)
+        activity = robot.controller.actuation(NONE, TIMES, 8)
+        assert activity.abs().max() > 0.01
+        assert isinstance(found.controller, OpenLoop)
+        same = torch.equal(activity, found.controller.actuation(params, TIMES, 8))
+        assert same or controller in WAVES, "a wave runs where the muscles of its body are"
 
 
 def test_a_stored_gait_of_a_stored_gait_is_the_first(keep: dict[str, Start]) -> None:

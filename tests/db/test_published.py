@@ -1,4 +1,4 @@
-"""Solutions of published leaderboards are found by name and by the key of their run."""
+"""Solutions of published leaderboards are found by name and by the key of their run, the best of those that compare."""
 
 import json
 from dataclasses import replace
@@ -10,9 +10,9 @@ from tests.report.content import add_ended, make_spec
 from zoobench.db import published
 from zoobench.db.rows import Ending, FinalRow, RunState
 from zoobench.db.store import Store
-from zoobench.errors import StorageError, UsageError
+from zoobench.errors import StorageError, UnknownNameError
 from zoobench.inputs import Start, run_name
-from zoobench.report.leaderboard import BoardRow, Leaderboard, gather
+from zoobench.report.leaderboard import BoardRow, FinerScore, Leaderboard, gather
 from zoobench.report.leaderboard_export import from_text, to_text
 from zoobench.report.leaderboard_files import publish
 from zoobench.spec import Ref, RunSpec
@@ -21,15 +21,16 @@ SCORES = {("diffphysics-v2[lr=0.1]", 0): 2.0, ("diffphysics-v2[lr=0.1]", 1): 3.0
 SPECS = [make_spec(method=method, seed=seed) for method, seed in SCORES]
 BEST = SPECS[1]
 NAME = "best:desert/turning/caterpillar"
+BOARD_NAME = "best:mine/desert/turning/caterpillar"
 
 
-def _board(path: Path, scores: list[float], specs: list[RunSpec] = SPECS) -> Leaderboard:
+def _board(path: Path, scores: list[float], specs: list[RunSpec] = SPECS, name: str = "mine") -> Leaderboard:
     """Runs with these scores; the parameters are the score and a third."""
     with Store(path) as store:
         for spec, score in zip(specs, scores, strict=True):
             finals = (FinalRow("score", score, "m/s"),)
             add_ended(store, spec, Ending(RunState.DONE, finals=finals, params=(score, 1 / 3)))
-        return gather(store, "mine", "mine", "a test", [(spec, None) for spec in specs])
+        return gather(store, name, name, "a test", [(spec, None) for spec in specs])
 
 
 @pytest.fixture
@@ -62,17 +63,69 @@ def test_a_solution_is_found_by_its_name_and_key(folder: Path) -> None:
     """Settings, parameters and score of the best run; other keys find nothing."""
     found = published.named(NAME)
     assert (found.spec, found.params, found.score, found.unit) == (BEST, (3.0, 1 / 3), 3.0, "m/s")
-    assert published.names() == [NAME]
+    assert published.names() == [NAME, BOARD_NAME]
+    assert found.words == "of the leaderboard mine: diffphysics, seed 1, score 3 m/s"
     start = published.start(BEST.key()[:16])
     assert start is not None
     assert (start.spec, start.params) == (BEST, found.params)
     assert published.start(SPECS[0].key()) is None
 
 
+COARSE = Ref("draft", 2, (("grid_spacing", 1 / 64),))
+FINE = Ref("standard", 2, (("grid_spacing", 1 / 96),))
+LEFT = replace(BEST, fidelity=COARSE, env=replace(BEST.env, version=6), frames=60)
+"""A run of the board whose name comes first in the alphabet."""
+
+
+@pytest.mark.parametrize(
+    ("right", "chosen"),
+    [
+        (replace(LEFT, controller=Ref("fixed-sine", 1)), "a"),
+        (replace(LEFT, design=LEFT.design.with_defaults(width=0.1)), "a"),
+        (replace(LEFT, env=replace(LEFT.env, version=7)), "z"),
+        (replace(LEFT, env=replace(LEFT.env, version=5)), "a"),
+        (replace(LEFT, fidelity=FINE), "z"),
+        (replace(LEFT, frames=100), "z"),
+    ],
+    ids=["controller", "settings", "later version", "earlier version", "finer", "longer"],
+)
+def test_the_best_of_several_boards_is_the_best_by_score_where_scores_compare(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, right: RunSpec, chosen: str
+) -> None:
+    """The board `a` has 3 m/s and `z` 1 m/s; what does not compare is chosen by versions, grid and length."""
+    for board, spec, score in (("a", LEFT, 3.0), ("z", right, 1.0)):
+        publish(_board(tmp_path / f"{board}.db", [score], [spec], board), tmp_path / "boards")
+    monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
+    assert published.named(NAME).board == chosen
+    for board in ("a", "z"):
+        assert published.named(f"best:{board}/desert/turning/caterpillar").board == board
+
+
+def test_what_tears_on_a_finer_grid_is_taken_only_if_there_is_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Though its score is higher."""
+    publish(_board(tmp_path / "a.db", [1.0], [LEFT], "a"), tmp_path / "boards")
+    torn = _board(tmp_path / "z.db", [3.0], [replace(LEFT, seed=7)], "z")
+    torn = replace(torn, rows=tuple(replace(row, finer=FinerScore(FINE, None)) for row in torn.rows))
+    publish(torn, tmp_path / "boards")
+    monkeypatch.setattr(published, "folder", lambda: tmp_path / "boards")
+    assert published.named(NAME).board == "a"
+    assert published.named("best:z/desert/turning/caterpillar").tears
+
+
+def test_the_boards_of_this_package_give_their_best() -> None:
+    """Codesign, whose gaits are optimised too, is ahead of design in every space."""
+    for space in ("implicit", "particle", "voxel", "diff-cppn", "sdf-lerp", "barycenter"):
+        every = [each for each in published._all(published.folder()) if each.spec.design.name == space]
+        assert published.named(f"best:ocean/movement-speed/{space}").score == max(each.score for each in every)
+
+
 def test_an_unknown_name_is_told_with_those_that_exist(folder: Path) -> None:
     """The message names what is published."""
-    with pytest.raises(UsageError, match=rf"no solution|No leaderboard.*best:ENV/TASK/DESIGN.*{NAME}"):
-        published.named("best:desert/turning/whale")
+    for text, name in (("best:desert/turning/catapillar", NAME), ("best:mine/desert/turning/cat", BOARD_NAME)):
+        with pytest.raises(UnknownNameError, match=rf"best:ENV/TASK/DESIGN.*Did you mean '{name}'.*Known: {name}\.$"):
+            published.named(text)
 
 
 def test_a_broken_leaderboard_is_told(folder: Path) -> None:

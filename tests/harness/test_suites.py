@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from zoobench.cell.robot import Robot
+from zoobench.db import published
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.harness import suites
 from zoobench.harness.grid import Skip
 from zoobench.harness.suites import Suite, read
+from zoobench.inputs import named_runs
 from zoobench.report.estimate import Estimator
 from zoobench.spec import RunSpec
 from zoobench.verify.accuracy.rates import rate
@@ -82,13 +85,27 @@ def test_laptop_has_every_cell_and_the_most_valuable_first() -> None:
 
 
 def test_design_and_codesign_have_all_six_spaces_under_gradient_and_floor() -> None:
-    """Evolution only where it can be; the gait is given in one and found in the other."""
-    for name, rival, controller in (("design", "neat", "fixed-sine"), ("codesign", "evolution", "sine-basis")):
+    """Evolution only where it can be; the gait is a trained swimmer's in one and found in the other."""
+    for name, rival, controller in (("design", "neat", "stored"), ("codesign", "evolution", "sine-basis")):
         specs = suites.load(name).specs
         spaces = Counter(spec.method.name for spec in specs if spec.seed == 0)
         assert spaces == {"diffphysics": 6, "random": 6, rival: 2}
         assert {spec.controller.name for spec in specs} == {controller}
         assert {(spec.env.name, spec.task.name) for spec in specs} == {("ocean", "movement-speed")}
+
+
+def test_design_has_the_geometry_alone_to_find() -> None:
+    """Of bodies with the muscles of a swimmer, which the gait of a trained one drives, found without a database."""
+    specs = suites.load("design").specs
+    assert {spec.design.kwargs["optimise"] for spec in specs} == {"geometry"}
+    robots = {spec.design: Robot.of_run(spec) for spec in specs}
+    assert {robot.control_count for robot in robots.values()} == {0}
+    assert {robot.body.muscle_count for robot in robots.values()} == {8}
+    (key,) = {key for spec in specs for key in named_runs(spec.controller)}
+    trained = published.with_key(key)
+    assert trained is not None
+    assert (trained.spec.env.name, trained.spec.controller.name) == ("ocean", "sine-basis")
+    assert trained.spec.method.name == "diffphysics"
 
 
 def test_control_has_policies_beside_gaits() -> None:
@@ -248,6 +265,11 @@ def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
         ("seeds: 1", "seeds: [0, -1]", r"grid 1, seeds: \[0, -1\], expected how many seeds"),
         ("seeds: 1", "seeds: 10001", r"at most 10,000"),
         ("envs: ground", "envs: grund", r"grid 1, envs: Unknown environment 'grund'. Did you mean 'ground'"),
+        (
+            "controllers: sine-basis",
+            "controllers: 'stored[run=best:ocean/turning/fsh]'",
+            r"grid 1, controllers: Unknown solution.*Did you mean 'best:ocean/turning/fish'",
+        ),
         ("envs: ground", "envs: 3", r"grid 1, envs: 3, expected a name as `zoobench list envs` shows them, or a list"),
         ("envs: ground", "envs: []", r"grid 1, envs: \[\], expected"),
         ("methods: random", 'methods: "random[batsch=2]"', r"grid 1: .*batsch"),

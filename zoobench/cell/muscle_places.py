@@ -35,13 +35,24 @@ def muscle_places(body: Body) -> MusclePlaces:
     plane = int(upright > _UPRIGHT * sideways)
     side = moments[plane] / np.maximum(arms[plane], 1e-30)
     if np.abs(side).max(initial=0.0) < _LEAST_SIDE:
-        raise UsageError(
-            f"None of the {body.muscle_count} muscles bends this body to a side, so no wave of bending can run along "
-            "it. Choose another controller, such as sine-basis, or a body with muscles left and right."
-        )
+        raise UsageError(_straight(body))
     low, high = body.box
     centres = (shares * body.positions[:, :1]).sum(axis=0) / volumes
     return MusclePlaces(back=(high[0] - centres) / (high[0] - low[0]), side=side)
+
+
+def _straight(body: Body) -> str:
+    """Why no wave of bending can run along the body, and what to do."""
+    advice = "Choose another controller, such as sine-basis, or a body with muscles left and right."
+    if body.malleable:
+        return (
+            f"The {body.muscle_count} muscles of this design space have no places before a body is made, so no wave "
+            f"of bending can run along it. {advice}"
+        )
+    return (
+        f"None of the {body.muscle_count} muscles bends this body to a side, so no wave of bending can run along "
+        f"it. {advice}"
+    )
 
 
 def placed_on(body: Body, controller: Controller) -> Controller:

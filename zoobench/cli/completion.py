@@ -67,7 +67,7 @@ def solutions(context: Context, incomplete: str) -> list[tuple[str, str]]:
     from zoobench.db import published
 
     best = published.names() if incomplete else []  # there are more of them than fit a screen
-    return runs(context, incomplete) + [(name, "of a leaderboard") for name in starting(best, incomplete)]
+    return runs(context, incomplete) + [(name, published.named(name).words) for name in starting(best, incomplete)]
 
 
 def _names(chosen: "Iterable[Kind]") -> list[str]:

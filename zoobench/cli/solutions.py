@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from zoobench.cli.output import say
 from zoobench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ class NamedSolution:
 def solution_named(text: str, db: str) -> NamedSolution:
     """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.
 
+    Which published run it is, is said.
+
     Raises:
         UsageError: there is no such run, or it has no solution.
         StorageError: the database or leaderboard cannot be read.
@@ -44,6 +47,7 @@ def solution_named(text: str, db: str) -> NamedSolution:
 
     if names_published(text):
         best = published.named(text)
+        say(f"{text} is {best.words}")
         return NamedSolution(best.name, None, best.spec, best.params, best.score, best.unit)
     with Store(db, create=False) as store:
         return solution_of_run(store, text)

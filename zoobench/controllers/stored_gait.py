@@ -42,12 +42,6 @@ class OpenGait(Gait):
 
     open_loop: OpenLoop
 
-    def placed(self, places: MusclePlaces) -> "OpenGait":
-        """The gait on a body with its muscles there."""
-        if not isinstance(self.open_loop, Placed):
-            return self
-        return replace(self, open_loop=self.open_loop.placed(places))
-
     def parameter_count(self, muscle_count: int) -> int:
         """None."""
         return 0
@@ -60,6 +54,16 @@ class OpenGait(Gait):
         """Activity `[frames, worlds, muscle_count]` for `parameters` `[worlds, 0]`, the same in every world."""
         stored = self._with_stored(parameters, self.open_loop.parameter_count(muscle_count))
         return self.open_loop.actuation(stored, times, muscle_count)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedGait(OpenGait):
+    """An open gait that depends on where the muscles are, a `Placed` one, as a travelling wave."""
+
+    def placed(self, places: MusclePlaces) -> OpenGait:
+        """The gait on a body with its muscles there."""
+        assert isinstance(self.open_loop, Placed)
+        return replace(self, open_loop=self.open_loop.placed(places))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,5 +104,6 @@ def stored_gait(*, run: StoredRun) -> OpenGait | ClosedGait:
     start = solution_in(run)
     controller: Controller = registry.create(Kind.CONTROLLER, start.spec.controller)
     if isinstance(controller, OpenLoop):
-        return OpenGait(start=start, open_loop=controller)
+        kind = PlacedGait if isinstance(controller, Placed) else OpenGait
+        return kind(start=start, open_loop=controller)
     return ClosedGait(start=start, closed_loop=controller)

@@ -1,16 +1,18 @@
 """The best solutions of the published leaderboards, which come with the package: `best:ENV/TASK/DESIGN`.
 
-Settings name them by the key of their run, as they name runs of a database.
+`best:BOARD/ENV/TASK/DESIGN` is that of one leaderboard. Settings name them by the key of their run, as they name runs
+of a database.
 """
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from zoobench.errors import StorageError, UsageError
+from zoobench.errors import StorageError, UnknownNameError, UsageError
 from zoobench.inputs import Start
 from zoobench.spec import AXES, RunSpec
 
@@ -22,21 +24,45 @@ class PublishedRun:
     """The best run of a row of a leaderboard, over methods and seeds.
 
     Attributes:
+        board: the leaderboard.
         key, spec: of the run.
         params: its solution, `[parameter_count]`.
         score: in `unit`.
+        tears: whether its simulation diverged on the finer grid on which the board confirms its best solutions.
     """
 
+    board: str
     key: str
     spec: RunSpec
     params: tuple[float, ...]
     score: float
     unit: str
+    tears: bool = False
 
     @property
     def name(self) -> str:
-        """As it is typed."""
-        return f"{PREFIX}{self.spec.env.name}/{self.spec.task.name}/{self.spec.design.name}"
+        """As it is typed, whichever the board."""
+        return f"{PREFIX}{self._place}"
+
+    @property
+    def full_name(self) -> str:
+        """As it is typed for this board."""
+        return f"{PREFIX}{self.board}/{self._place}"
+
+    @property
+    def start(self) -> Start:
+        """What another run takes of it."""
+        return Start(self.spec, self.params)
+
+    @property
+    def words(self) -> str:
+        """Which run it is, for people: its board, method, seed and score."""
+        method, seed = self.spec.method.name, self.spec.seed
+        return f"of the leaderboard {self.board}: {method}, seed {seed}, score {self.score:.4g} {self.unit}"
+
+    @property
+    def _place(self) -> str:
+        return f"{self.spec.env.name}/{self.spec.task.name}/{self.spec.design.name}"
 
 
 def folder() -> Path:
@@ -47,22 +73,39 @@ def folder() -> Path:
 
 
 def names() -> list[str]:
-    """All that can be typed, each once."""
-    return list(dict.fromkeys(each.name for each in _all(folder())))
+    """All that can be typed, each once: those of any board, then those of each."""
+    every = _all(folder())
+    return list(dict.fromkeys([*(each.name for each in every), *(each.full_name for each in every)]))
 
 
 def named(text: str) -> PublishedRun:
-    """The solution of this name; of several leaderboards, that of the one whose name comes last.
+    """The solution of this name: the best by score among those of the name whose scores compare.
+
+    Scores are larger the better in every task. They compare where the question was the same: the same versions of
+    environment, task and design, the same fidelity, and as many frames. Of several such groups that of the latest
+    versions is taken, then of the finest grid, then of the longest episode: a coarse grid or a short episode may
+    flatter, so that 0.20 m/s there need not be less than 0.24 here. Controller, method, budget and the settings of a
+    design may differ, since they are what scores are to compare. A solution that tears on a finer grid is taken only
+    if there is no other.
 
     Raises:
-        UsageError: there is none.
+        UnknownNameError: there is none; suggests the nearest.
         StorageError: a leaderboard cannot be read.
     """
-    found = [each for each in _all(folder()) if each.name == text]
+    every = _all(folder())
+    found = [each for each in every if text in (each.name, each.full_name)]
     if not found:
-        known = ", ".join(names()) or "none"
-        raise UsageError(f"No leaderboard has a solution {text!r}. Write {PREFIX}ENV/TASK/DESIGN; published: {known}.")
-    return found[-1]
+        known = {each.full_name if text.count("/") > 2 else each.name for each in every}
+        raise UnknownNameError(f"solution, {PREFIX}ENV/TASK/DESIGN or {PREFIX}BOARD/ENV/TASK/DESIGN:", text, known)
+    return max(found, key=_standing)
+
+
+def _standing(run: PublishedRun) -> tuple[object, ...]:
+    """What is better about a solution than about others of its name, the most important first; see `named`."""
+    spec = run.spec
+    versions = tuple(ref.version for ref in (spec.env, spec.task, spec.design))
+    spacing = spec.fidelity.kwargs.get("grid_spacing", math.inf)
+    return versions, -float(spacing), spec.frames, not run.tears, run.score
 
 
 def start(key: str) -> Start | None:
@@ -71,7 +114,17 @@ def start(key: str) -> Start | None:
     Raises:
         StorageError: a leaderboard cannot be read.
     """
-    return next((Start(each.spec, each.params) for each in _all(folder()) if each.key.startswith(key)), None)
+    found = with_key(key)
+    return None if found is None else found.start
+
+
+def with_key(key: str) -> PublishedRun | None:
+    """The published run whose key begins so.
+
+    Raises:
+        StorageError: a leaderboard cannot be read.
+    """
+    return next((each for each in _all(folder()) if each.key.startswith(key)), None)
 
 
 @cache
@@ -89,19 +142,22 @@ def _solutions(path: Path) -> list[PublishedRun]:
     try:
         document = json.loads(path.read_text())
         components = document["components"]
-        return [_published(record, components) for record in document["runs"] if "solution" in record]
+        return [_published(path.stem, record, components) for record in document["runs"] if "solution" in record]
     except (OSError, ValueError, LookupError, TypeError, UsageError) as error:
         raise StorageError(
             f"The leaderboard {path.name} of this zoobench cannot be read: {error}. Install the package again."
         ) from None
 
 
-def _published(record: Mapping[str, Any], components: Sequence[Mapping[str, Any]]) -> PublishedRun:
+def _published(board: str, record: Mapping[str, Any], components: Sequence[Mapping[str, Any]]) -> PublishedRun:
     score = record["finals"]["score"]
+    finer = record.get("finer")
     return PublishedRun(
+        board,
         str(record["key"]),
         RunSpec.from_dict({**cell_of(record, components), "seed": record["seed"]}),
         tuple(map(float, record["solution"])),
         float(score["value"]),
         str(score["unit"]),
+        tears=finer is not None and finer["score"] is None,
     )

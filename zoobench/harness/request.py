@@ -11,7 +11,7 @@ from zoobench.harness import presets, suites
 from zoobench.harness.grid import MOST_SEEDS, GridSpec, Skip, expand, parse_selector
 from zoobench.harness.imported import body_notes
 from zoobench.harness.narrowing import narrowed
-from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, start_notes
+from zoobench.harness.starts import gait_notes, is_warm, look_in, names_runs, pinned, published_notes, start_notes
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSelection, RunSpec
 
@@ -71,7 +71,7 @@ class RunRequest:
             for note in start_notes(warm, location):
                 say(note)
         specs = [cell for cell in cells if isinstance(cell, RunSpec)]
-        for note in (*gait_notes(specs), *body_notes(specs)):
+        for note in (*published_notes(specs), *gait_notes(specs), *body_notes(specs)):
             say(note)
         return cells
 

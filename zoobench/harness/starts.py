@@ -1,14 +1,14 @@
 """Stored runs as they are typed: `diffphysics[start=12]` and `stored[run=12]` name a run of a database, by its key, and
-`diffphysics[start=best:ground/turning/caterpillar]` one of a published leaderboard."""
+`diffphysics[start=best:ground/turning/caterpillar]` one of a published leaderboard, which needs no database."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zoobench import registry
 from zoobench.db import published
 from zoobench.errors import UsageError
-from zoobench.inputs import Start, StoredRun, find_with, named_run, named_runs, run_name
+from zoobench.inputs import Start, StoredRun, find_with, make_known, named_run, named_runs, run_name
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec, repeat_command
 
@@ -57,20 +57,52 @@ def pinned(kind: Kind, ref: Ref, location: str) -> Ref:
         UsageError: there is no such run, or it has no solution.
         StorageError: the database cannot be read.
     """
-    names = {key: run_name(_key_named(text, location)) for key, text in _typed(kind, ref).items()}
+    return _with_runs(ref, {key: _named(text, location) for key, text in _typed(kind, ref).items()})
+
+
+def pinned_published(kind: Kind, ref: Ref) -> Ref:
+    """The component with the published runs that it names, named by their keys; others stay as they were typed.
+
+    Raises:
+        UnknownNameError: there is no such run.
+        StorageError: a leaderboard cannot be read.
+    """
+    names = {key: text for key, text in _typed(kind, ref).items() if text.startswith(published.PREFIX)}
+    return _with_runs(ref, {key: _named_published(text) for key, text in names.items()})
+
+
+def _with_runs(ref: Ref, names: Mapping[str, str]) -> Ref:
     return Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **names}.items())))
 
 
-def _key_named(text: str, location: str) -> str:
-    """The key of a run as it was typed, which has a solution; the database is opened for its own runs only."""
+def _named(text: str, location: str) -> str:
+    """The name of a run that was typed, which has a solution; the database is opened for its own runs only."""
     from zoobench.db.query import Reader
 
     if text.startswith(published.PREFIX):
-        return published.named(text).key
+        return _named_published(text)
     with Reader(location, create=False) as reader:
         run = reader.run(text.removeprefix("run-"))
         solution_of(reader, run)
-        return run.key
+        return run_name(run.key)
+
+
+def _named_published(text: str) -> str:
+    best = published.named(text)
+    name = run_name(best.key)
+    make_known(name, best.start)
+    return name
+
+
+def published_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
+    """For each published run that some runs name, a line that says which it is.
+
+    Raises:
+        StorageError: a leaderboard cannot be read.
+    """
+    for key in dict.fromkeys(key for spec in specs for key in named_runs(spec.method, spec.controller, spec.design)):
+        if found := published.with_key(key):
+            yield f"{run_name(found.key)}, {found.full_name}, is {found.words}"
 
 
 def start_notes(specs: Iterable[RunSpec], location: str) -> Iterator[str]:

@@ -13,6 +13,8 @@ grids:
   - {envs: [ground, ice], tasks: turning, designs: caterpillar}
 ```
 
+A reference may name a published solution, as `stored[run=best:codesign/ocean/movement-speed/sdf-lerp]`.
+
 A suite may have parts, each with its purpose, which can be run alone, as `--suite paper/design`: `parts: {design: ...}`
 beside the summary, and `part: design` in every grid.
 """
@@ -26,6 +28,7 @@ from typing import Any
 from zoobench import registry
 from zoobench.errors import UnknownNameError, UsageError, reason
 from zoobench.harness.grid import GridSpec, Skip, expand, parse_one, parse_selector
+from zoobench.harness.starts import pinned_published
 from zoobench.registry import Kind
 from zoobench.spec import Budget, Ref, RunSpec, Selector
 
@@ -171,7 +174,7 @@ def _at(where: str, convert: Callable[..., Any], *values: Any) -> Any:
 
 def _refs(names: str | list[str], kind: Kind) -> tuple[Ref, ...]:
     items = names if isinstance(names, list) else [names]
-    return tuple(dict.fromkeys(ref for item in items for ref in parse_selector(item, kind)))
+    return tuple(dict.fromkeys(pinned_published(kind, ref) for item in items for ref in parse_selector(item, kind)))
 
 
 def _budget(amount: Any) -> Budget:
