@@ -102,7 +102,7 @@ def test_patterns_paint_only_what_is_optimised(name: str, parts: str) -> None:
     assert isinstance(space, SiteSpace)
     whole, _ = made(name)
     assert isinstance(whole, SiteSpace)
-    patterns = np.random.default_rng(2).normal(size=(len(space.sites(body)), 2 + body.muscle_count))
+    patterns = np.random.default_rng(2).normal(size=(len(space.sites(body)), 3 + body.muscle_count))
     painted = space.painted(patterns)
     assert painted.shape == (space.parameter_count(body),)
     form, every = (

@@ -1,11 +1,14 @@
 """Requirements on every design space: shapes, ranges, gradients, independent worlds and a feasible prior."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import torch
 from scipy.spatial import KDTree
 
 from zoobench import registry
+from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.designs.feasibility import feasible
 from zoobench.designs.space import LEAST_STIFFNESS, DesignSpace, Form, SiteSpace
@@ -231,9 +234,10 @@ def test_a_body_has_the_patterns_that_are_painted_on_it(name: str, fidelity: Fid
     assert np.abs(sites[:, :3]).max() < 1.0
     np.testing.assert_allclose(sites[:, 3:6] ** 2, sites[:, [0, 0, 1]] ** 2 + sites[:, [1, 2, 2]] ** 2)
     np.testing.assert_allclose(sites[:, 6], np.linalg.norm(sites[:, :3], axis=1))
-    patterns = np.zeros((len(sites), 2 + body.muscle_count))
-    patterns[:, 0] = patterns[:, 1] = 50.0 * sites[:, 0]
-    patterns[:, 2], patterns[:, 3] = 50.0 * sites[:, 1], -50.0 * sites[:, 1]
+    patterns = np.zeros((len(sites), 3 + body.muscle_count))
+    patterns[:, 0] = patterns[:, 2] = np.tanh(50.0 * sites[:, 0])
+    patterns[:, 1] = -0.25
+    patterns[:, 3], patterns[:, 4] = 50.0 * sites[:, 1], -50.0 * sites[:, 1]
     form = space.form(torch.as_tensor(space.painted(patterns))[None], body)
     middle = (body.positions.min(axis=0) + body.positions.max(axis=0)) / 2
     x, y, _ = (body.positions - middle).T
@@ -246,12 +250,31 @@ def test_a_body_has_the_patterns_that_are_painted_on_it(name: str, fidelity: Fid
 
 
 @pytest.mark.parametrize("name", SITE_SPACES)
+@pytest.mark.parametrize(("share", "solid"), [(-9.0, 0.2), (-1.0, 0.2), (0.0, 0.6), (0.5, 0.8), (1.0, 1.0), (9.0, 1.0)])
+@pytest.mark.parametrize("pattern", [np.abs, np.exp, np.log, lambda x: -np.abs(x), lambda x: 1e300 * x])
+def test_solid_are_the_highest_sites_of_a_pattern(
+    name: str, share: float, solid: float, pattern: Callable[[Array], Array]
+) -> None:
+    """As many as the share says, also where the pattern is nowhere negative or without bound."""
+    space = made(name)
+    assert isinstance(space, SiteSpace)
+    body = space.body(SMOKE)
+    radius = space.sites(body)[:, 6] + 1e-6 * np.arange(len(space.sites(body)))  # none as far as another
+    patterns = np.zeros((len(radius), 3 + body.muscle_count))
+    patterns[:, 0], patterns[:, 1] = pattern(radius), share
+    numbers = space.painted(patterns).reshape(len(radius), -1)[:, 0]
+    assert np.isfinite(numbers).all()
+    assert (numbers > 0.0).mean() == pytest.approx(solid, abs=1.5 / len(radius))
+    assert patterns[numbers > 0.0, 0].min() > patterns[numbers <= 0.0, 0].max(initial=-np.inf)
+
+
+@pytest.mark.parametrize("name", SITE_SPACES)
 def test_a_blank_pattern_is_solid(name: str) -> None:
     """Full occupancy, the prior's mean of stiffness, and equal shares of all muscles."""
     space = made(name)
     assert isinstance(space, SiteSpace)
     body = space.body(SMOKE)
-    blank = space.painted(np.zeros((len(space.sites(body)), 2 + body.muscle_count))).reshape(-1, 2 + body.muscle_count)
+    blank = space.painted(np.zeros((len(space.sites(body)), 3 + body.muscle_count))).reshape(-1, 2 + body.muscle_count)
     drawn = draws(space, body, 50).detach().numpy().reshape(-1, 2 + body.muscle_count)
     assert (blank[:, 0] > 0.0).all()
     np.testing.assert_allclose(blank[:, 1], drawn[:, 1].mean(), atol=0.05)

@@ -10,6 +10,7 @@ from neat.activations import ActivationFunctionSet
 
 from tests.methods.toy import Context, Quadratic
 from tests.methods.toy_bodies import NOW, Sculpture, robot_of
+from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.errors import UsageError
 from zoobench.methods.cppn import ACTIVATIONS, patterns
@@ -105,6 +106,45 @@ def test_first_bodies_mostly_hold_together(design: str) -> None:
     assert len(whole) >= 0.8 * len(drafts)
     shares = np.array([metrics["body_volume"].value for metrics in whole]) / problem.body.volumes.sum()
     assert np.ptp(shares) > 0.3
+
+
+def shares_of(points: list[Array], problem: Sculpture) -> Array:
+    """The share of the workspace that is built of each body `[count]`; 0 if it cannot be built."""
+    drafts = [problem.robot.draft(torch.as_tensor(point)[None], NOW) for point in points]  # type: ignore[attr-defined]
+    solid = [0.0 if draft.fault else draft.solid().metrics["body_volume"].value for draft in drafts]
+    return np.array(solid) / problem.body.volumes.sum()
+
+
+@pytest.fixture(scope="module")
+def lines() -> list[tuple[Array, Array, Array]]:
+    """Shares of the first and of the last of 30 generations, and numbers of species, of 25 populations under chance."""
+    problem, found = Sculpture(Budget("episodes", 1)), []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        bodies, species = Bodies(problem, rng, 10), []  # type: ignore[arg-type]
+        first = shares_of(bodies.ask(), problem)
+        for _ in range(30):
+            bodies.tell(rng.normal(size=10).tolist())
+            species.append(bodies.readings()["species"])
+        found.append((first, shares_of(bodies.ask(), problem), np.array(species)))
+    return found
+
+
+def test_bodies_are_no_blocks(lines: list[tuple[Array, Array, Array]]) -> None:
+    """Few are full or empty in the first generation, and half are neither after many; they are of all sizes."""
+    for place, least in ((0, 0.8), (1, 0.5)):
+        shares = np.concatenate([line[place] for line in lines])
+        between = shares[(shares > 0.001) & (shares < 0.999)]
+        assert len(between) >= least * len(shares)
+        assert np.quantile(between, 0.25) < 0.5
+        assert np.quantile(between, 0.1) < 0.3 < 0.9 < np.quantile(between, 0.9)
+
+
+def test_species_live_beside_each_other(lines: list[tuple[Array, Array, Array]]) -> None:
+    """Three or more in most generations, and never as many as would leave each its champion alone."""
+    species = np.concatenate([line[2] for line in lines])
+    assert (species >= 3).mean() > 0.6
+    assert species.max() < 8
 
 
 @pytest.mark.parametrize("design", ["caterpillar", "implicit"])

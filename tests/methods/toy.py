@@ -32,13 +32,13 @@ def _never(params: Array) -> bool:
 
 
 class OneSite:
-    """A design space with one row of parameters: occupancy, stiffness and one muscle."""
+    """A design space with one row of parameters, patterns as they are: occupancy, stiffness and muscles."""
 
     def sites(self, body: object) -> Array:
         return np.ones((1, 7))
 
     def painted(self, patterns: Array) -> Array:
-        return patterns.ravel()
+        return np.delete(patterns, 1, axis=1).ravel()  # not the share
 
 
 class Quadratic:

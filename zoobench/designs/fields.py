@@ -38,7 +38,8 @@ _MUSCLE_GAIN = 4.0  # before the softmax: a muscle has a share of 7/8 among eigh
 _WAVES = 16  # in the prior's field
 _WAVE_NUMBER = 2.0  # its standard deviation [1 / half extent of the workspace]: a leg or a neck or two along each axis
 
-_PATTERN_LEVEL = 0.25  # of occupancy for a pattern of 0, which is solid
+_PATTERN_SHARES = (0.2, 1.0)  # of sites that are solid, for a mean pattern of -1 and of 1
+_LIFT = 1e-9  # of occupancy, so that the site at the level itself is solid, and so is a constant pattern
 
 
 def width_of(optimised: Optimised, body: Body) -> int:
@@ -71,13 +72,19 @@ def grow(parameters: "Tensor", body: Body, optimised: Optimised, field: Field) -
 
 
 def painted(patterns: Array, optimised: Optimised) -> Array:
-    """Rows, as one vector, for patterns `[n, 2 + muscle_count]`, which are clipped to [-1, 1].
+    """Rows, as one vector, for patterns `[n, 3 + muscle_count]`: occupancy, share, stiffness, muscles.
 
-    Patterns of 0 are solid, with the prior's mean of stiffness and equal shares of all muscles; those of -1 are empty.
+    Solid are the sites where the pattern of occupancy is highest, as many as the mean of the share's pattern tells. So
+    the level follows the pattern, many of which are nowhere negative, and the share of the sites evolves by itself.
+    Numbers for occupancy are those above the level in units of the pattern's deviation; all are clipped to [-1, 1].
+    Patterns of 0 are a body of the prior's mean of stiffness and of equal shares of all muscles.
     """
-    count = patterns.shape[1] - 2
-    means = np.array([_PATTERN_LEVEL, FIRM, *[0.0] * count])
-    rows: Array = means + np.clip(patterns, -1.0, 1.0)
+    count = patterns.shape[1] - 3
+    share = np.interp(np.clip(patterns[:, 1], -1.0, 1.0).mean(), (-1.0, 1.0), _PATTERN_SHARES)
+    largest = np.abs(patterns[:, 0]).max()  # patterns grow without bound, and their deviation must be finite
+    occupancy = levelled(patterns[:, 0] / (largest or 1.0), share) / SPREAD + _LIFT
+    others = np.array([FIRM, *[0.0] * count]) + np.clip(patterns[:, 2:], -1.0, 1.0)
+    rows: Array = np.column_stack([np.clip(occupancy, -1.0, 1.0), others])
     return rows[:, columns_of(optimised, count)].ravel()
 
 

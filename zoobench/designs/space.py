@@ -100,8 +100,8 @@ class SiteSpace(DesignSpace, Protocol):
         """Inputs of a pattern at the sites `[site_count, 7]`, see `zoobench.designs.workspace.features_at`."""
 
     def painted(self, patterns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The parameters `[parameter_count]` for patterns of order one at the sites `[site_count, 2 + muscle_count]`,
-        in the order occupancy, stiffness, muscles."""
+        """The parameters `[parameter_count]` for patterns of order one at the sites `[site_count, 3 + muscle_count]`,
+        in the order occupancy, share of the sites that are solid, stiffness, muscles."""
 
 
 def stiffness_multiplier(raw: "Tensor") -> "Tensor":

@@ -16,7 +16,7 @@ from zoobench.methods.hyperneat import Bodies, check_generations
 from zoobench.registry import Kind, register
 
 
-@register(Kind.METHOD, "evolution", tags=("evolution", "sites"))
+@register(Kind.METHOD, "evolution", version=2, tags=("evolution", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class Evolution:
     """Bodies by HyperNEAT and controllers by CMA-ES, evaluated together in one population.

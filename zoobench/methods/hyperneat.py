@@ -1,5 +1,6 @@
 """HyperNEAT (specification F.3): bodies painted by networks whose topology evolves."""
 
+import math
 import random
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -20,19 +21,26 @@ from zoobench.methods.cppn import ACTIVATIONS, patterns
 from zoobench.methods.generations import AskAndTell, Told, evolve, scores_of
 from zoobench.registry import Kind, register
 
+_THRESHOLD_STEP = 1.1
+_HIGHEST_THRESHOLD = 1.2
+"""Of compatibility. Networks of a first generation are 0.8 to 1.3 apart, of later ones 0.4 to 1 (25 populations)."""
+
 _ALL_FAILED = -1e6
 """Fitness if a whole generation failed: below all scores, and finite, since neat-python takes means."""
 
 
-@register(Kind.METHOD, "neat", tags=("evolution", "sites"))
+@register(Kind.METHOD, "neat", version=2, tags=("evolution", "sites"))
 @dataclass(frozen=True, kw_only=True)
 class HyperNeat:
     """HyperNEAT (Stanley et al. 2009): pattern-producing networks of evolving topology, each of which paints a body.
 
     The inputs of a network are the place of a site of a design space (x, y, z, distances along the xy, xz and yz
-    planes, radius), its outputs occupancy, stiffness and muscles there. Networks evolve by NEAT (Stanley and
-    Miikkulainen 2002): they begin without hidden nodes and grow, compete within species, and genes are matched by their
-    history. The controller is drawn once and fixed: use one without parameters, or the method `evolution`.
+    planes, radius), its outputs occupancy, share, stiffness and muscles there. Solid are the sites of highest
+    occupancy, as many as the mean of the share over all sites tells: most functions of the networks are never negative,
+    and a fixed level would make blocks of most bodies. Networks evolve by NEAT (Stanley and Miikkulainen 2002): they
+    begin without hidden nodes and grow, compete within species, and genes are matched by their history. The threshold
+    of compatibility follows the number of species, which is kept near the root of the population. The controller is
+    drawn once and fixed: use one without parameters, or the method `evolution`.
 
     * `population`: individuals of a generation; the specification has 10.
     * `generations`: 0 for as many as the budget allows.
@@ -90,7 +98,7 @@ class Bodies(AskAndTell):
         self._space = problem.robot.site_space
         self._places = self._space.sites(problem.body)
         self._random = _RandomStream(int(rng.integers(2**63)))
-        self._config = _configuration(self._places.shape[1], 2 + problem.body.muscle_count, population)
+        self._config = _configuration(self._places.shape[1], 3 + problem.body.muscle_count, population)
         with self._random.active():
             self._neat = neat.Population(self._config)
 
@@ -117,6 +125,19 @@ class Bodies(AskAndTell):
             )
             neat.species.speciate(self._config, neat.population, neat.generation)
         neat.generation += 1
+        self._adapt_threshold()
+
+    def _adapt_threshold(self) -> None:
+        """Move the compatibility threshold towards as many species as the root of the population.
+
+        neat-python never merges species, so that a threshold above the distance of unrelated networks has no effect.
+        """
+        species, wanted = len(self._neat.species.species), round(math.sqrt(self._config.pop_size))
+        found = self._config.species_set_config
+        if species < wanted:
+            found.compatibility_threshold /= _THRESHOLD_STEP
+        elif species > wanted:
+            found.compatibility_threshold = min(found.compatibility_threshold * _THRESHOLD_STEP, _HIGHEST_THRESHOLD)
 
     def readings(self) -> dict[str, float]:
         """Number of species, and mean numbers of nodes and enabled connections of a network."""
@@ -241,7 +262,7 @@ enabled_rate_to_true_add = 0.0
 enabled_rate_to_false_add = 0.0
 
 [DefaultSpeciesSet]
-compatibility_threshold = 1.5
+compatibility_threshold = 1.0
 
 [DefaultStagnation]
 species_fitness_func = max
