@@ -1,12 +1,18 @@
 """`zoobench effects`: the effects that each environment simulates, and their costs."""
 
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
-from zoobench.cli.output import Format, choose, emit_several, listing_of
+from zoobench.cli.output import Format, choose, emit_next, emit_several, listing_of
 from zoobench.cli.steps import Steps
+
+if TYPE_CHECKING:
+    from zoobench.report.listing import Listing
+    from zoobench.verify.effects.coverage import StudiedScene
 
 TABLES = ("coverage", "costs", "shares")
 
@@ -17,14 +23,15 @@ def effects(
     particles: Annotated[
         int, Option("--particles", help="Instead, choose each grid for about this many particles; 0: do not.")
     ] = 0,
-    repeats: Annotated[int, Option("--repeats", min=1, help="Measurements in turn, of which the median.")] = 7,
+    repeats: Annotated[int, Option("--repeats", min=1, help="Measurements in turn, with an effect and without.")] = 7,
     table: Annotated[str, Option("--table", help="coverage, costs, shares or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Show which effects are simulated, and their costs.
 
     Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep, with an
-    effect and without it, and bytes of state per particle. Shares are those of the parts of a substep.
+    effect and without it, their ratio with its 95 % interval, and bytes of state per particle. Shares are those of the
+    parts of a substep. Each table is printed when it is ready, but JSON of several is one object.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind
@@ -32,16 +39,29 @@ def effects(
     from zoobench.verify.effects.effect_costs import EffectCost, Share, costs, shares
 
     wanted = choose(table, TABLES, form)
-    kinds = dict(zip(TABLES, (Coverage, EffectCost, Share), strict=True))
-    found: dict[str, list[Any]] = {name: [] for name in wanted}
-    envs = parse_selector(env, Kind.ENV)
-    measures = {name: measure for name, measure in (("costs", costs), ("shares", shares)) if name in wanted}
-    with Steps(len(envs) * len(measures)) as steps:
-        for studied in studied_scenes(envs, parse_one(fidelity, Kind.FIDELITY), particles):
-            if "coverage" in wanted:
-                found["coverage"].append(coverage(studied.env, studied.scene))
-            for name, measure in measures.items():
-                steps.begin(f"{name} of {studied.env}")
-                found[name].extend(measure(studied, repeats))
-                steps.end(f"{name} of {studied.env}: measured")
-    emit_several({name: listing_of(kinds[name], rows) for name, rows in found.items()}, form)
+    scenes = list(studied_scenes(parse_selector(env, Kind.ENV), parse_one(fidelity, Kind.FIDELITY), particles))
+    listings: dict[str, Listing] = {}
+    measures = {"costs": (EffectCost, costs), "shares": (Share, shares)}
+    with Steps(len(scenes) * len(measures.keys() & set(wanted))) as steps:
+        for name in wanted:
+            if name == "coverage":
+                listings[name] = listing_of(Coverage, [coverage(each.env, each.scene) for each in scenes])
+            else:
+                kind, measure = measures[name]
+                listings[name] = listing_of(kind, _measured(scenes, name, partial(measure, repeats=repeats), steps))
+            if form is not Format.JSON:
+                emit_next(listings, form)
+    if form is Format.JSON:
+        emit_several(listings, form)
+
+
+def _measured(
+    scenes: "Sequence[StudiedScene]", name: str, measure: "Callable[[StudiedScene], Iterator[Any]]", steps: Steps
+) -> list[Any]:
+    """The rows of a table, scene by scene."""
+    rows: list[Any] = []
+    for studied in scenes:
+        steps.begin(f"{name} of {studied.env}")
+        rows += measure(studied)
+        steps.end(f"{name} of {studied.env}: measured")
+    return rows

@@ -88,10 +88,16 @@ def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:
         records = {name: listing.records() for name, listing in listings.items()}
         emit(next(iter(listings.values())), form, records=records)
         return
-    for number, listing in enumerate(listings.values()):
-        if number:
-            print()
-        emit(listing, form)
+    for number in range(len(listings)):
+        emit_next(dict(list(listings.items())[: number + 1]), form)
+
+
+def emit_next(listings: Mapping[str, "Listing"], form: Format) -> None:
+    """Print the last of some tables below those before it, which were printed when they were ready."""
+    if len(listings) > 1:
+        print()
+    emit(list(listings.values())[-1], form)
+    sys.stdout.flush()
 
 
 def _print_table(listing: "Listing") -> None:

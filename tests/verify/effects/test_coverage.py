@@ -1,19 +1,22 @@
 """Effects follow from the scene of an environment, and their costs from that scene without them."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from zoobench import registry
 from zoobench.envs.base import BED_THICKNESS
 from zoobench.errors import UsageError
+from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Effect, Ground
 from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 from zoobench.verify.effects import effect_costs
 from zoobench.verify.effects.coverage import Coverage, StudiedScene, coverage, studied_scenes
-from zoobench.verify.effects.effect_costs import EffectCost, costs, in_turn, shares, state_bytes, tensor_bytes
+from zoobench.verify.effects.effect_costs import EffectCost, Ratio, costs, in_turn, shares, state_bytes, tensor_bytes
 from zoobench.verify.effects.effect_scenes import all_elastic, as_clay, pairs
 
 SMOKE = Ref("smoke")
@@ -96,15 +99,30 @@ def test_a_scene_without_a_bed_is_all_elastic() -> None:
         as_clay(sand)
 
 
+EVERYWHERE = {"muscle", "damping"}
 EFFECTS = {
-    "ground": {"muscle", "damping", "friction"},
-    "desert": {"muscle", "damping", "friction", "contact", "plasticity"},
+    "ground": EVERYWHERE | {"friction"},
+    "ice": EVERYWHERE | {"friction"},
+    "desert": EVERYWHERE | {"friction", "contact", "plasticity"},
+    "clay": EVERYWHERE | {"friction", "contact", "plasticity"},
+    "snow": EVERYWHERE | {"friction", "contact", "plasticity"},
+    "wetland": EVERYWHERE | {"friction", "contact", "plasticity", "fluid"},
+    "shallow-water": EVERYWHERE | {"friction", "contact", "fluid"},
+    "ocean": EVERYWHERE | {"fluid"},
 }
 
 
-@pytest.fixture(scope="module", params=["ground", pytest.param("desert", marks=pytest.mark.slow)])
+def test_every_environment_is_known_here() -> None:
+    """A new one is measured, too."""
+    assert EFFECTS.keys() == TABLE_6.keys() == set(registry.names(Kind.ENV))
+
+
+@pytest.fixture(
+    scope="module",
+    params=[name if name == "ground" else pytest.param(name, marks=pytest.mark.slow) for name in EFFECTS],
+)
 def measured(request: pytest.FixtureRequest) -> tuple[str, dict[str, EffectCost]]:
-    """An environment and its costs, once; each effect of the desert compiles another bed."""
+    """An environment and its costs, once; each effect of a bed compiles another one."""
     return request.param, {cost.effect: cost for cost in costs(_studied(request.param), repeats=3)}
 
 
@@ -114,10 +132,24 @@ def test_every_effect_is_measured(measured: tuple[str, dict[str, EffectCost]]) -
     assert found.keys() == EFFECTS[env] | {"checkpoints", "gradient"}
     for cost in found.values():
         assert cost.ratio == pytest.approx(cost.ns / cost.ns_without)
+        assert cost.low is not None
+        assert cost.high is not None
+        assert cost.low <= cost.ratio <= cost.high
         assert cost.launches > 0
         assert cost.substeps % 3 == 0
     assert all(found[effect].launches == 3 for effect in EFFECTS[env])
     assert found["gradient"].launches == 2 * found["checkpoints"].launches
+
+
+def test_a_ratio_has_its_interval() -> None:
+    """Student's of the rounds' logarithms: what slows both timers of a round down is not in it."""
+    found = Ratio.of([2.0, 4.0, 16.0], [1.0, 2.0, 8.0])
+    assert (found.value, found.low, found.high) == pytest.approx((2.0, 2.0, 2.0))
+    found = Ratio.of([1.0, 2.0, 4.0], [1.0, 1.0, 1.0])
+    half = 4.302652729911275 * math.log(2.0) / math.sqrt(3.0)  # t of two degrees of freedom at 97.5 %
+    assert (found.first, found.second, found.value) == pytest.approx((2.0, 1.0, 2.0))
+    assert (found.low, found.high) == pytest.approx((2.0 * math.exp(-half), 2.0 * math.exp(half)))
+    assert Ratio.of([3.0], [2.0]) == Ratio(pytest.approx(3.0), pytest.approx(2.0), pytest.approx(1.5), None, None)
 
 
 def test_a_bed_is_measured_beside_an_elastic_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,11 +176,20 @@ def test_bytes_are_those_of_the_tensors() -> None:
     assert tensor_bytes([on.matter.state]) == 4 * 4 * 9 * on.particle_count
 
 
-@pytest.mark.parametrize("name", ["ground", "desert"])
+LAWS = {"desert", "clay", "wetland", "snow"}
+"""Environments whose medium's law needs principal strains."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in ("ground", "desert", "ocean") else pytest.param(name, marks=pytest.mark.slow) for name in EFFECTS],
+)
 def test_the_parts_add_up_to_the_substep(name: str) -> None:
-    """Decomposition is measured where a law needs it, and is part of the deformation; the sum is theirs."""
+    """Decomposition is measured where a law needs it, and is part of the deformation, water on a grid beside the
+    robot's parts; the sum is theirs."""
     found = {share.part: share for share in shares(_studied(name), repeats=3)}
-    assert ("decomposition" in found) == (name == "desert")
+    assert ("decomposition" in found) == (name in LAWS)
+    assert ("water" in found) == (name == "ocean")
     inside = {"substep", "sum", "decomposition"}
     assert found["sum"].ns == pytest.approx(sum(share.ns for part, share in found.items() if part not in inside))
     assert all(share.ns > 0 for share in found.values())

@@ -1,12 +1,14 @@
 """Costs of effects: processor time and bytes per particle, with the effect and without it in turn.
 
-Processor time is disturbed less by other work on the machine than wall time; the median of the repeats is taken.
+Processor time is disturbed less by other work on the machine than wall time. Times with an effect and without it are
+compared round by round, as `Ratio` says.
 """
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -41,8 +43,9 @@ class EffectCost:
         launches: kernel launches of the measured repeats, each of which contains the effect.
         launch_ms: processor time of one launch [ms].
         substeps: that contained the effect, as the launcher counts them.
-        ns, ns_without: processor time per particle and substep, with the effect and without [ns].
+        ns, ns_without: processor time per particle and substep, with the effect and without, geometric means [ns].
         ratio: of the former to the latter [-].
+        low, high: its 95 % interval, see `Ratio`; None with a single repeat.
         bytes, bytes_without: of state per particle in the allocated tensors.
     """
 
@@ -56,8 +59,40 @@ class EffectCost:
     ns: float
     ns_without: float
     ratio: float
+    low: float | None
+    high: float | None
     bytes: float
     bytes_without: float
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How much longer one timer takes than another, both read once a round.
+
+    Attributes:
+        first, second: geometric means of their readings, in their unit.
+        value: of the former to the latter [-], which is the geometric mean of the rounds' ratios.
+        low, high: the 95 % Student-t interval of that mean, from the logarithms of the rounds' ratios; None for a
+            single round. What slows a whole round down is in neither.
+    """
+
+    first: float
+    second: float
+    value: float
+    low: float | None
+    high: float | None
+
+    @classmethod
+    def of(cls, first: Sequence[float], second: Sequence[float]) -> "Ratio":
+        """The ratio of two timers' readings, one for each round."""
+        one, other = statistics.geometric_mean(first), statistics.geometric_mean(second)
+        rounds = [math.log(a / b) for a, b in zip(first, second, strict=True)]
+        if len(rounds) < 2:
+            return cls(one, other, one / other, None, None)
+        from scipy.special import stdtrit
+
+        spread = statistics.stdev(rounds) * float(stdtrit(len(rounds) - 1, 0.975)) / math.sqrt(len(rounds))
+        return cls(one, other, one / other, one / other * math.exp(-spread), one / other * math.exp(spread))
 
 
 @dataclass(frozen=True)
@@ -90,7 +125,8 @@ def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
         trials = [first, Trial(solvers[1], dt, like=first)]
         record = solvers[0].launcher.launches
         before = record["forward launches"], record[f"forward {pair.effect}"]
-        with_it, without = in_turn([trial.seconds for trial in trials], repeats)
+        with_it, without = readings_in_turn([trial.seconds for trial in trials], repeats)
+        ratio = Ratio.of([*map(trials[0].per_particle, with_it)], [*map(trials[1].per_particle, without)])
         launches = record["forward launches"] - before[0]
         yield EffectCost(
             env=studied.env,
@@ -98,11 +134,13 @@ def costs(studied: StudiedScene, repeats: int = 7) -> Iterator[EffectCost]:
             without_it=pair.without_it,
             particles=solvers[0].particle_count,
             launches=launches,
-            launch_ms=1e3 * with_it,
+            launch_ms=1e3 * statistics.geometric_mean(with_it),
             substeps=record[f"forward {pair.effect}"] - before[1],
-            ns=trials[0].per_particle(with_it),
-            ns_without=trials[1].per_particle(without),
-            ratio=trials[0].per_particle(with_it) / trials[1].per_particle(without),
+            ns=ratio.first,
+            ns_without=ratio.second,
+            ratio=ratio.value,
+            low=ratio.low,
+            high=ratio.high,
             bytes=state_bytes(solvers[0]) / solvers[0].particle_count,
             bytes_without=state_bytes(solvers[1]) / solvers[1].particle_count,
         )
@@ -131,7 +169,7 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
         measured()
         forward()
         before = dict(record)
-        with_it, without = in_turn([measured, forward], repeats)
+        ratio = Ratio.of(*readings_in_turn([measured, forward], repeats))
         done = {name: count - before[name] for name, count in record.items()}
         launches = done["forward launches"] + done.get("reverse launches", 0)
         yield EffectCost(
@@ -140,11 +178,13 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
             without_it=without_it,
             particles=keeper.particle_count,
             launches=launches,
-            launch_ms=1e3 * with_it * repeats / launches,
+            launch_ms=1e3 * ratio.first * repeats / launches,
             substeps=done[f"{direction} elasticity"],
-            ns=with_it / work,
-            ns_without=without / work,
-            ratio=with_it / without,
+            ns=ratio.first / work,
+            ns_without=ratio.second / work,
+            ratio=ratio.value,
+            low=ratio.low,
+            high=ratio.high,
             bytes=held / keeper.particle_count,
             bytes_without=state_bytes(plain) / plain.particle_count,
         )
@@ -153,22 +193,33 @@ def _gradient_costs(studied: StudiedScene, repeats: int) -> Iterator[EffectCost]
 def shares(studied: StudiedScene, repeats: int = 7) -> Iterator[Share]:
     """Shares of the parts of a substep of the scene, the whole substep first.
 
+    In water on a grid the parts are those of the robot alone, and `water` is what the substep takes beyond one without.
+
     Raises:
         DivergenceError: the simulation diverged before it could be measured.
     """
     solver = Solver(studied.scene, studied.fidelity)
-    whole = Trial(solver, solver.dt)
-    ablation = Ablation(solver.simulation)
+    is_wet = studied.scene.water is not None
+    robot = Solver(replace(studied.scene, water=None), studied.fidelity) if is_wet else solver
+    dt = min(solver.dt, robot.dt)
+    whole = Trial(solver, dt)
+    dry = Trial(robot, dt) if is_wet else whole
+    ablation = Ablation(robot.simulation)
 
-    repeated = [partial(ablation.repeat, part, whole.count, solver.dt) for part in ablation.parts]
+    repeated = [partial(ablation.repeat, part, whole.count, dt) for part in ablation.parts]
     timers: list[Callable[[], float]] = [whole.seconds, *(partial(cpu_seconds, work) for work in repeated)]
+    if is_wet:
+        timers.append(dry.seconds)
     for first in timers:
         first()  # compiles
-    total, *found = (whole.per_particle(seconds) for seconds in in_turn(timers, repeats))
-    contained = SubstepPart.DECOMPOSITION  # in the deformation
-    everything = sum(ns for part, ns in zip(ablation.parts, found, strict=True) if part is not contained)
-    names = ["substep", "sum", *(part.name.lower() for part in ablation.parts)]
-    for name, ns in zip(names, [total, everything, *found], strict=True):
+    seconds, *others = in_turn(timers, repeats)
+    total = whole.per_particle(seconds)
+    named = {part.name.lower(): whole.per_particle(each) for part, each in zip(ablation.parts, others, strict=False)}
+    if is_wet:
+        named["water"] = total - dry.per_particle(others[-1])
+    contained = SubstepPart.DECOMPOSITION.name.lower()  # in the deformation
+    everything = sum(ns for name, ns in named.items() if name != contained)
+    for name, ns in {"substep": total, "sum": everything, **named}.items():
         yield Share(studied.env, solver.particle_count, name, ns, ns / total)
 
 
@@ -216,10 +267,14 @@ def run(solver: Solver, frames: int) -> Rollout:
     return rollout
 
 
+def readings_in_turn(timers: Sequence[Callable[[], float]], repeats: int) -> list[tuple[float, ...]]:
+    """The readings [s] of several timers, each read once per round."""
+    return list(zip(*[[timer() for timer in timers] for _ in range(repeats)], strict=True))
+
+
 def in_turn(timers: Sequence[Callable[[], float]], repeats: int) -> list[float]:
     """Medians of the readings [s] of several timers, each read once per round."""
-    readings = [[timer() for timer in timers] for _ in range(repeats)]
-    return [statistics.median(column) for column in zip(*readings, strict=True)]
+    return [statistics.median(column) for column in readings_in_turn(timers, repeats)]
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:
