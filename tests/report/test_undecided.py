@@ -1,5 +1,8 @@
 """Marks at differences that a fidelity cannot decide."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
 import pytest
 
 from tests.report.content import make_spec
@@ -11,6 +14,15 @@ from zoobench.report.undecided import footnotes, mark_undecided
 from zoobench.spec import Ref
 
 SPEC = make_spec()
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a fidelity decides of one body, and of two."""
+
+    decides: float | None
+    decides_across: float | None = None
+    bodies: Mapping[str, object] = field(default_factory=lambda: {"panda": 0.1, "baby-seal": None})
 
 
 def table(*means: float) -> Table:
@@ -34,14 +46,34 @@ def test_means_too_near_to_the_best_are_marked(
     means: tuple[float, ...], ratio: float | None, marked: list[bool]
 ) -> None:
     """Those within the ratio of it, if there is a study; of errors, too, and not where one is an error alone."""
-    (found,) = mark_undecided([table(*means)], lambda *place: ratio)
+    (found,) = mark_undecided([table(*means)], lambda *place: None if ratio is None else Known(ratio))
     assert [cell.is_undecided for cell in found.rows[0].cells if cell is not None] == marked
 
 
 def test_a_mark_is_explained() -> None:
     """Once for a place; nothing is said where nothing is marked."""
-    found = mark_undecided([table(3.0, 2.1), table(3.0, 2.5)], lambda *place: 1.5)
-    (note,) = footnotes(found, lambda *place: 1.5)
+    found = mark_undecided([table(3.0, 2.1), table(3.0, 2.5)], lambda *place: Known(1.5))
+    (note,) = footnotes(found, lambda *place: Known(1.5))
     assert note.startswith("‡ desert x turning: draft cannot tell from the best what is within 1.5 times of it")
+    assert note.endswith("(measured on baby-seal, panda)")
     assert " ‡" in table_listing(found[0]).rows[0][-2]
-    assert footnotes(mark_undecided([table(3.0, 1.0)], lambda *place: 1.5), lambda *place: 1.5) == ()
+    assert footnotes(mark_undecided([table(3.0, 1.0)], lambda *place: Known(1.5)), lambda *place: Known(1.5)) == ()
+
+
+def bodies(**means: float) -> Table:
+    """A table of two methods with a row for each body, whose best means these are."""
+    rows = [replace(table(0.1 * mean, mean).rows[0], design=Ref(name)) for name, mean in means.items()]
+    return replace(table(1.0, 1.0), rows=tuple(rows))
+
+
+def test_an_order_of_bodies_that_is_not_known_is_told() -> None:
+    """Those nearer than the ratio of two bodies, whatever that of one is; or all, where none was measured."""
+    several = bodies(fish=3.0, panda=1.0, seal=1.1)
+    (note,) = footnotes([several], lambda *place: Known(1.01, 1.5))
+    assert note.startswith("desert x turning: draft tells the order of two bodies above a ratio of 1.5 (measured on")
+    assert note.endswith(", not that of panda and seal")
+    assert footnotes([several], lambda *place: Known(1.01, 1.05)) == ()
+    for unknown in (Known(1.01), None):
+        (note,) = footnotes([several], lambda *place, found=unknown: found)
+        assert note == "that draft tells the order of two bodies is not known in desert (turning)"
+    assert footnotes([bodies(fish=3.0)], lambda *place: None) == ()

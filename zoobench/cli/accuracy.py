@@ -56,13 +56,16 @@ def _plan(
     around: Annotated[str, Option("--around", help="Level at which knobs are turned; empty: none.")] = "",
     draws: Annotated[int, Option("--draws", help="Random controllers, for comparison.")] = 0,
     frames: Annotated[int, Option("--frames", help="Length of an episode in control frames.")] = 100,
+    beyond: Annotated[
+        str, Option("--beyond", help="Finer level at which solutions judge the finest of --levels; empty: none.")
+    ] = "",
     quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, as a check.")] = False,
 ) -> "StudyPlan":
     """The settings of the study."""
     from zoobench.verify.accuracy.plan import QUICK, StudyPlan
 
     at, home = (tuple(parse_names(text)) for text in (levels, found))
-    return QUICK if quick else StudyPlan(at, home, seeds, iterations, stages, frames, gradients, around, draws)
+    return QUICK if quick else StudyPlan(at, home, seeds, iterations, stages, frames, gradients, around, draws, beyond)
 
 
 @accuracy.command("run")

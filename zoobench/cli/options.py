@@ -3,7 +3,7 @@
 import os
 import re
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from inspect import Signature, signature
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -114,7 +114,11 @@ ToleranceOption = Annotated[
 ]
 DecideOption = Annotated[
     float | None,
-    Option("--decide", help="Likewise, the coarsest at which scores keep their order if their ratio is above this."),
+    Option(
+        "--decide",
+        help="Likewise, the coarsest at which scores keep their order if their ratio is above this; with several "
+        "designs, scores of two bodies.",
+    ),
 ]
 WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
 
@@ -172,11 +176,13 @@ def request(
     return RunRequest(chosen, seeds, suite, preset, smoke, budget, frames, tolerance, decide, device)
 
 
-def coarsest_fidelity(env: "Ref", task: "Ref", tolerance: float | None, decide: float | None) -> "FidelityChoice":
+def coarsest_fidelity(
+    env: "Ref", task: "Ref", tolerance: float | None, decide: float | None, designs: "Sequence[Ref]"
+) -> "FidelityChoice":
     """See `zoobench.verify.accuracy.tolerance.choose`, whose results are loaded only if they are asked for."""
     from zoobench.verify.accuracy.tolerance import choose
 
-    return choose(env, task, tolerance, decide)
+    return choose(env, task, tolerance, decide, designs)
 
 
 def takes(build: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -1,6 +1,6 @@
 """A request for runs as it is typed, and the runs of the grid or suite that it stands for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Protocol
@@ -28,7 +28,7 @@ class Chosen(Protocol):
         """Why it is the one."""
 
 
-Choose = Callable[[Ref, Ref, float | None, float | None], Chosen]
+Choose = Callable[[Ref, Ref, float | None, float | None, Sequence[Ref]], Chosen]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class RunRequest:
 
         Args:
             location: the database with the runs that others start from; it is opened only if there are such runs.
-            choose: gives the fidelity for an environment and a task by tolerance and ratio to be decided.
+            choose: gives the fidelity for an environment and a task by tolerance, ratio to be decided, and designs.
             say: called with each choice of a fidelity, each use of a start, what was made of a file and each plug-in
                 that does not load, as a line of text.
 
@@ -117,7 +117,7 @@ class RunRequest:
             raise UsageError("--tolerance and --decide choose the fidelity, and one was given too. Leave one out.")
         found = []
         for env, task in product(grid.envs, grid.tasks):
-            choice = choose(env, task, self.tolerance, self.decide)
+            choice = choose(env, task, self.tolerance, self.decide, grid.designs)
             say(choice.reason)
             found += self._expanded(replace(grid, envs=(env,), tasks=(task,), fidelity=choice.fidelity))
         return found

@@ -54,6 +54,13 @@ def ladder(draft: Numbers | None = None, others: Sequence[Sample] = ()) -> Measu
     return Measurements((*levels, sample(TWIN, scaled(0.95)), *others), ("made up",))
 
 
+def other_body(factors: Sequence[float], draft: float) -> list[Sample]:
+    """The same gaits of a panda that is faster, by these factors at standard and by two transfers at paper, and at
+    draft by that."""
+    found = zip((*LEVELS, TWIN), (draft, *factors), strict=True)
+    return [sample(name, scaled(factor), design="panda") for name, factor in found]
+
+
 def balance(text: str, contact: float, env: str = "ground") -> Balance:
     """Muscles put in 2 J and take half a joule back; 0.4 J are stored, 0.6 lost to viscosity."""
     return Balance(resolved(Kind.ENV, env), resolved(Kind.FIDELITY, text), 2.0, 1.5, 0.4, 0.6, 0.0, contact)

@@ -37,11 +37,15 @@ def test_a_sentence_says_which_differences_hold() -> None:
     """All, those above a ratio, or none that is known."""
     row = analyse(ladder()).levels[0]
     cases = {
-        1.0: "all differences hold in 95%",
-        1.5: "differences above 50 % hold in 95%",
-        None: "no difference is known",
+        1.0: "all differences hold in 95% (96 pairs)",
+        1.5: "differences above 50 % hold in 95% (96 pairs)",
+        None: "no difference is known to hold",
     }
     for decides, sentence in cases.items():
-        ((*_, text),) = short_table([replace(row, decides=decides)])[1]
-        assert text.startswith(sentence)
-        assert text.endswith("scores are off by 50 % (rms)")
+        one = replace(row, decides=decides)
+        two = replace(row, decides_across=decides, pairs_across=96)
+        (*_, of_one), (*_, of_two) = short_table([one, two])[1]
+        assert of_one.startswith(
+            f"one body: {sentence}; two bodies: not compared; scores are off by 50 % (rms), of cat"
+        )
+        assert f"; two bodies: {sentence}; " in of_two

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from tests.verify.accuracy.study import LIMITS, TWIN, ladder, sample, scaled
+from tests.verify.accuracy.study import LEVELS, LIMITS, TWIN, ladder, sample, scaled
 from zoobench.spec import Ref
-from zoobench.verify.accuracy.analyse import NEIGHBOURS, LevelRow, analyse, deciding
+from zoobench.verify.accuracy.analyse import LevelRow, analyse
 from zoobench.verify.accuracy.records import RANDOM, Measurements
 
 
@@ -23,7 +23,8 @@ def test_the_reference_is_the_mean_of_two_transfers_at_the_finest_level() -> Non
     assert list(found) == ["draft", "standard", "paper"]
     assert [row.error for row in found.values()] == pytest.approx([0.5, 0.1, 0.05])
     assert [row.unknown for row in found.values()] == pytest.approx([0.05] * 3)
-    assert (found["draft"].gaits, found["draft"].runs, found["draft"].designs) == (16, 4, 1)
+    assert (found["draft"].gaits, found["draft"].runs, found["draft"].checked) == (16, 4, 0)
+    assert found["draft"].bodies == {"caterpillar": pytest.approx(math.hypot(0.5, 0.05))}
 
 
 def test_the_finest_level_alone_is_not_its_own_judge() -> None:
@@ -31,6 +32,16 @@ def test_the_finest_level_alone_is_not_its_own_judge() -> None:
     found = rows(Measurements(ladder().samples[:3]))
     assert (found["paper"].error, found["paper"].decides, found["paper"].unknown) == (None, None, None)
     assert found["draft"].error == pytest.approx(1 - 0.5 / 1.05)
+
+
+def test_a_few_gaits_on_a_finer_grid_judge_the_reference() -> None:
+    """It stays what it is; it is uncertain by the farther of the other transfer and the finer grid."""
+    best = max(LIMITS, key=LIMITS.__getitem__)
+    found = rows(ladder(others=[sample("fine", {best: 0.8 * LIMITS[best]})]))
+    assert [found[name].error for name in LEVELS] == pytest.approx([0.5, 0.1, 0.05])
+    assert found["fine"].error is None
+    assert [row.unknown for row in found.values()] == pytest.approx([0.2] * 4)
+    assert (found["draft"].checked, found["draft"].bodies["caterpillar"]) == (1, pytest.approx(math.hypot(0.5, 0.2)))
 
 
 def test_gaits_are_followed_from_where_they_were_found() -> None:
@@ -53,7 +64,7 @@ def test_designs_count_alike_whatever_their_speed() -> None:
     ]
     found = rows(ladder(others=fast))["draft"]
     assert found.error == pytest.approx(math.sqrt((0.5**2 + 0.1**2) / 2))
-    assert (found.designs, found.gaits) == (2, 32)
+    assert (list(found.bodies), found.gaits) == (["caterpillar", "panda"], 32)
 
 
 def test_a_diverged_gait_is_left_out() -> None:
@@ -76,22 +87,6 @@ def test_pairs_of_one_training_do_not_count() -> None:
     """Of 16 gaits of four trainings there are 120 pairs, and 24 of them are of one training."""
     assert rows(ladder())["draft"].pairs == 96
     assert rows(ladder())["draft"].decides == 1.0
-
-
-def test_what_decides_is_the_ratio_above_which_the_order_holds() -> None:
-    """One wrong pair in twenty is borne, above 3; from 2.00 on each tenth is wrong, the second of them at 1.90."""
-    pairs = [(3.0 + number / 100, number != 50) for number in range(95)]
-    pairs += [(2.0 - number / 100, number % 10 > 0) for number in range(50)]
-    assert deciding(pairs) == pytest.approx(1.91)
-    assert deciding(pairs[:95]) == 1.0
-    assert deciding([(ratio, not holds) for ratio, holds in pairs]) is None
-
-
-def test_few_pairs_decide_nothing() -> None:
-    """One fewer than enough, all of them right."""
-    assert deciding([(2.0, True)] * (NEIGHBOURS - 1)) is None
-    assert deciding([(2.0, True)] * NEIGHBOURS) == 1.0
-    assert deciding([(math.inf, True)] * NEIGHBOURS + [(math.inf, False)] * NEIGHBOURS) is None
 
 
 def test_the_finest_level_is_held_against_its_other_transfer() -> None:

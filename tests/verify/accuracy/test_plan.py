@@ -25,10 +25,10 @@ PLAN = StudyPlan(levels=("standard", "draft", "paper"), gradients="standard")
 
 
 def test_every_cell_is_trained_at_every_home_with_every_seed() -> None:
-    """Two levels, two tasks, two land animals and two swimmers, two seeds; cheap levels first."""
+    """Two levels, two tasks, four land animals and three swimmers, two seeds; cheap levels first."""
     specs = trainings([Ref("ground"), Ref("ocean")], [Ref("movement-speed"), Ref("turning")], PLAN)
-    assert len({spec.key() for spec in specs}) == len(specs) == 32
-    assert [spec.fidelity.name for spec in specs] == ["draft"] * 16 + ["standard"] * 16
+    assert len({spec.key() for spec in specs}) == len(specs) == 56
+    assert [spec.fidelity.name for spec in specs] == ["draft"] * 28 + ["standard"] * 28
     designs = {env: {spec.design.name for spec in specs if spec.env.name == env} for env in ("ground", "ocean")}
     assert designs == {"ground": set(LAND_DESIGNS), "ocean": set(DESIGNS["ocean"])}
     chosen = trainings([Ref("ocean")], [Ref("turning")], PLAN, [Ref("orca")])
@@ -46,6 +46,18 @@ def test_the_gaits_of_a_home_are_evaluated_at_every_level_in_one_run() -> None:
     assert specs[6].fidelity.kwargs["transfer"] != specs[4].fidelity.kwargs["transfer"]
     assert [spec.method.kwargs["gradients"] for spec in specs[::2]] == [2, 2, 0, 0]
     assert first.budget.amount == 8
+
+
+def test_solutions_of_the_first_seed_are_evaluated_beyond_the_finest_level() -> None:
+    """One gait for each level where gaits were found, the last of its training."""
+    plan = replace(PLAN, beyond="fine")
+    trained = trainings([Ref("ground")], [Ref("turning")], plan, [Ref("panda")])
+    *others, draft, standard = evaluations(trained, plan)
+    assert others == evaluations(trained, PLAN)
+    assert [spec.fidelity.name for spec in (draft, standard)] == ["fine"] * 2
+    assert draft.method.kwargs["of"] == run_name(trained[0].key())
+    assert standard.method.kwargs["of"] == run_name(trained[2].key())
+    assert (draft.budget.amount, draft.method.kwargs["last"], draft.method.kwargs["gradients"]) == (1, 1, 0)
 
 
 def test_knobs_are_turned_around_one_level() -> None:
@@ -66,7 +78,15 @@ def test_random_controllers_are_the_same_everywhere() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"levels": ("smoke",)}, {"levels": ()}, {"found": ("coarse",)}, {"around": "coarse"}, {"seeds": 0}]
+    "wrong",
+    [
+        {"levels": ("smoke",)},
+        {"levels": ()},
+        {"found": ("coarse",)},
+        {"around": "coarse"},
+        {"seeds": 0},
+        {"beyond": "fine"},
+    ],
 )
 def test_a_plan_that_makes_no_sense_is_refused(wrong: dict[str, object]) -> None:
     """With the values that are possible."""

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from zoobench.verify.accuracy.analyse import HELD, Analysis, LevelRow, MatrixRow
+from zoobench.verify.accuracy.analyse import Analysis, LevelRow, MatrixRow
 from zoobench.verify.accuracy.energy_rows import EnergyRow
+from zoobench.verify.accuracy.pairs import HELD
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
@@ -20,7 +21,8 @@ def level_table(rows: Sequence[LevelRow]) -> Table:
     return _table(
         rows, "env", "task", "fidelity", ("score error", _error), ("score / finest", _band),
         ("finest / score where found", lambda row: _percent(row.transfer)),
-        ("decides ratios above", lambda row: _number(row.decides)), ("1-cos gradient", lambda row: _number(row.angle)),
+        ("decides ratios above", lambda row: _number(row.decides)),
+        ("of two bodies", lambda row: _number(row.decides_across)), ("1-cos gradient", lambda row: _number(row.angle)),
         ("s per simulated s", lambda row: _number(row.seconds)),
         ("with gradient", lambda row: _number(row.gradient_seconds)), ("MiB", lambda row: _whole(row.memory)),
         ("particles", lambda row: _whole(row.particles)),
@@ -74,10 +76,17 @@ TABLES: dict[str, tuple[type[Any], Callable[[Any], Table], Callable[[Analysis], 
 
 def _sentence(row: LevelRow) -> str:
     error = "the error is not known" if row.error is None else f"scores are off by {_percent(row.error)} (rms)"
-    if row.decides is None:
-        return f"no difference is known to hold; {error}"
-    difference = "all differences hold" if row.decides == 1.0 else f"differences above {_percent(row.decides - 1)} hold"
-    return f"{difference} in {HELD:.0%} ({row.pairs} pairs); {error}"
+    across = _difference(row.decides_across, row.pairs_across) if row.pairs_across else "not compared"
+    bodies = f", of {', '.join(sorted(row.bodies))}" if row.bodies else ""
+    return f"one body: {_difference(row.decides, row.pairs)}; two bodies: {across}; {error}{bodies}"
+
+
+def _difference(ratio: float | None, pairs: int) -> str:
+    """Which differences of scores hold, by the ratio that decides."""
+    if ratio is None:
+        return "no difference is known to hold"
+    which = "all differences" if ratio == 1.0 else f"differences above {_percent(ratio - 1)}"
+    return f"{which} hold in {HELD:.0%} ({pairs} pairs)"
 
 
 def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]) -> Table:

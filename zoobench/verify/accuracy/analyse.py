@@ -1,12 +1,12 @@
 """How far trained gaits' scores at each fidelity are from those at the finest one, and which differences hold there.
 
 Every environment and task is judged by itself, over the gaits of all designs. The reference of a gait is its score at
-the finest level: the mean of two transfers where both were measured, since they head for the same limit, uncertain by
-half of their difference. An error is the root mean square difference to it over a design's gaits, as a share of the
-root mean square of the references, so that a gait that hardly moves cannot inflate it; then over the designs.
+the finest level: the mean of two transfers where both were measured, since they head for the same limit. It is
+uncertain by its distance to the farther of both, or to the score of gaits on a finer grid, if that is more. An error is
+the root mean square difference to it over a design's gaits, as a share of the root mean square of the references, so
+that a gait that hardly moves cannot inflate it; then over the designs.
 """
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -14,15 +14,10 @@ import numpy as np
 
 from zoobench.registry import Kind
 from zoobench.spec import FRAME_SECONDS, Ref
-from zoobench.verify.accuracy.design_cell import DesignCell, rms, training_of, twin_of
+from zoobench.verify.accuracy.design_cell import DesignCell, rms, training_of
+from zoobench.verify.accuracy.pairs import deciding, pairs_across, pairs_of_one
 from zoobench.verify.accuracy.plan import LADDER
 from zoobench.verify.accuracy.records import RANDOM, Measurements, Numbers, Sample, grid_spacing, is_present, label
-
-HELD = 0.95
-"""Share of the pairs whose order must hold."""
-
-NEIGHBOURS = 20
-"""Pairs of like ratio among which that is judged; with fewer, a single one would be more than what may fail."""
 
 
 @dataclass(frozen=True)
@@ -32,14 +27,18 @@ class LevelRow:
     Attributes:
         fidelity: its name, with the parameters that are not the default ones.
         components: environment, task and fidelity with version and every parameter.
-        designs, gaits, runs: numbers of what was evaluated, and of the trainings behind it.
+        bodies: the designs, and by how much the scores of each are off at most: their error, and in quadrature the
+            uncertainty of their references.
+        gaits, runs: numbers of what was evaluated, and of the trainings behind it.
         error: of the score, as a share.
         unknown: uncertainty of the reference itself, likewise.
+        checked: number of gaits whose reference was held against a finer grid.
         low, median, high: of the ratios of scores to their references: the 10th, 50th and 90th percentile.
         transfer: of the gaits found at this level, the median ratio of reference to score.
-        decides: the least ratio of two gaits' scores above which their order is the reference's, see `deciding`; 1 if
-            any ratio will do. Pairs of one training do not count.
+        decides: the least ratio of two scores of gaits of one body above which their order is the reference's, see
+            `deciding`; 1 if any ratio will do. Pairs of one training do not count.
         pairs: that were compared.
+        decides_across, pairs_across: likewise of gaits of two bodies that were trained alike.
         angle: 1 - cosine between the gradient and that at the finest level with gradients, mean over gaits.
         substeps: per simulated second.
         seconds, gradient_seconds: CPU time per simulated second [s], medians.
@@ -51,17 +50,20 @@ class LevelRow:
     fidelity: str
     components: str
     spacing: float
-    designs: int
+    bodies: dict[str, float | None]
     gaits: int
     runs: int
     error: float | None
     unknown: float | None
+    checked: int
     low: float | None
     median: float | None
     high: float | None
     transfer: float | None
     decides: float | None
     pairs: int
+    decides_across: float | None
+    pairs_across: int
     angle: float | None
     particles: int | None
     substeps: float | None
@@ -114,9 +116,9 @@ def analyse(measurements: Measurements, envs: Sequence[str] = (), tasks: Sequenc
         trained = _cells(sample for sample in samples if sample.found != RANDOM)
         rows = _rows(place, trained)
         plain = [row for row in rows if row.fidelity in LADDER]
-        twins = [twin_of(row.fidelity) for row in plain[-1:]]
+        judges = {name for cell in trained for name in cell.judges}
         levels += plain
-        knobs += [row for row in rows if row not in plain and row.fidelity not in twins]
+        knobs += [row for row in rows if row.fidelity not in {*LADDER, *judges}]
         matrix += _matrix(place, trained)
         drawn = _rows(place, _cells(sample for sample in samples if sample.found == RANDOM))
         random += [row for row in drawn if row.fidelity in LADDER]
@@ -126,26 +128,6 @@ def analyse(measurements: Measurements, envs: Sequence[str] = (), tasks: Sequenc
 def components(env: Ref, task: Ref, fidelity: Ref) -> str:
     """What resolved references are, with version and every parameter."""
     return f"{env} {task} {fidelity}"
-
-
-def deciding(pairs: Iterable[tuple[float, bool]]) -> float | None:
-    """The least ratio above which the order holds; 1 if it does at all ratios, None if no ratio is known.
-
-    It holds where it does in `HELD` of any `NEIGHBOURS` pairs that are next to each other by their ratios. Pairs of
-    very unlike scores, whose order hardly any level mistakes, thus do not make up for those of like ones.
-
-    Args:
-        pairs: ratio of two scores, and whether their order is right.
-    """
-    ordered = sorted(pairs, reverse=True)
-    if len(ordered) < NEIGHBOURS:
-        return None
-    right = np.convolve([float(holds) for _, holds in ordered], np.ones(NEIGHBOURS), "valid")
-    bad = np.flatnonzero(right < HELD * NEIGHBOURS)
-    if not len(bad):
-        return 1.0
-    ratio = ordered[bad[0] + NEIGHBOURS - 2][0] if bad[0] else math.inf
-    return ratio if math.isfinite(ratio) else None
 
 
 def _cells(samples: Iterable[Sample]) -> list[DesignCell]:
@@ -166,7 +148,7 @@ def _rows(place: tuple[str, str], cells: Sequence[DesignCell]) -> list[LevelRow]
 def _row(place: tuple[str, str], name: str, cells: Sequence[DesignCell]) -> LevelRow:
     samples = [sample for cell in cells for sample in cell.samples[name]]
     gaits = [gait for cell in cells for gait in cell.scores(name)]
-    pairs = [pair for cell in cells for pair in cell.pairs(name)]
+    pairs, across = pairs_of_one(cells, name), pairs_across(cells, name)
     ratios = [ratio for cell in cells for ratio in cell.ratios(name)]
     low, median, high = np.percentile(ratios, (10, 50, 90)).tolist() if ratios else (None, None, None)
 
@@ -180,17 +162,20 @@ def _row(place: tuple[str, str], name: str, cells: Sequence[DesignCell]) -> Leve
         fidelity=name,
         components=components(samples[0].env, samples[0].task, samples[0].fidelity),
         spacing=grid_spacing(samples[0].fidelity),
-        designs=len(cells),
+        bodies={cell.design: cell.bound(name) for cell in cells},
         gaits=len(gaits),
         runs=len({training_of(gait) for gait in gaits}),
         error=_rms_known([cell.error(name) for cell in cells]),
         unknown=_rms_known([cell.unknown for cell in cells]),
+        checked=sum(cell.checked for cell in cells),
         low=low,
         median=median,
         high=high,
         transfer=_value(np.median, [ratio for cell in cells for ratio in cell.kept(name)]),
         decides=deciding(pairs),
         pairs=len(pairs),
+        decides_across=deciding(across),
+        pairs_across=len(across),
         angle=_value(np.mean, [angle for cell in cells for angle in cell.angles(name)]),
         particles=max(sample.particles for sample in samples),
         substeps=_value(np.mean, [sample.substeps for sample in samples]),

@@ -1,14 +1,13 @@
 """The gaits of one environment, task and design at every fidelity, and their references."""
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.registry import Kind
-from zoobench.tasks.scores import score_ratio
 from zoobench.verify.accuracy.plan import LADDER, other_transfer
 from zoobench.verify.accuracy.records import Numbers, Sample, label
 
@@ -17,41 +16,70 @@ GOING = 0.1
 
 
 class DesignCell:
-    """The gaits of one environment, task and design at every fidelity, and their references."""
+    """The gaits of one environment, task and design at every fidelity, and their references.
+
+    The reference of a gait is its mean score by both transfers at the finest level, that at which most gaits were
+    evaluated. Judges of it are these two, and what some gaits score at levels that are finer still.
+
+    Attributes:
+        design: its name with the parameters that are not the default ones.
+        samples: by fidelity.
+        found: the level at which each gait was trained, or `RANDOM`.
+        finer: levels beyond that of the references, at which some gaits were evaluated.
+        judges: the fidelities by which references are judged; but for `finer`, the references are their mean.
+    """
 
     def __init__(self, samples: Sequence[Sample]) -> None:
+        self.design = label(Kind.DESIGN, samples[0].design)
         self.samples: dict[str, list[Sample]] = {}
         for sample in samples:
             self.samples.setdefault(label(Kind.FIDELITY, sample.fidelity), []).append(sample)
+        self._scores: dict[str, Numbers] = {}
+        for name, own in self.samples.items():
+            self._scores[name] = {gait: score for sample in own for gait, score in sample.scores.items()}
         self.found = {gait: sample.found for sample in samples for gait in sample.scores}
-        finest = [name for name in LADDER if name in self.samples][-1:]
-        twins = [twin_of(name) for name in finest]
-        self._finest = [self.scores(name) for name in (*finest, *twins) if name in self.samples]
-        self.is_alone = len(self._finest) < 2
+        levels = [name for name in LADDER if name in self.samples]
+        most = [name for name in levels if 2 * len(self.scores(name)) > len(self.found)]
+        means = [name for level in most[-1:] for name in (level, twin_of(level)) if name in self.samples]
+        self.finer = levels[levels.index(most[-1]) + 1 :] if most else []
+        self.judges = [*means, *self.finer]
 
     def scores(self, name: str) -> Numbers:
         """Scores at a fidelity."""
-        return {gait: score for sample in self.samples.get(name, ()) for gait, score in sample.scores.items()}
+        return self._scores.get(name, {})
 
     @cached_property
     def references(self) -> Numbers:
         """References of the gaits that the finest level has."""
-        gaits = set(self._finest[0]).intersection(*self._finest[1:]) if self._finest else set()
-        return {gait: float(np.mean([scores[gait] for scores in self._finest])) for gait in sorted(gaits)}
+        means = [self.scores(name) for name in self.judges if name not in self.finer]
+        gaits = set.intersection(*map(set, means)) if means else set()
+        return {gait: float(np.mean([scores[gait] for scores in means])) for gait in sorted(gaits)}
+
+    @cached_property
+    def unknown(self) -> float | None:
+        """The references' uncertainty as a share of their size: their distance to the farthest of their judges."""
+        distances = [self._share(apart) for name in self.judges if (apart := self._apart(name))]
+        return max(distances) if len(distances) > 1 else None
 
     @property
-    def unknown(self) -> float | None:
-        """The references' uncertainty as a share of their size."""
-        if self.is_alone or not self.references:
-            return None
-        one, two = self._finest
-        return self._share({gait: 0.5 * (one[gait] - two[gait]) for gait in self.references})
+    def checked(self) -> int:
+        """Number of the gaits that were evaluated on a finer grid than that of the references."""
+        return len({gait for name in self.finer for gait in self._apart(name)})
 
     def error(self, name: str) -> float | None:
-        """Error of the scores; None where nothing is compared, or the level only with itself."""
+        """Error of the scores; None where nothing is compared, or a level only with itself or a coarser one."""
+        apart = self._apart(name)
+        return None if not apart or name in self.finer or self.judges == [name] else self._share(apart)
+
+    def bound(self, name: str) -> float | None:
+        """Error of the scores with the references' uncertainty; None where the error is not known."""
+        error = self.error(name)
+        return None if error is None else math.hypot(error, self.unknown or 0.0)
+
+    def _apart(self, name: str) -> Numbers:
+        """Scores less their references."""
         scores = self.scores(name)
-        apart = {gait: scores[gait] - value for gait, value in self.references.items() if gait in scores}
-        return None if not apart or (self.is_alone and scores == self._finest[0]) else self._share(apart)
+        return {gait: scores[gait] - value for gait, value in self.references.items() if gait in scores}
 
     def _share(self, differences: Numbers) -> float:
         return rms(differences.values()) / rms(self.references[gait] for gait in differences)
@@ -91,21 +119,6 @@ class DesignCell:
         """References of the gaits found at a level by their scores there."""
         scores = self.scores(name)
         return [self.references[gait] / scores[gait] for gait in self._found_at(name)]
-
-    def pairs(self, name: str) -> list[tuple[float, bool]]:
-        """Of all pairs of gaits of different trainings, the ratio of their scores, and whether their order holds.
-
-        The finest level, which has a share in the references, is held against its other transfer.
-        """
-        scores, judges = self.scores(name), self.references
-        if self._finest and scores == self._finest[0]:
-            judges = {} if self.is_alone else self._finest[1]
-        found = []
-        for one, two in combinations([gait for gait in judges if gait in scores], 2):
-            worse, better = sorted((one, two), key=scores.__getitem__)
-            if training_of(one) != training_of(two) and (scores[better] > 0.0 or self.are_errors):
-                found.append((score_ratio(scores[better], scores[worse]), judges[better] > judges[worse]))
-        return found
 
     def angles(self, name: str) -> list[float]:
         """1 - cosine of the gradients to those at the finest level that has any."""

@@ -26,9 +26,9 @@ KNOBS = (
 )  # fmt: skip
 """Parameters of the fidelity that differ from those of a level, each of them alone."""
 
-DESIGNS = {"ocean": ("fish", "tuna")}
-LAND_DESIGNS = ("caterpillar", "baby-seal")
-"""Animals at home in an environment, where the user names none."""
+DESIGNS = {"ocean": ("fish", "tuna", "orca")}
+LAND_DESIGNS = ("caterpillar", "baby-seal", "panda", "fish")
+"""Animals that are compared in an environment, where the user names none."""
 
 TRAINED, STRONG = Ref("sine-basis"), Ref("sine-basis", params=(("scale", 1.0),))
 """Controllers that are trained, and random ones that use most of the muscles' range, so that their scores differ."""
@@ -48,6 +48,8 @@ class StudyPlan:
         gradients: the finest level with gradients; "" for none.
         around: the level at which knobs are turned; "" for none.
         draws: random controllers, evaluated as the gaits are.
+        beyond: a level finer than all of these, at which solutions of the first seed show how far the references still
+            are from the limit; "" for none.
     """
 
     levels: tuple[str, ...] = ("draft", "standard", "paper", "fine")
@@ -59,14 +61,17 @@ class StudyPlan:
     gradients: str = "paper"
     around: str = ""
     draws: int = 0
+    beyond: str = ""
 
     def __post_init__(self) -> None:
-        named = (*self.levels, *self.found, *filter(None, (self.gradients, self.around)))
+        named = (*self.levels, *self.found, *filter(None, (self.gradients, self.around, self.beyond)))
         unknown = [name for name in named if name not in LADDER]
         if unknown or not self.levels:
             raise UsageError(f"Unknown levels: {', '.join(unknown) or 'none given'}. Choose from {', '.join(LADDER)}.")
         if min(self.seeds, self.iterations, self.stages, self.frames) < 1 or self.draws < 0:
             raise UsageError("Seeds, iterations, stages and frames must be at least 1, draws at least 0.")
+        if self.beyond and max(map(LADDER.index, self.levels)) >= LADDER.index(self.beyond):
+            raise UsageError(f"{self.beyond} is not beyond {', '.join(self.levels)}. Name a finer level, or none.")
 
     def fidelities(self) -> list[Ref]:
         """Where gaits are evaluated, from coarse to fine, the finest level with both transfers, then the knobs."""
@@ -140,11 +145,13 @@ def evaluations(trained: Iterable[RunSpec], plan: StudyPlan) -> list[RunSpec]:
     homes: dict[RunSpec, list[str]] = {}
     for spec in trained:
         homes.setdefault(replace(spec, seed=0), []).append(run_name(spec.key()))
+    beyond = [registry.resolve(Kind.FIDELITY, Ref(plan.beyond))] if plan.beyond else []
     return [
-        _probe(home, fidelity, plan.stages * len(names), of="+".join(names), last=plan.stages,
-               gradients=len(names) if _has_gradients(fidelity, plan) else 0)
-        for fidelity in plan.fidelities()
-        for home, names in homes.items()
+        *(_probe(home, fidelity, plan.stages * len(names), of="+".join(names), last=plan.stages,
+                 gradients=len(names) if _has_gradients(fidelity, plan) else 0)
+          for fidelity in plan.fidelities()
+          for home, names in homes.items()),
+        *(_probe(home, fidelity, 1, of=names[0], last=1) for fidelity in beyond for home, names in homes.items()),
     ]  # fmt: skip
 
 

@@ -150,8 +150,8 @@ def write(measurements: Measurements, path: Path) -> None:
     document = {
         "format": FORMAT,
         "origin": list(measurements.origin),
-        "samples": [_rounded(_document(sample)) for sample in measurements.samples],
-        "balances": [_rounded(_document(balance)) for balance in measurements.balances],
+        "samples": [rounded(_document(sample)) for sample in measurements.samples],
+        "balances": [rounded(_document(balance)) for balance in measurements.balances],
     }
     lines = json.dumps(document, allow_nan=False).replace('{"env"', '\n{"env"')
     try:
@@ -177,6 +177,15 @@ def read(path: Path) -> Measurements:
         raise UsageError(f"Cannot read {path}: {reason(error)}.") from None
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, UsageError) as error:
         raise UsageError(f"{path} holds no accuracy measurements ({error}). Give a file of --export.") from None
+
+
+def rounded(value: Any, digits: int = 7) -> Any:
+    """Data with so many digits of each number."""
+    if isinstance(value, Mapping):
+        return {key: rounded(item, digits) for key, item in value.items()}
+    if isinstance(value, list):
+        return [rounded(item, digits) for item in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def _sample(run: RunRow, metrics: Iterable[MetricRow], finals: Mapping[str, float], found: str, memory: int) -> Sample:
@@ -222,15 +231,6 @@ def _origin(provenance: Mapping[str, Any]) -> str:
 
 def _document(item: Sample | Balance) -> dict[str, Any]:
     return {name: str(value) if isinstance(value, Ref) else value for name, value in vars(item).items()}
-
-
-def _rounded(value: Any) -> Any:
-    """Data with seven digits of each number."""
-    if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.7g}") if isinstance(value, float) else value
 
 
 def _with_refs(item: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -18,7 +18,7 @@ from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.verify.accuracy.analyse import LevelRow, analyse, components
 from zoobench.verify.accuracy.plan import LADDER
-from zoobench.verify.accuracy.records import Measurements, label
+from zoobench.verify.accuracy.records import Measurements, label, rounded
 
 PUBLISHED = "published.json"
 """Written by `zoobench accuracy show --publish` when the fidelities were last measured; beside this file."""
@@ -32,13 +32,17 @@ class FidelityChoice:
     reason: str
 
 
-def choose(env: Ref, task: Ref, tolerance: float | None, decide: float | None) -> FidelityChoice:
+def choose(
+    env: Ref, task: Ref, tolerance: float | None, decide: float | None, designs: Sequence[Ref] = ()
+) -> FidelityChoice:
     """The coarsest level of this environment and task that is as good as is asked for.
 
     Args:
         env, task: with the parameters that differ from the defaults.
         tolerance: the largest error of trained gaits' scores, with the reference's own uncertainty; None for any.
-        decide: the ratio above which the order of two scores must hold; None for none.
+        decide: the ratio above which the order of two scores must hold; None for none. With several designs these are
+            scores of two bodies.
+        designs: what will be compared; each with the error of all that were measured if it was not measured itself.
 
     Raises:
         UsageError: no level is, or this environment and task were not measured in their present version.
@@ -48,23 +52,71 @@ def choose(env: Ref, task: Ref, tolerance: float | None, decide: float | None) -
     if decide is not None and not 1.0 <= decide < math.inf:
         raise UsageError(f"A ratio of {decide:g} decides nothing. Give the larger score by the smaller, as in 1.5.")
     rows = _rows(env, task)
-    good = [row for row in rows if _bound(row) <= (tolerance or math.inf) and _ratio(row) <= (decide or math.inf)]
+    names = {label(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
+    question = _Question(tolerance, decide, frozenset(names))
+    if decide is not None and question.is_across and not any(row.pairs_across for row in rows):
+        raise UsageError(
+            f"No order of two bodies is known in {env.name} x {task.name}: gaits of {_bodies(rows[-1])} were compared "
+            "with those of the same body alone. Choose one design, or the fidelity with --fidelity."
+        )
+    good = [row for row in rows if question.is_met(row)]
     if not good:
-        best = min(rows, key=_bound if decide is None else _ratio)
+        best = min(rows, key=question.bound if decide is None else question.ratio)
         wanted = [f"within {tolerance:g}"] if tolerance is not None else []
         wanted += [f"sure of ratios above {decide:g}"] if decide is not None else []
         raise UsageError(
             f"No fidelity is known to be {' and '.join(wanted)} in {env.name} x {task.name}: the best is "
-            f"{_describe(best)}. Ask for less, or choose with --fidelity."
+            f"{question.describe(best)}. Ask for less, or choose with --fidelity."
         )
-    others = "; ".join(_describe(row) for row in rows if row is not good[0])
-    return FidelityChoice(Ref(good[0].fidelity), f"{env.name} x {task.name}: {_describe(good[0])} (others: {others})")
+    others = "; ".join(question.describe(row) for row in rows if row is not good[0])
+    reason = f"{env.name} x {task.name}: {question.describe(good[0])} (others: {others})"
+    return FidelityChoice(Ref(good[0].fidelity), reason)
 
 
-def decides(env: Ref, task: Ref, fidelity: Ref) -> float | None:
-    """The ratio of two scores above which their order holds there; None where no study of it is published."""
-    level = _level(env, task, fidelity)
-    return None if level is None else level.decides
+@dataclass(frozen=True)
+class _Question:
+    """What a level must be good for; see `choose`."""
+
+    tolerance: float | None
+    decide: float | None
+    designs: frozenset[str]
+
+    @property
+    def is_across(self) -> bool:
+        """Whether scores of two bodies are compared."""
+        return len(self.designs) > 1
+
+    def is_met(self, row: LevelRow) -> bool:
+        """Whether a level is good enough."""
+        return self.bound(row) <= (self.tolerance or math.inf) and self.ratio(row) <= (self.decide or math.inf)
+
+    def bound(self, row: LevelRow) -> float:
+        """By how much scores are off at most: those of the body that is off most."""
+        return max((row.bodies.get(design) or _bound(row) for design in self.designs), default=_bound(row))
+
+    def ratio(self, row: LevelRow) -> float:
+        """The ratio above which the order of two scores holds."""
+        ratio = row.decides_across if self.is_across else row.decides
+        return math.inf if ratio is None else ratio
+
+    def describe(self, row: LevelRow) -> str:
+        """A level's figures, and the bodies on which they rest."""
+        facts = [f"{row.gaits} gaits of {_bodies(row)}"]
+        facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g}"]
+        whose = "of two bodies keep" if self.is_across else "keep"
+        ratio = self.ratio(row)
+        facts += [f"ratios above {ratio:.3g} {whose} their order"] if math.isfinite(ratio) else []
+        facts += [] if row.seconds is None else [f"{row.seconds:.2g} s per simulated second"]
+        return f"{row.fidelity} with scores off by {self.bound(row):.2g} ({', '.join(facts)})"
+
+
+def level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
+    """The level of resolved components; None where no study of it in this version is published."""
+    try:
+        rows = _rows(env, task)
+    except UsageError:  # not measured, or of a plug-in that is gone
+        return None
+    return next((row for row in rows if row.components == components(env, task, fidelity)), None)
 
 
 def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, ...]:
@@ -84,8 +136,8 @@ def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, .
 
 def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
     """The error of scores there, as a share of them; None where no study of it is published."""
-    level = _level(env, task, fidelity)
-    return None if level is None else _bound(level)
+    row = level(env, task, fidelity)
+    return None if row is None else _bound(row)
 
 
 @dataclass(frozen=True)
@@ -109,10 +161,7 @@ def publish(measurements: Measurements, path: Path) -> None:
     Raises:
         UsageError: the file cannot be read or written.
     """
-    new = [
-        {name: float(f"{value:.4g}") if isinstance(value, float) else value for name, value in asdict(row).items()}
-        for row in analyse(measurements).levels
-    ]
+    new = [rounded(asdict(row), 4) for row in analyse(measurements).levels]
     places = {(row["env"], row["task"]) for row in new}
     try:
         nothing: dict[str, list[Any]] = {"origin": [], "levels": []}
@@ -150,26 +199,10 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     return sorted(rows, key=lambda row: -row.spacing)
 
 
-def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
-    try:
-        rows = _rows(env, task)
-    except UsageError:  # not measured, or of a plug-in that is gone
-        return None
-    return next((row for row in rows if row.components == components(env, task, fidelity)), None)
-
-
 def _bound(row: LevelRow) -> float:
     """Error of a level's scores: their distance to the reference, and the reference's own uncertainty."""
     return math.inf if row.error is None else math.hypot(row.error, row.unknown or 0.0)
 
 
-def _ratio(row: LevelRow) -> float:
-    return math.inf if row.decides is None else row.decides
-
-
-def _describe(row: LevelRow) -> str:
-    facts = [f"{row.gaits} gaits"]
-    facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g}"]
-    facts += [] if row.decides is None else [f"ratios above {row.decides:.3g} keep their order"]
-    facts += [] if row.seconds is None else [f"{row.seconds:.2g} s per simulated second"]
-    return f"{row.fidelity} with an error of {row.error:.2g} ({', '.join(facts)})"
+def _bodies(row: LevelRow) -> str:
+    return ", ".join(sorted(row.bodies))

@@ -1,0 +1,106 @@
+"""Pairs of gaits at a fidelity: the ratio of their scores, and above which ratio their order is known to hold."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+
+from zoobench.tasks.scores import score_ratio
+from zoobench.verify.accuracy.design_cell import DesignCell
+from zoobench.verify.accuracy.records import Numbers
+
+HELD = 0.95
+"""Share of the pairs whose order must hold."""
+
+NEIGHBOURS = 20
+"""Pairs of like ratio among which that is judged; with fewer, a single one would be more than what may fail."""
+
+Pair = tuple[float, bool]
+"""The better of two scores by the worse, and whether their order is known to hold."""
+
+
+@dataclass(frozen=True)
+class _Gait:
+    """A gait with its scores by fidelity, those by judges of its reference once more, and the reference's uncertainty.
+
+    `training` is where it was found, `trained` how: at which level, and up to which stage.
+    """
+
+    training: str
+    trained: tuple[str, str]
+    scores: Numbers
+    judged: Numbers
+    reference: float
+    unknown: float
+    is_error: bool
+
+
+def pairs_of_one(cells: Iterable[DesignCell], name: str) -> list[Pair]:
+    """Pairs of gaits of one body; but for those of one training, whose order nobody asks for.
+
+    What all references of a body have in common, as an error of the finest grid, leaves its orders as they are: each
+    judge of the references must agree.
+    """
+    pairs = [pair for cell in cells for pair in combinations(_gaits(cell), 2)]
+    return [_judged(*pair, name) for pair in pairs if pair[0].training != pair[1].training and _has(pair, name)]
+
+
+def pairs_across(cells: Iterable[DesignCell], name: str) -> list[Pair]:
+    """Pairs of gaits of two bodies that were trained alike.
+
+    Each judge must agree, and the references differ by more than what they are uncertain by.
+    """
+    pairs = [pair for bodies in combinations(map(_gaits, cells), 2) for pair in product(*bodies)]
+    return [
+        (ratio, holds and abs(one.reference - two.reference) > math.hypot(one.unknown, two.unknown))
+        for one, two in pairs
+        if one.trained == two.trained and _has((one, two), name)
+        for ratio, holds in [_judged(one, two, name)]
+    ]
+
+
+def deciding(pairs: Iterable[Pair]) -> float | None:
+    """The least ratio above which the order holds; 1 if it does at all ratios, None if no ratio is known.
+
+    It holds where it does in `HELD` of any `NEIGHBOURS` pairs that are next to each other by their ratios. Pairs of
+    very unlike scores, whose order hardly any level mistakes, thus do not make up for those of like ones.
+    """
+    ordered = sorted(pairs, reverse=True)
+    if len(ordered) < NEIGHBOURS:
+        return None
+    right = np.convolve([float(holds) for _, holds in ordered], np.ones(NEIGHBOURS), "valid")
+    bad = np.flatnonzero(right < HELD * NEIGHBOURS)
+    if not len(bad):
+        return 1.0
+    ratio = ordered[bad[0] + NEIGHBOURS - 2][0] if bad[0] else math.inf
+    return ratio if math.isfinite(ratio) else None
+
+
+def _gaits(cell: DesignCell) -> list[_Gait]:
+    found = []
+    for gait, reference in cell.references.items():
+        training, _, stage = gait.partition("@")
+        scores = {name: own[gait] for name in cell.samples if gait in (own := cell.scores(name))}
+        judged = {name: scores[name] for name in cell.judges if name in scores}
+        unknown = abs(reference) * (cell.unknown or 0.0)
+        home = cell.found[gait], stage
+        found.append(_Gait(training, home, scores, judged, reference, unknown, cell.are_errors))
+    return found
+
+
+def _has(pair: Sequence[_Gait], name: str) -> bool:
+    """Whether two gaits can be compared at a fidelity: another judge knows both, and the better has gone somewhere."""
+    one, two = pair
+    if name not in one.scores or name not in two.scores or not (one.judged.keys() & two.judged.keys()) - {name}:
+        return False
+    return max(one.scores[name], two.scores[name]) > 0.0 or (one.is_error and two.is_error)
+
+
+def _judged(one: _Gait, two: _Gait, name: str) -> Pair:
+    """Ratio at a fidelity, and whether the judges but itself agree."""
+    worse, better = sorted((one, two), key=lambda gait: gait.scores[name])
+    judges = (better.judged.keys() & worse.judged.keys()) - {name}
+    holds = all(better.judged[judge] > worse.judged[judge] for judge in judges)
+    return score_ratio(better.scores[name], worse.scores[name]), holds
