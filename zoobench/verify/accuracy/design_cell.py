@@ -143,6 +143,11 @@ def training_of(gait: str) -> str:
     return gait.partition("@")[0]
 
 
+def stage_of(gait: str) -> int:
+    """The number of a gait in its training; a stage without a better gait than the one before has none."""
+    return int(gait.partition("@")[2])
+
+
 def rms(values: Iterable[float]) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(np.square(list(values)))))

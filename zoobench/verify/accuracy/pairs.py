@@ -8,7 +8,7 @@ from itertools import combinations, product
 import numpy as np
 
 from zoobench.tasks.scores import score_ratio
-from zoobench.verify.accuracy.design_cell import DesignCell
+from zoobench.verify.accuracy.design_cell import DesignCell, stage_of, training_of
 from zoobench.verify.accuracy.records import Numbers
 
 HELD = 0.95
@@ -25,11 +25,11 @@ Pair = tuple[float, bool]
 class _Gait:
     """A gait with its scores by fidelity, those by judges of its reference once more, and the reference's uncertainty.
 
-    `training` is where it was found, `trained` how: at which level, and up to which stage.
+    `training` is where it was found, `trained` how: at which level, and which of its gaits it is, from the last on.
     """
 
     training: str
-    trained: tuple[str, str]
+    trained: tuple[str, int]
     scores: Numbers
     judged: Numbers
     reference: float
@@ -80,13 +80,16 @@ def deciding(pairs: Iterable[Pair]) -> float | None:
 
 def _gaits(cell: DesignCell) -> list[_Gait]:
     found = []
+    stages: dict[str, list[str]] = {}
+    for gait in sorted(cell.found, key=stage_of, reverse=True):
+        stages.setdefault(training_of(gait), []).append(gait)
     for gait, reference in cell.references.items():
-        training, _, stage = gait.partition("@")
+        training = training_of(gait)
         scores = {name: own[gait] for name in cell.samples if gait in (own := cell.scores(name))}
         judged = {name: scores[name] for name in cell.judges if name in scores}
         unknown = abs(reference) * (cell.unknown or 0.0)
-        home = cell.found[gait], stage
-        found.append(_Gait(training, home, scores, judged, reference, unknown, cell.are_errors))
+        trained = cell.found[gait], stages[training].index(gait)
+        found.append(_Gait(training, trained, scores, judged, reference, unknown, cell.are_errors))
     return found
 
 
