@@ -57,6 +57,14 @@ def test_published_levels_are_shown_and_drawn_without_a_study(zoobench: Command)
     assert "zoobench accuracy run" in unknown.err
 
 
+def test_the_order_of_two_bodies_is_not_that_of_two_gaits(zoobench: Command) -> None:
+    """Trained at draft the baby seal leads the panda by 14 to 33 %, at fine the panda leads: draft does not answer."""
+    plan = ("plan", "--env", "ground", "--task", "movement-speed", "--decide", "1.25")
+    both = zoobench(*plan, "--design", "panda,baby-seal")
+    assert "x movement-speed: draft with" not in both.err
+    assert "baby-seal" in both.err
+
+
 def test_exact_answers_are_measured_kept_and_judged(zoobench: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Orders are met, and what was stored gives the same verdicts again."""
     from zoobench.verify.accuracy import analytic

@@ -75,5 +75,16 @@ def test_an_order_of_bodies_that_is_not_known_is_told() -> None:
     assert footnotes([several], lambda *place: Known(1.01, 1.05)) == ()
     for unknown in (Known(1.01), None):
         (note,) = footnotes([several], lambda *place, found=unknown: found)
-        assert note == "that draft tells the order of two bodies is not known in desert (turning)"
+        assert note == "whether draft tells the order of two bodies is not known: desert"
     assert footnotes([bodies(fish=3.0)], lambda *place: None) == ()
+
+
+def test_of_an_environment_the_tasks_without_figures_are_told() -> None:
+    """One of two."""
+    turning = bodies(fish=3.0, panda=1.0)
+    moving = tuple(replace(row, task=Ref("movement-speed")) for row in turning.rows)
+    (note,) = footnotes(
+        [replace(turning, rows=(*turning.rows, *moving))],
+        lambda env, task, fidelity: Known(1.0, 1.5) if task.name == "turning" else None,
+    )
+    assert note == "whether draft tells the order of two bodies is not known: desert x movement-speed"

@@ -1,6 +1,7 @@
 """Differences that a fidelity cannot decide: marks at means too near to their row's best, footnotes on each, and on
 bodies whose order is not known."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -85,8 +86,9 @@ def _of_bodies(table: Table, levels: Levels) -> Iterator[str]:
                 f"{ratio:.3g}{_measured_on(level)}, not that of {', '.join(dict.fromkeys(near))}"
             )
     if unknown:
-        where = ", ".join(f"{env} ({', '.join(tasks)})" for env, tasks in unknown.items())
-        yield f"that {table.fidelity.name} tells the order of two bodies is not known in {where}"
+        every = Counter(env.name for env, _ in best)
+        where = [env if len(tasks) == every[env] else f"{env} x {', '.join(tasks)}" for env, tasks in unknown.items()]
+        yield f"whether {table.fidelity.name} tells the order of two bodies is not known: {'; '.join(where)}"
 
 
 def _measured_on(level: KnownLevel) -> str:
