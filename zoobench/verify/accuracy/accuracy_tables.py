@@ -12,8 +12,13 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 
 def short_table(rows: Sequence[LevelRow]) -> Table:
-    """A sentence on every level."""
-    return ("env", "task", "level", "what holds"), [(row.env, row.task, row.fidelity, _sentence(row)) for row in rows]
+    """One row per level: by how much scores are off, and which differences hold, of one body and of two."""
+    return _table(
+        rows, "env", "task", ("level", lambda row: row.fidelity), ("score error", _error),
+        (f"of one body {HELD:.0%} of orders hold", lambda row: _difference(row.decides, row.pairs)),
+        ("of two bodies", lambda row: _difference(row.decides_across, row.pairs_across)),
+        ("bodies", lambda row: ", ".join(sorted(row.bodies))),
+    )  # fmt: skip
 
 
 def level_table(rows: Sequence[LevelRow]) -> Table:
@@ -74,19 +79,12 @@ TABLES: dict[str, tuple[type[Any], Callable[[Any], Table], Callable[[Analysis], 
 """Kind of rows, table for people, and where the rows are in the analysis, by name."""
 
 
-def _sentence(row: LevelRow) -> str:
-    error = "the error is not known" if row.error is None else f"scores are off by {_percent(row.error)} (rms)"
-    across = _difference(row.decides_across, row.pairs_across) if row.pairs_across else "not compared"
-    bodies = f", of {', '.join(sorted(row.bodies))}" if row.bodies else ""
-    return f"one body: {_difference(row.decides, row.pairs)}; two bodies: {across}; {error}{bodies}"
-
-
 def _difference(ratio: float | None, pairs: int) -> str:
     """Which differences of scores hold, by the ratio that decides."""
-    if ratio is None:
-        return "no difference is known to hold"
-    which = "all differences" if ratio == 1.0 else f"differences above {_percent(ratio - 1)}"
-    return f"{which} hold in {HELD:.0%} ({pairs} pairs)"
+    if not pairs:
+        return "not compared"
+    which = "none known" if ratio is None else "all" if ratio == 1.0 else f"above {_percent(ratio - 1)}"
+    return f"{which} ({pairs} pairs)"
 
 
 def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]) -> Table:
