@@ -43,7 +43,10 @@ def test_the_coarsest_level_within_the_tolerance_is_chosen() -> None:
     assert tolerance.choose(GROUND, MOVING, 0.5, None).fidelity == Ref("draft")
     chosen = tolerance.choose(GROUND, MOVING, 0.12, None)
     assert chosen.fidelity == Ref("standard")
-    assert "standard with scores off by 0.11 (16 gaits of caterpillar, reference known to 0.05, ratios" in chosen.reason
+    assert (
+        "standard with scores off by 0.11 (16 gaits of caterpillar, reference known to 0.05 by two transfers on"
+        in chosen.reason
+    )
     assert tolerance.choose(GROUND, MOVING, 0.11, None).fidelity == Ref("paper")
 
 

@@ -15,7 +15,7 @@ def short_table(rows: Sequence[LevelRow]) -> Table:
     """One row per level: by how much scores are off, and which differences hold, of one body and of two."""
     return _table(
         rows, "env", "task", ("level", lambda row: row.fidelity), ("score error", _error),
-        (f"of one body {HELD:.0%} of orders hold", lambda row: _difference(row.decides, row.pairs)),
+        (f"{HELD:.0%} of orders of one body hold", lambda row: _difference(row.decides, row.pairs)),
         ("of two bodies", lambda row: _difference(row.decides_across, row.pairs_across)),
         ("bodies", lambda row: ", ".join(sorted(row.bodies))),
     )  # fmt: skip
@@ -95,7 +95,8 @@ def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]
 
 
 def _error(row: LevelRow) -> str:
-    unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}"
+    least = "" if row.checked else " or more"  # two transfers on one grid may be off alike
+    unknown = "" if row.unknown is None else f" ± {_percent(row.unknown)}{least}"
     return "not known" if row.error is None else f"{_percent(row.error)}{unknown}"
 
 

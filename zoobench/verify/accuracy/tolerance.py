@@ -102,7 +102,8 @@ class _Question:
     def describe(self, row: LevelRow) -> str:
         """A level's figures, and the bodies on which they rest."""
         facts = [f"{row.gaits} gaits of {_bodies(row)}"]
-        facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g}"]
+        by = f"{row.checked} gaits on a finer grid" if row.checked else "two transfers on one grid alone"
+        facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g} by {by}"]
         whose = "of two bodies keep" if self.is_across else "keep"
         ratio = self.ratio(row)
         facts += [f"ratios above {ratio:.3g} {whose} their order"] if math.isfinite(ratio) else []
