@@ -1,7 +1,7 @@
 """Marks at differences that a fidelity cannot decide."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -18,11 +18,10 @@ SPEC = make_spec()
 
 @dataclass(frozen=True)
 class Known:
-    """What a fidelity decides of one body, and of two."""
+    """Which orders hold."""
 
-    decides: float | None
-    decides_across: float | None = None
-    bodies: Mapping[str, object] = field(default_factory=lambda: {"panda": 0.1, "baby-seal": None})
+    ratio: float | None
+    bodies: tuple[str, ...] = ("baby-seal", "panda")
 
 
 def table(*means: float) -> Table:
@@ -40,13 +39,16 @@ def table(*means: float) -> Table:
         ((3.0, 2.1), None, [False, False]),
         ((-1.0, -1.1, -1.6), 1.5, [False, True, False]),
         ((3.0, 3.0, 2.9), 1.0, [False, False, False]),
+        ((3.0, 2.1, 0.1), math.inf, [False, True, True]),
     ],
 )
 def test_means_too_near_to_the_best_are_marked(
     means: tuple[float, ...], ratio: float | None, marked: list[bool]
 ) -> None:
-    """Those within the ratio of it, if there is a study; of errors, too, and not where one is an error alone."""
-    (found,) = mark_undecided([table(*means)], lambda *place: None if ratio is None else Known(ratio))
+    """Those within the ratio of it, if there is a study, all if none is known; of errors, too, and not where one is an
+    error alone."""
+    known = None if ratio is None else Known(None if math.isinf(ratio) else ratio)
+    (found,) = mark_undecided([table(*means)], lambda *place: known)
     assert [cell.is_undecided for cell in found.rows[0].cells if cell is not None] == marked
 
 
@@ -69,13 +71,13 @@ def bodies(**means: float) -> Table:
 def test_an_order_of_bodies_that_is_not_known_is_told() -> None:
     """Those nearer than the ratio of two bodies, whatever that of one is; or all, where none was measured."""
     several = bodies(fish=3.0, panda=1.0, seal=1.1)
-    (note,) = footnotes([several], lambda *place: Known(1.01, 1.5))
+    (note,) = footnotes([several], lambda *place: Known(1.5 if place[-1] else 1.01))
     assert note.startswith("desert x turning: draft tells the order of two bodies above a ratio of 1.5 (measured on")
     assert note.endswith(", not that of panda and seal")
-    assert footnotes([several], lambda *place: Known(1.01, 1.05)) == ()
-    for unknown in (Known(1.01), None):
+    assert footnotes([several], lambda *place: Known(1.05)) == ()
+    for unknown in (Known(None), None):
         (note,) = footnotes([several], lambda *place, found=unknown: found)
-        assert note == "whether draft tells the order of two bodies is not known: desert"
+        assert note == "no order of two bodies is known at draft: desert"
     assert footnotes([bodies(fish=3.0)], lambda *place: None) == ()
 
 
@@ -85,6 +87,6 @@ def test_of_an_environment_the_tasks_without_figures_are_told() -> None:
     moving = tuple(replace(row, task=Ref("movement-speed")) for row in turning.rows)
     (note,) = footnotes(
         [replace(turning, rows=(*turning.rows, *moving))],
-        lambda env, task, fidelity: Known(1.0, 1.5) if task.name == "turning" else None,
+        lambda env, task, fidelity, of_two: Known(1.5) if task.name == "turning" else None,
     )
-    assert note == "whether draft tells the order of two bodies is not known: desert x movement-speed"
+    assert note == "no order of two bodies is known at draft: desert x movement-speed"

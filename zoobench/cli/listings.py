@@ -115,7 +115,7 @@ def table(
     from zoobench.report.footer import footer
     from zoobench.report.run_results import choose_results
     from zoobench.report.undecided import footnotes, mark_undecided
-    from zoobench.verify.accuracy.tolerance import level
+    from zoobench.verify.accuracy.tolerance import orders
 
     if aggregated and form is Format.CSV:
         raise UsageError("CSV holds one table. Leave --aggregate out, or choose another --format.")
@@ -126,10 +126,10 @@ def table(
             tables = stored_tables(store, chosen)
         else:
             tables = _spending_tables(store, choose_results(store, chosen), by, at)
-        tables = mark_undecided(tables, level)
+        tables = mark_undecided(tables, orders)
         command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
-        foot = replace(footer(tables, origins, command), undecided=footnotes(tables, level))
+        foot = replace(footer(tables, origins, command), undecided=footnotes(tables, orders))
         for note in _changed_code(store, tables, origins):
             say(note)
     print_tables(tables, foot, form, normalised, pivot, aggregated)

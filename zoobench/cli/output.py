@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, fields
+from dataclasses import asdict, fields
 from enum import StrEnum
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -79,7 +79,7 @@ def listing_of(kind: type[Any], rows: Sequence[Any]) -> "Listing":
     """Dataclass objects as a listing with a column for each field; properties are left out."""
     from zoobench.report.listing import Listing
 
-    return Listing(tuple(field.name for field in fields(kind)), tuple(astuple(row) for row in rows))
+    return Listing(tuple(field.name for field in fields(kind)), tuple(tuple(asdict(row).values()) for row in rows))
 
 
 def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:

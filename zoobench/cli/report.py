@@ -96,10 +96,10 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
     from zoobench.report.page.sections import Section, best_runs, fitted, results_in
     from zoobench.report.run_results import choose_results
     from zoobench.report.undecided import footnotes, mark_undecided
-    from zoobench.verify.accuracy.tolerance import level
+    from zoobench.verify.accuracy.tolerance import orders
 
     with Store(db, create=False) as store:
-        tables, left_out = fitted(mark_undecided(stored_tables(store, chosen), level))
+        tables, left_out = fitted(mark_undecided(stored_tables(store, chosen), orders))
         if not tables:
             raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
         results = [result for result in choose_results(store, chosen) if not (result.is_smoke or result.is_probe)]
@@ -107,7 +107,9 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
             results = results_in(tables, results)
         origins = store.origins([run for table in tables for run in table.runs])
         command = ["zoobench", "report", *chosen.options(), *_flags(stills, films)]
-        foot = replace(footer(tables, origins, [*command, "--output", output.name]), undecided=footnotes(tables, level))
+        foot = replace(
+            footer(tables, origins, [*command, "--output", output.name]), undecided=footnotes(tables, orders)
+        )
         known = curves(store, results, "substeps")
         section = Section("Results", "", tables, results, 0, foot, known, left_out=left_out)
         best = best_runs(section)[: max(stills, films)]
@@ -159,13 +161,13 @@ def _leaderboards(folder: Path, stills: int, films: int) -> "tuple[list[Section]
 
     from zoobench.report.leaderboard_files import read_exports
     from zoobench.report.page.sections import best_runs, section_of
-    from zoobench.verify.accuracy.tolerance import level
+    from zoobench.verify.accuracy.tolerance import orders
 
     boards, mark = read_exports(folder)
     sections = []
     seen: set[Ref] = set()
     for board in sorted(boards, key=lambda board: len(board.results()), reverse=True):
-        section = section_of(board, level)
+        section = section_of(board, orders)
         robots: list[tuple[str, RunResult, tuple[float, ...]]] = []
         for best in best_runs(section):
             if best.spec.env not in seen and (params := board.rows[best.run.id - 1].solution) is not None:

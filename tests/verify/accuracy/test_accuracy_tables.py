@@ -6,6 +6,7 @@ from tests.verify.accuracy.study import TASK, balance, ladder, sample, scaled
 from zoobench.verify.accuracy.accuracy_tables import energy_table, knob_table, level_table, matrix_table, short_table
 from zoobench.verify.accuracy.analyse import analyse
 from zoobench.verify.accuracy.energy_rows import energies
+from zoobench.verify.accuracy.pairs import KeptOrders
 from zoobench.verify.accuracy.records import Measurements
 
 
@@ -37,8 +38,8 @@ def test_the_short_table_says_which_differences_hold() -> None:
     """All, those above a ratio, or none that is known; of two bodies only where there are pairs of them."""
     row = analyse(ladder()).levels[0]
     for decides, text in {1.0: "all", 1.5: "above 50 %", None: "none known"}.items():
-        one = replace(row, decides=decides)
-        two = replace(row, decides_across=decides, pairs_across=20)
+        one = replace(row, one_body=KeptOrders(decides, 96, ("caterpillar",)))
+        two = replace(row, two_bodies=KeptOrders(decides, 20, ("caterpillar", "panda")))
         rows = short_table([one, two])[1]
         assert rows[0][3:] == ("50 % ± 5 % or more", f"{text} (96 pairs)", "not compared", "caterpillar")
         assert rows[1][5] == f"{text} (20 pairs)"

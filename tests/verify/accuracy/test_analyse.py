@@ -30,7 +30,7 @@ def test_the_reference_is_the_mean_of_two_transfers_at_the_finest_level() -> Non
 def test_the_finest_level_alone_is_not_its_own_judge() -> None:
     """Without a second transfer, its error and what it decides are unknown, and so is the reference's uncertainty."""
     found = rows(Measurements(ladder().samples[:3]))
-    assert (found["paper"].error, found["paper"].decides, found["paper"].unknown) == (None, None, None)
+    assert (found["paper"].error, found["paper"].one_body.ratio, found["paper"].unknown) == (None, None, None)
     assert found["draft"].error == pytest.approx(1 - 0.5 / 1.05)
 
 
@@ -85,15 +85,15 @@ def test_gaits_that_go_nowhere_do_not_spoil_ratios() -> None:
 
 def test_pairs_of_one_training_do_not_count() -> None:
     """Of 16 gaits of four trainings there are 120 pairs, and 24 of them are of one training."""
-    assert rows(ladder())["draft"].pairs == 96
-    assert rows(ladder())["draft"].decides == 1.0
+    assert rows(ladder())["draft"].one_body.pairs == 96
+    assert rows(ladder())["draft"].one_body.ratio == 1.0
 
 
 def test_the_finest_level_is_held_against_its_other_transfer() -> None:
     """Which reverses the order of all neighbours: the mean of both, in which it has a share, would not tell."""
     twin = {gait: score * (1.3 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
     samples = (*ladder().samples[:3], sample(TWIN, twin))
-    found = rows(Measurements(samples))["paper"].decides
+    found = rows(Measurements(samples))["paper"].one_body.ratio
     assert found is not None
     assert found > 1.1
 
@@ -102,9 +102,9 @@ def test_a_level_that_reverses_orders_needs_larger_ratios() -> None:
     """Every second gait is 1.5 times too good at draft: neighbours, a fifth apart, change places."""
     wrong = {gait: score * (1.5 if number % 2 else 1.0) for number, (gait, score) in enumerate(LIMITS.items())}
     found = rows(ladder(draft=wrong))
-    assert found["standard"].decides == 1.0
-    assert found["draft"].decides is not None
-    assert found["draft"].decides == pytest.approx(1.5 / 1.2)
+    assert found["standard"].one_body.ratio == 1.0
+    assert found["draft"].one_body.ratio is not None
+    assert found["draft"].one_body.ratio == pytest.approx(1.5 / 1.2)
 
 
 def negated(measurements: Measurements) -> Measurements:
@@ -121,8 +121,11 @@ def test_errors_keep_their_order_as_gains_do() -> None:
     gains, errors = rows(ladder(draft=wrong)), rows(negated(ladder(draft=wrong)))
     for name, gain in gains.items():
         assert (errors[name].error, errors[name].unknown) == (gain.error, gain.unknown)
-        assert (errors[name].decides, errors[name].pairs) == (pytest.approx(gain.decides), gain.pairs)
-    assert errors["draft"].decides == pytest.approx(1.5 / 1.2)
+        assert (errors[name].one_body.ratio, errors[name].one_body.pairs) == (
+            pytest.approx(gain.one_body.ratio),
+            gain.one_body.pairs,
+        )
+    assert errors["draft"].one_body.ratio == pytest.approx(1.5 / 1.2)
 
 
 def test_an_error_that_hardly_counts_is_a_good_one() -> None:
@@ -131,7 +134,7 @@ def test_an_error_that_hardly_counts_is_a_good_one() -> None:
     best[ladder().samples[0].fidelity] = sample("draft", {"e@0": 1e-3})
     found = rows(negated(ladder(others=list(best.values()))))["draft"]
     assert (found.gaits, found.high) == (17, pytest.approx(0.5))
-    assert found.pairs == 112
+    assert found.one_body.pairs == 112
 
 
 def test_gradients_are_compared_with_those_of_the_finest_level_that_has_them() -> None:

@@ -24,18 +24,18 @@ def test_pairs_of_two_bodies_are_trained_alike() -> None:
         replace(one, scores={gait.replace("d@3", "d@4"): score for gait, score in one.scores.items()}) for one in panda
     ]
     found = rows(*panda)["standard"]
-    assert (found.pairs, found.pairs_across) == (192, 64)
+    assert (found.one_body.pairs, found.two_bodies.pairs) == (192, 64)
     elsewhere = [replace(one, found="standard") for one in other_body((1.2, 1.15, 1.05), 0.55)]
-    assert (rows(*elsewhere)["standard"].pairs_across, rows()["standard"].pairs_across) == (0, 0)
+    assert (rows(*elsewhere)["standard"].two_bodies.pairs, rows()["standard"].two_bodies.pairs) == (0, 0)
 
 
 def test_a_level_may_reverse_bodies_and_no_gait_of_either() -> None:
     """At draft the panda is a tenth slower instead of faster: all orders of one body hold, those of two
     above a tenth."""
     found = rows(*other_body((1.2, 1.15, 1.05), 0.45))
-    assert (found["draft"].decides, found["standard"].decides) == (1.0, 1.0)
-    assert found["draft"].decides_across == pytest.approx(1.0 / 0.9)
-    assert found["standard"].decides_across == 1.0
+    assert (found["draft"].one_body.ratio, found["standard"].one_body.ratio) == (1.0, 1.0)
+    assert found["draft"].two_bodies.ratio == pytest.approx(1.0 / 0.9)
+    assert found["standard"].two_bodies.ratio == 1.0
 
 
 def test_orders_of_two_bodies_are_known_beyond_the_reference_alone() -> None:
@@ -44,9 +44,9 @@ def test_orders_of_two_bodies_are_known_beyond_the_reference_alone() -> None:
     best = max(LIMITS, key=LIMITS.__getitem__)
     finer = sample("fine", {best: 1.1 * 0.7 * LIMITS[best]}, design="panda")
     before, after = rows(*panda)["standard"], rows(*panda, finer)["standard"]
-    assert before.decides_across == 1.0
-    assert after.decides_across is None or after.decides_across > 1.3
-    assert (before.decides, after.decides) == (1.0, 1.0)
+    assert before.two_bodies.ratio == 1.0
+    assert after.two_bodies.ratio is None or after.two_bodies.ratio > 1.3
+    assert (before.one_body.ratio, after.one_body.ratio) == (1.0, 1.0)
 
 
 def test_what_decides_is_the_ratio_above_which_the_order_holds() -> None:

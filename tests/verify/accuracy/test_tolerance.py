@@ -60,13 +60,16 @@ def test_the_coarsest_level_that_decides_is_chosen() -> None:
 def test_what_a_level_decides_can_be_asked() -> None:
     """Of the very components that were measured."""
     place = resolved(Kind.ENV, "ground"), resolved(Kind.TASK, TASK)
-    level = tolerance.level(*place, resolved(Kind.FIDELITY, "draft"))
-    assert level is not None
-    assert level.decides is not None
-    assert 1.1 < level.decides < 1.5
-    assert tolerance.level(*place, resolved(Kind.FIDELITY, "draft[courant=0.25]")) is None
-    assert tolerance.level(resolved(Kind.ENV, "ice"), place[1], resolved(Kind.FIDELITY, "draft")) is None
-    assert tolerance.level(Ref("gone", 3), place[1], resolved(Kind.FIDELITY, "draft")) is None
+    draft = resolved(Kind.FIDELITY, "draft")
+    orders = tolerance.orders(*place, draft, False)
+    assert orders is not None
+    assert orders.ratio is not None
+    assert 1.1 < orders.ratio < 1.5
+    assert (orders.pairs, orders.bodies) == (96, ("caterpillar",))
+    assert tolerance.orders(*place, draft, True) is None
+    assert tolerance.orders(*place, resolved(Kind.FIDELITY, "draft[courant=0.25]"), False) is None
+    assert tolerance.orders(resolved(Kind.ENV, "ice"), place[1], draft, False) is None
+    assert tolerance.orders(Ref("gone", 3), place[1], draft, False) is None
 
 
 def test_scores_of_two_bodies_need_gaits_of_two(tmp_path: Path) -> None:
@@ -82,8 +85,7 @@ def test_scores_of_two_bodies_need_gaits_of_two(tmp_path: Path) -> None:
     assert tolerance.choose(GROUND, MOVING, None, 1.1, two[:1]).fidelity == Ref("draft")
     chosen = tolerance.choose(GROUND, MOVING, None, 1.1, two)
     assert chosen.fidelity == Ref("standard")
-    assert "gaits of caterpillar, panda" in chosen.reason
-    assert "of two bodies keep their order" in chosen.reason
+    assert "ratios above 1 keep their order, by 64 pairs of two bodies: caterpillar, panda" in chosen.reason
 
 
 def test_the_error_is_that_of_the_bodies_asked_for(tmp_path: Path) -> None:

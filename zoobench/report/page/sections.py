@@ -11,7 +11,7 @@ from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empt
 from zoobench.report.learning_curves import LearningCurve
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import Table
-from zoobench.report.undecided import Levels, footnotes, mark_undecided
+from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
 from zoobench.spec import Ref
 
 MOST_ROWS = 1_000
@@ -86,12 +86,12 @@ class Section:
         return [result for result in self.results if result.run.state in _LOST]
 
 
-def section_of(board: Leaderboard, levels: Levels) -> Section:
+def section_of(board: Leaderboard, orders_of: OrdersOf) -> Section:
     """A leaderboard as a section; rows without any run are left out."""
-    tables, left_out = fitted(mark_undecided(without_empty_rows(tables_of(board)), levels))
+    tables, left_out = fitted(mark_undecided(without_empty_rows(tables_of(board)), orders_of))
     summary = f"{board.summary[:1].upper()}{board.summary[1:]}."
     results = results_in(tables, board.results()) if left_out else board.results()
-    missing, foot = len(board.missing()), replace(footer_of(board, tables), undecided=footnotes(tables, levels))
+    missing, foot = len(board.missing()), replace(footer_of(board, tables), undecided=footnotes(tables, orders_of))
     return Section(board.name, summary, tables, results, missing, foot, left_out=left_out)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from zoobench.verify.accuracy.analyse import Analysis, LevelRow, MatrixRow
 from zoobench.verify.accuracy.energy_rows import EnergyRow
-from zoobench.verify.accuracy.pairs import HELD
+from zoobench.verify.accuracy.pairs import HELD, KeptOrders
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Column names, and rows of as many texts."""
@@ -15,8 +15,8 @@ def short_table(rows: Sequence[LevelRow]) -> Table:
     """One row per level: by how much scores are off, and which differences hold, of one body and of two."""
     return _table(
         rows, "env", "task", ("level", lambda row: row.fidelity), ("score error", _error),
-        (f"{HELD:.0%} of orders of one body hold", lambda row: _difference(row.decides, row.pairs)),
-        ("of two bodies", lambda row: _difference(row.decides_across, row.pairs_across)),
+        (f"{HELD:.0%} of orders of one body hold", lambda row: _held(row.one_body)),
+        ("of two bodies", lambda row: _held(row.two_bodies)),
         ("bodies", lambda row: ", ".join(sorted(row.bodies))),
     )  # fmt: skip
 
@@ -26,8 +26,9 @@ def level_table(rows: Sequence[LevelRow]) -> Table:
     return _table(
         rows, "env", "task", "fidelity", ("score error", _error), ("score / finest", _band),
         ("finest / score where found", lambda row: _percent(row.transfer)),
-        ("decides ratios above", lambda row: _number(row.decides)),
-        ("of two bodies", lambda row: _number(row.decides_across)), ("1-cos gradient", lambda row: _number(row.angle)),
+        ("decides ratios above", lambda row: _number(row.one_body.ratio)),
+        ("of two bodies", lambda row: _number(row.two_bodies.ratio)),
+        ("1-cos gradient", lambda row: _number(row.angle)),
         ("s per simulated s", lambda row: _number(row.seconds)),
         ("with gradient", lambda row: _number(row.gradient_seconds)), ("MiB", lambda row: _whole(row.memory)),
         ("particles", lambda row: _whole(row.particles)),
@@ -79,12 +80,13 @@ TABLES: dict[str, tuple[type[Any], Callable[[Any], Table], Callable[[Analysis], 
 """Kind of rows, table for people, and where the rows are in the analysis, by name."""
 
 
-def _difference(ratio: float | None, pairs: int) -> str:
-    """Which differences of scores hold, by the ratio that decides."""
-    if not pairs:
+def _held(orders: KeptOrders) -> str:
+    """Which orders hold, by the difference of the scores."""
+    if not orders.pairs:
         return "not compared"
+    ratio = orders.ratio
     which = "none known" if ratio is None else "all" if ratio == 1.0 else f"above {_percent(ratio - 1)}"
-    return f"{which} ({pairs} pairs)"
+    return f"{which} ({orders.pairs} pairs)"
 
 
 def _table(rows: Sequence[Any], *columns: str | tuple[str, Callable[[Any], str]]) -> Table:

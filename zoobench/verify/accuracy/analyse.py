@@ -15,7 +15,7 @@ import numpy as np
 from zoobench.registry import Kind
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.verify.accuracy.design_cell import DesignCell, rms, training_of
-from zoobench.verify.accuracy.pairs import deciding, pairs_across, pairs_of_one
+from zoobench.verify.accuracy.pairs import KeptOrders, orders_of_one_body, orders_of_two_bodies
 from zoobench.verify.accuracy.plan import LADDER
 from zoobench.verify.accuracy.records import RANDOM, Measurements, Numbers, Sample, grid_spacing, is_present, label
 
@@ -35,10 +35,8 @@ class LevelRow:
         checked: number of gaits whose reference was held against a finer grid.
         low, median, high: of the ratios of scores to their references: the 10th, 50th and 90th percentile.
         transfer: of the gaits found at this level, the median ratio of reference to score.
-        decides: the least ratio of two scores of gaits of one body above which their order is the reference's, see
-            `deciding`; 1 if any ratio will do. Pairs of one training do not count.
-        pairs: that were compared.
-        decides_across, pairs_across: likewise of gaits of two bodies that were trained alike.
+        one_body, two_bodies: which orders are the references', of gaits of one body, and of two that were trained
+            alike.
         angle: 1 - cosine between the gradient and that at the finest level with gradients, mean over gaits.
         substeps: per simulated second.
         seconds, gradient_seconds: CPU time per simulated second [s], medians.
@@ -60,10 +58,8 @@ class LevelRow:
     median: float | None
     high: float | None
     transfer: float | None
-    decides: float | None
-    pairs: int
-    decides_across: float | None
-    pairs_across: int
+    one_body: KeptOrders
+    two_bodies: KeptOrders
     angle: float | None
     particles: int | None
     substeps: float | None
@@ -148,7 +144,6 @@ def _rows(place: tuple[str, str], cells: Sequence[DesignCell]) -> list[LevelRow]
 def _row(place: tuple[str, str], name: str, cells: Sequence[DesignCell]) -> LevelRow:
     samples = [sample for cell in cells for sample in cell.samples[name]]
     gaits = [gait for cell in cells for gait in cell.scores(name)]
-    pairs, across = pairs_of_one(cells, name), pairs_across(cells, name)
     ratios = [ratio for cell in cells for ratio in cell.ratios(name)]
     low, median, high = np.percentile(ratios, (10, 50, 90)).tolist() if ratios else (None, None, None)
 
@@ -172,10 +167,8 @@ def _row(place: tuple[str, str], name: str, cells: Sequence[DesignCell]) -> Leve
         median=median,
         high=high,
         transfer=_value(np.median, [ratio for cell in cells for ratio in cell.kept(name)]),
-        decides=deciding(pairs),
-        pairs=len(pairs),
-        decides_across=deciding(across),
-        pairs_across=len(across),
+        one_body=orders_of_one_body(cells, name),
+        two_bodies=orders_of_two_bodies(cells, name),
         angle=_value(np.mean, [angle for cell in cells for angle in cell.angles(name)]),
         particles=max(sample.particles for sample in samples),
         substeps=_value(np.mean, [sample.substeps for sample in samples]),

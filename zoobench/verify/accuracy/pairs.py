@@ -1,7 +1,7 @@
 """Pairs of gaits at a fidelity: the ratio of their scores, and above which ratio their order is known to hold."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import combinations, product
 
@@ -22,12 +22,29 @@ Pair = tuple[float, bool]
 
 
 @dataclass(frozen=True)
+class KeptOrders:
+    """Which orders of two scores hold at a fidelity.
+
+    Attributes:
+        ratio: the least ratio of two scores above which their order is known to hold, see `deciding`; 1 if it does at
+            all, None if none is known.
+        pairs: of gaits that were compared.
+        bodies: designs whose gaits these are.
+    """
+
+    ratio: float | None
+    pairs: int
+    bodies: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class _Gait:
     """A gait with its scores by fidelity, those by judges of its reference once more, and the reference's uncertainty.
 
     `training` is where it was found, `trained` how: at which level, and which of its gaits it is, from the last on.
     """
 
+    design: str
     training: str
     trained: tuple[str, int]
     scores: Numbers
@@ -37,28 +54,27 @@ class _Gait:
     is_error: bool
 
 
-def pairs_of_one(cells: Iterable[DesignCell], name: str) -> list[Pair]:
-    """Pairs of gaits of one body; but for those of one training, whose order nobody asks for.
+def orders_of_one_body(cells: Iterable[DesignCell], name: str) -> KeptOrders:
+    """Of gaits of the same body; but for those of one training, whose order nobody asks for.
 
     What all references of a body have in common, as an error of the finest grid, leaves its orders as they are: each
     judge of the references must agree.
     """
     pairs = [pair for cell in cells for pair in combinations(_gaits(cell), 2)]
-    return [_judged(*pair, name) for pair in pairs if pair[0].training != pair[1].training and _has(pair, name)]
+    return _orders([pair for pair in pairs if pair[0].training != pair[1].training], name, known=lambda one, two: True)
 
 
-def pairs_across(cells: Iterable[DesignCell], name: str) -> list[Pair]:
-    """Pairs of gaits of two bodies that were trained alike.
+def orders_of_two_bodies(cells: Iterable[DesignCell], name: str) -> KeptOrders:
+    """Of gaits of different bodies that were trained alike.
 
     Each judge must agree, and the references differ by more than what they are uncertain by.
     """
+
+    def known(one: _Gait, two: _Gait) -> bool:
+        return abs(one.reference - two.reference) > math.hypot(one.unknown, two.unknown)
+
     pairs = [pair for bodies in combinations(map(_gaits, cells), 2) for pair in product(*bodies)]
-    return [
-        (ratio, holds and abs(one.reference - two.reference) > math.hypot(one.unknown, two.unknown))
-        for one, two in pairs
-        if one.trained == two.trained and _has((one, two), name)
-        for ratio, holds in [_judged(one, two, name)]
-    ]
+    return _orders([pair for pair in pairs if pair[0].trained == pair[1].trained], name, known)
 
 
 def deciding(pairs: Iterable[Pair]) -> float | None:
@@ -89,13 +105,19 @@ def _gaits(cell: DesignCell) -> list[_Gait]:
         judged = {name: scores[name] for name in cell.judges if name in scores}
         unknown = abs(reference) * (cell.unknown or 0.0)
         trained = cell.found[gait], stages[training].index(gait)
-        found.append(_Gait(training, trained, scores, judged, reference, unknown, cell.are_errors))
+        found.append(_Gait(cell.design, training, trained, scores, judged, reference, unknown, cell.are_errors))
     return found
 
 
-def _has(pair: Sequence[_Gait], name: str) -> bool:
-    """Whether two gaits can be compared at a fidelity: another judge knows both, and the better has gone somewhere."""
-    one, two = pair
+def _orders(pairs: Iterable[tuple[_Gait, _Gait]], name: str, known: Callable[[_Gait, _Gait], bool]) -> KeptOrders:
+    """Of those pairs that can be compared at a fidelity, where `known` tells whether their references can."""
+    compared = [pair for pair in pairs if _can_compare(*pair, name)]
+    judged = [(ratio, holds and known(*pair)) for pair in compared for ratio, holds in [_judged(*pair, name)]]
+    return KeptOrders(deciding(judged), len(judged), tuple(sorted({gait.design for pair in compared for gait in pair})))
+
+
+def _can_compare(one: _Gait, two: _Gait, name: str) -> bool:
+    """Whether another judge knows both gaits, and the better has gone somewhere."""
     if name not in one.scores or name not in two.scores or not (one.judged.keys() & two.judged.keys()) - {name}:
         return False
     return max(one.scores[name], two.scores[name]) > 0.0 or (one.is_error and two.is_error)

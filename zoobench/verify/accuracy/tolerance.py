@@ -17,6 +17,7 @@ from zoobench.files import replace_files
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 from zoobench.verify.accuracy.analyse import LevelRow, analyse, components
+from zoobench.verify.accuracy.pairs import KeptOrders
 from zoobench.verify.accuracy.plan import LADDER
 from zoobench.verify.accuracy.records import Measurements, label, rounded
 
@@ -54,7 +55,7 @@ def choose(
     rows = _rows(env, task)
     names = {label(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
     question = _Question(tolerance, decide, frozenset(names))
-    if decide is not None and question.is_across and not any(row.pairs_across for row in rows):
+    if decide is not None and not any(question.orders(row).pairs for row in rows):
         raise UsageError(
             f"No order of two bodies is known in {env.name} x {task.name}: gaits of {_bodies(rows[-1])} were compared "
             "with those of the same body alone. Choose one design, or the fidelity with --fidelity."
@@ -81,11 +82,6 @@ class _Question:
     decide: float | None
     designs: frozenset[str]
 
-    @property
-    def is_across(self) -> bool:
-        """Whether scores of two bodies are compared."""
-        return len(self.designs) > 1
-
     def is_met(self, row: LevelRow) -> bool:
         """Whether a level is good enough."""
         return self.bound(row) <= (self.tolerance or math.inf) and self.ratio(row) <= (self.decide or math.inf)
@@ -96,23 +92,34 @@ class _Question:
 
     def ratio(self, row: LevelRow) -> float:
         """The ratio above which the order of two scores holds."""
-        ratio = row.decides_across if self.is_across else row.decides
+        ratio = self.orders(row).ratio
         return math.inf if ratio is None else ratio
+
+    def orders(self, row: LevelRow) -> KeptOrders:
+        """The orders that are asked for."""
+        return row.two_bodies if len(self.designs) > 1 else row.one_body
 
     def describe(self, row: LevelRow) -> str:
         """A level's figures, and the bodies on which they rest."""
         facts = [f"{row.gaits} gaits of {_bodies(row)}"]
         by = f"{row.checked} gaits on a finer grid" if row.checked else "two transfers on one grid alone"
         facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g} by {by}"]
-        whose = "of two bodies keep" if self.is_across else "keep"
-        ratio = self.ratio(row)
-        facts += [f"ratios above {ratio:.3g} {whose} their order"] if math.isfinite(ratio) else []
+        orders = self.orders(row)
+        pairs = f"{orders.pairs} pairs of {'two bodies' if orders == row.two_bodies else 'one body'}"
+        ratio = "no ratio is known to keep" if orders.ratio is None else f"ratios above {orders.ratio:.3g} keep"
+        facts += [f"{ratio} their order, by {pairs}: {', '.join(orders.bodies)}"] if orders.pairs else []
         facts += [] if row.seconds is None else [f"{row.seconds:.2g} s per simulated second"]
         return f"{row.fidelity} with scores off by {self.bound(row):.2g} ({', '.join(facts)})"
 
 
-def level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
-    """The level of resolved components; None where no study of it in this version is published."""
+def orders(env: Ref, task: Ref, fidelity: Ref, of_two: bool) -> KeptOrders | None:
+    """Which orders of one body hold there, or of two, of resolved components; None where none were compared."""
+    row = _level(env, task, fidelity)
+    found = None if row is None else row.two_bodies if of_two else row.one_body
+    return found if found and found.pairs else None
+
+
+def _level(env: Ref, task: Ref, fidelity: Ref) -> LevelRow | None:
     try:
         rows = _rows(env, task)
     except UsageError:  # not measured, or of a plug-in that is gone
@@ -137,7 +144,7 @@ def known_levels(envs: Iterable[str], tasks: Iterable[str]) -> tuple[LevelRow, .
 
 def error_at(env: Ref, task: Ref, fidelity: Ref) -> float | None:
     """The error of scores there, as a share of them; None where no study of it is published."""
-    row = level(env, task, fidelity)
+    row = _level(env, task, fidelity)
     return None if row is None else _bound(row)
 
 
@@ -183,8 +190,16 @@ def published() -> Published:
     """The results that come with the package."""
     text = files("zoobench.verify.accuracy").joinpath(PUBLISHED).read_text(encoding="utf-8")
     document = json.loads(text)
-    levels = tuple(LevelRow(**row) for row in document["levels"])
+    levels = tuple(map(_read, document["levels"]))
     return Published(tuple(document["origin"]), levels)
+
+
+def _read(row: dict[str, Any]) -> LevelRow:
+    orders = {
+        name: KeptOrders(row[name]["ratio"], row[name]["pairs"], tuple(row[name]["bodies"]))
+        for name in ("one_body", "two_bodies")
+    }
+    return LevelRow(**{**row, **orders})
 
 
 def _rows(env: Ref, task: Ref) -> list[LevelRow]:
