@@ -18,7 +18,7 @@ GOING = 0.1
 class DesignCell:
     """The gaits of one environment, task and design at every fidelity, and their references.
 
-    The reference of a gait is its mean score by both transfers at the finest level, that at which most gaits were
+    The reference of a gait is its mean score by both transfers at the finest level at which half of the gaits were
     evaluated. Judges of it are these two, and what some gaits score at levels that are finer still.
 
     Attributes:
@@ -39,7 +39,7 @@ class DesignCell:
             self._scores[name] = {gait: score for sample in own for gait, score in sample.scores.items()}
         self.found = {gait: sample.found for sample in samples for gait in sample.scores}
         levels = [name for name in LADDER if name in self.samples]
-        most = [name for name in levels if 2 * len(self.scores(name)) > len(self.found)]
+        most = [name for name in levels if 2 * len(self.scores(name)) >= len(self.found)]
         means = [name for level in most[-1:] for name in (level, twin_of(level)) if name in self.samples]
         self.finer = levels[levels.index(most[-1]) + 1 :] if most else []
         self.judges = [*means, *self.finer]
