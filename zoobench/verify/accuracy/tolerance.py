@@ -102,7 +102,7 @@ class _Question:
     def describe(self, row: LevelRow) -> str:
         """A level's figures, and the bodies on which they rest."""
         facts = [f"{row.gaits} gaits of {_bodies(row)}"]
-        by = f"{row.checked} gaits on a finer grid" if row.checked else "two transfers on one grid alone"
+        by = f"{row.checked} on a finer grid" if row.checked else "two transfers on one grid alone"
         facts += [] if row.unknown is None else [f"reference known to {row.unknown:.2g} by {by}"]
         orders = self.orders(row)
         pairs = f"{orders.pairs} pairs of {'two bodies' if orders == row.two_bodies else 'one body'}"
