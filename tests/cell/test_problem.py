@@ -241,21 +241,21 @@ def test_a_robot_that_is_torn_apart_has_no_score() -> None:
 
 
 def test_an_episode_tells_how_near_it_came_to_a_wall() -> None:
-    """The least gap over its frames, as a metric; on the wide ground it is far."""
+    """The least gap over its frames, as a metric, from the sides of an arena that follows it."""
     problem = Problem(cell())
     episode = problem.episode(_draws(problem, 1)[0])
     gap = episode.evaluation.metrics["wall_gap"]
     places = episode.record.motion.positions[:, 0].numpy()
-    sides = [places[..., axis].min() for axis in (0, 2)] + [2.0 - places[..., axis].max() for axis in (0, 2)]
+    sides = [places[..., axis].min() for axis in (0, 2)] + [0.5 - places[..., axis].max() for axis in (0, 2)]
     assert gap.value == pytest.approx(min(sides) / problem.fidelity.grid_spacing)
-    assert gap.value == episode.record.wall_gaps.min() > 20.0
+    assert gap.value == episode.record.wall_gaps.min() > 5.0
     assert gap.unit == "cells"
 
 
 @pytest.mark.parametrize(("least", "word"), [(1000.0, "met a side of its arena"), (3.0, "is torn")])
 def test_what_fails_at_a_wall_is_not_called_torn(monkeypatch: pytest.MonkeyPatch, least: float, word: str) -> None:
     """The reason says that the robot met it, and how to keep away."""
-    monkeypatch.setattr("zoobench.cell.episode_runner.LEAST_WALL_GAP", least)
+    monkeypatch.setattr("zoobench.cell.wall_gap.LEAST_WALL_GAP", least)
     problem = Problem(cell(environment="ground[muscle_strength=4e3,damping=1e-6]", frames=60))
     failure = problem.evaluate(20.0 * _draws(problem, 1)[0]).failure
     assert word in str(failure)

@@ -138,6 +138,19 @@ def test_a_lead_in_moves_no_other_world() -> None:
     assert told[0][1] == told[1][1]
 
 
+def test_an_episode_is_as_near_to_a_wall_as_the_problem_says() -> None:
+    """The reading of an episode that reached its length is that of a whole one, where the tank has walls."""
+    problem = Problem(cell(environment="shallow-water[length=0.25,width=0.15]", frames=3))
+    actuation = np.random.default_rng(1).uniform(-1.0, 1.0, problem.parameter_count)
+    episode = problem.episode(actuation)
+    session = new_session(problem, 1, keeps_history=True)
+    session.begin()
+    for row in episode.record.actuation:
+        step = session.step(row[None])
+    assert step.evaluations[0].metrics["wall_gap"] == episode.evaluation.metrics["wall_gap"]
+    assert step.evaluations[0].metrics["wall_gap"].value < 3.0
+
+
 def test_a_world_that_begins_elsewhere_observes_from_there() -> None:
     """After a lead-in the displacement is nothing, as in the world beside it that begins at rest."""
     session = new_session(Problem(cell(task="waypoint-following", frames=4)), 2)

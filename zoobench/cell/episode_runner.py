@@ -14,21 +14,17 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
-from zoobench.cell.wall_gap import wall_gaps
+from zoobench.cell.wall_gap import gaps_of, told
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
 from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import MET_A_WALL
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.spec import FRAME_SECONDS, LEAST_WALL_GAP, WALL_GAP
+from zoobench.spec import FRAME_SECONDS, WALL_GAP
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
     from zoobench.sim.model.state import IntArray
     from zoobench.sim.solver import Rollout, Solver, SubstepMeter
-
-_PRESENT = 0.5
-"""Occupancy above which a particle counts where a robot is."""
 
 Watch = Callable[[Array, Array | None], None]
 """A function called with the state of the first world: positions of all particles, the robot's first
@@ -109,7 +105,7 @@ class EpisodeRunner:
         self._charge(solver.meter, before, whole)
         for world, motion in enumerate(motions):
             activity, offsets = rollout.actuation[:, world].astype(np.float64), rollout.offsets[:, world]
-            gaps = self._wall_gaps(motion, offsets)
+            gaps = gaps_of(motion, self.scene, offsets, self._grid_spacing)
             record = Record(motion, activity, self.body, self.scene, offsets, gaps)
             evaluation = self._read(motion, gaps, built[world].metrics, broken.get(world))
             yield Episode(evaluation, gradients[world], record)
@@ -135,12 +131,6 @@ class EpisodeRunner:
         by_body = direct.by_arrays(gradient, whole, self.body, self.density) if relaxed else {}
         return {"activity": gradient.actuation.swapaxes(0, 1), **by_body}
 
-    def _wall_gaps(self, motion: Motion, offsets: Array) -> Array:
-        """Of a motion from the sides of an arena that has moved so far `[frames + 1]` [cells]."""
-        places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > _PRESENT
-        lower, upper = self.scene.lower + offsets, self.scene.upper + offsets
-        return wall_gaps(places, present, lower, upper, self._grid_spacing)
-
     def _read(
         self, motion: Motion, gaps: Array, metrics: Mapping[str, Metric], divergence: Divergence | None
     ) -> Evaluation:
@@ -150,9 +140,8 @@ class EpisodeRunner:
         """
         if divergence is None:
             return evaluation_of(self._task, motion, {**metrics, WALL_GAP: Metric(float(gaps.min()), "cells")})
-        if gaps[: divergence.frame + 2].min() < LEAST_WALL_GAP:
-            divergence = replace(divergence, advice=MET_A_WALL)
-        return Evaluation(-math.inf, {}, np.zeros(0), divergence)
+        failure = told(divergence, float(gaps[: divergence.frame + 2].min()))
+        return Evaluation(-math.inf, {}, np.zeros(0), failure)
 
 
 def _failures(whole: "Rollout") -> dict[int, Divergence]:

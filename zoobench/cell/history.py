@@ -24,6 +24,7 @@ class History:
         _, worlds, count, _ = rollout.positions.shape
         self._positions = np.zeros((worlds, frames + 1, count, 3), rollout.positions.dtype)
         self._velocities = np.zeros_like(self._positions)
+        self._offsets = np.zeros((worlds, frames + 1, 3))
         self._work = np.zeros((worlds, frames, rollout.actuation.shape[2]))
 
     def note(self, world: int, frame: int, rollout: "Rollout", work: Array | None = None) -> None:
@@ -34,8 +35,13 @@ class History:
         """
         self._positions[world, frame] = rollout.positions[1, world]
         self._velocities[world, frame] = rollout.velocities[1, world]
+        self._offsets[world, frame] = rollout.offsets[1, world]
         if work is not None:
             self._work[world, frame - 1] = work
+
+    def offsets(self, world: int, frames: int) -> Array:
+        """How far a world's arena had moved after its robot in these frames `[frames + 1, 3]` [m]."""
+        return self._offsets[world, : frames + 1]
 
     def motion(self, world: int, frames: int, like: Motion) -> Motion:
         """The motion of a world through the first frames of its episode; masses and labels are those of another."""

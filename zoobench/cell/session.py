@@ -16,9 +16,10 @@ from zoobench.cell.motion import motion_of
 from zoobench.cell.observation import Layout, ObservationModel, seen_by
 from zoobench.cell.observer import Observer
 from zoobench.cell.problem import Problem
+from zoobench.cell.wall_gap import gaps_of, told
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
-from zoobench.spec import FRAME_SECONDS
-from zoobench.tasks.base import Motion, Task
+from zoobench.spec import FRAME_SECONDS, WALL_GAP
+from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -207,7 +208,7 @@ class Session:
             self._playback.frame(activity)
         self._problem.meter.episodes += begun
         rollout, frames = self._playback.rollout, self._playback.frames
-        failures = {**rollout.tears, **rollout.divergences}
+        failures = {world: self._told(world, one) for world, one in {**rollout.tears, **rollout.divergences}.items()}
         self.failures += len(failures)
         terminated = np.zeros(self.worlds, dtype=bool)
         if failures:
@@ -257,6 +258,11 @@ class Session:
             for observer, frame, row in zip(self._observers, self._playback.frames.tolist(), seen, strict=True):
                 observer.write(frame, row)
         return seen
+
+    def _told(self, world: int, failure: Divergence) -> Divergence:
+        """A failure in the last frame, by how near the robot has come to a side of its arena."""
+        last, scene, spacing = self._start(world), self._problem.scene, self._problem.fidelity.grid_spacing
+        return told(failure, float(gaps_of(last, scene, self._playback.rollout.offsets[:, world], spacing).min()))
 
     def _forgone(self, world: int) -> float:
         """The reward of a world that failed: the negative rewards of its remaining frames, at the last rate."""
@@ -309,8 +315,10 @@ class Session:
     def _evaluation(self, world: int) -> Evaluation:
         """Score and metrics of an episode that has reached its length."""
         assert self._history is not None
-        motion = self._history.motion(world, self._problem.spec.frames, self._starts[world])
-        return evaluation_of(self._tasks[world], motion)
+        frames, scene, spacing = self._problem.spec.frames, self._problem.scene, self._problem.fidelity.grid_spacing
+        motion = self._history.motion(world, frames, self._starts[world])
+        gaps = gaps_of(motion, scene, self._history.offsets(world, frames), spacing)
+        return evaluation_of(self._tasks[world], motion, {WALL_GAP: Metric(float(gaps.min()), "cells")})
 
     def _take_states(self) -> None:
         """Take the present states of the robots, of worlds that begin for their starts, too."""

@@ -1,12 +1,38 @@
 """How near a robot comes to the sides of its arena: nearer than three cells, they have a part in its score."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
+from zoobench.errors import Divergence
+from zoobench.sim.model.diagnostics import MET_A_WALL
+from zoobench.sim.model.scene import Scene
+from zoobench.spec import LEAST_WALL_GAP
+from zoobench.tasks.base import Motion
+
+_PRESENT = 0.5
+"""Occupancy above which a particle counts where a robot is."""
 
 _SIDES = (0, 2)
 """The axes along which the arena has sides; the ground and the ceiling do not count."""
+
+
+def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -> Array:
+    """Gaps of the only world of a motion from the sides of its arena `[frames + 1]` [cells].
+
+    Args:
+        offsets: how far the arena had moved after the robot `[frames + 1, 3]` [m].
+        grid_spacing: length of a cell [m].
+    """
+    places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > _PRESENT
+    return wall_gaps(places, present, scene.lower + offsets, scene.upper + offsets, grid_spacing)
+
+
+def told(failure: Divergence, gap: float) -> Divergence:
+    """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn."""
+    return replace(failure, advice=MET_A_WALL) if gap < LEAST_WALL_GAP else failure
 
 
 def wall_gaps(

@@ -35,7 +35,7 @@ HIGHEST_SPEED = 0.5
 BED_START = 0.35
 """Start of a land robot on a bed or in a tank that does not follow it, relative to its length."""
 
-FREE_ROOM = 0.08
+FREE_ROOM = 0.1
 """[m] Around a robot at its start, whichever way it turns; at least `_FREE_CELLS`."""
 
 _FREE_CELLS = 5
