@@ -115,10 +115,14 @@ def test_what_tears_on_a_finer_grid_is_taken_only_if_there_is_no_other(
 
 
 def test_the_boards_of_this_package_give_their_best() -> None:
-    """Codesign, whose gaits are optimised too, is ahead of design in every space."""
+    """The best score of those that compare, without those that tear, or were found at a wall, if there are others."""
     for space in ("implicit", "particle", "voxel", "diff-cppn", "sdf-lerp", "barycenter"):
+        found = published.named(f"best:ocean/movement-speed/{space}")
         every = [each for each in published._all(published.folder()) if each.spec.design.name == space]
-        assert published.named(f"best:ocean/movement-speed/{space}").score == max(each.score for each in every)
+        alike = [each for each in every if published._standing(each)[:3] == published._standing(found)[:3]]
+        whole = [each for each in alike if not each.tears] or alike
+        away = [each for each in whole if not each.at_wall] or whole
+        assert found.score == max(each.score for each in away)
 
 
 def test_an_unknown_name_is_told_with_those_that_exist(folder: Path) -> None:

@@ -83,6 +83,16 @@ def test_an_arena_that_does_not_follow_is_as_long_as_the_episode_needs() -> None
     assert made("shallow-water").scene(body, QUICK, 1.6).upper[0] == 0.625
 
 
+@pytest.mark.parametrize("name", ["ground[slope=5]", "ground[slope=-7,step_height=0.01]", "desert[relief=0.02]"])
+def test_an_episode_of_any_length_begins_alike_on_the_grid(name: str) -> None:
+    """However long the arena is, the robot lies in the same places of the cells, and the ground as high in them."""
+    body, h = Caterpillar().body(QUICK), QUICK.grid_spacing
+    places = [made(name).scene(body, QUICK, seconds).robot.positions / h for seconds in (0.8, 1.6, 1.7)]
+    for longer in places[1:]:
+        apart = longer - places[0]
+        assert apart == pytest.approx(np.round(apart), abs=1e-6 if "slope" in name else 0.05)
+
+
 def test_a_body_larger_than_the_arena_is_refused() -> None:
     """The message names both sizes."""
     with pytest.raises(SceneError, match="does not fit"):

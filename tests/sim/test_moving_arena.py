@@ -20,7 +20,7 @@ from zoobench.sim.model.scene import Ground, Scene
 from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.moving_arena import MovingArena, carry_out
 from zoobench.sim.playback import Playback
-from zoobench.sim.solver import Solver
+from zoobench.sim.solver import BodyState, Solver
 
 CELLS = 14
 """Of the arena along x and z."""
@@ -196,6 +196,18 @@ def test_where_an_arena_is_moved_no_adjoint_passes_to_what_is_left_behind() -> N
     sim.matter.state[0, 0, renewed] = np.nan
     carry_out(sim, sim.matter, 0, 0, ArenaMove(0, 1, renewed, sources))
     np.testing.assert_array_equal(sim.matter.state[0, 0, renewed], sim.start.state[0, 0, sources])
+
+
+def test_an_arena_follows_what_there_is_of_the_robot() -> None:
+    """Particles that are absent, and stay behind, do not hold it back."""
+    scene = _scene("ground")
+    occupancy = np.where(scene.robot.positions[:, 0] > scene.robot.positions[:, 0].mean(), 0.9, 0.0)[None]
+    solver = Solver(scene, _fidelity())
+    rollout = solver.run(scenes.actuation(solver, FRAMES), BodyState(occupancy=occupancy))
+    there = rollout.positions[:, 0, occupancy[0] > 0.5] - rollout.offsets[:, :1]
+    middle = 0.5 * (there.min(axis=1) + there.max(axis=1))[:, [0, 2]]
+    assert np.abs(middle - middle[0]).max() < 2.0 * scenes.SPACING
+    assert _moved(rollout)[0] >= 4
 
 
 def test_an_arena_with_a_terrain_or_a_surface_of_water_cannot_follow() -> None:

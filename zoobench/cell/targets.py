@@ -9,6 +9,7 @@ from zoobench.cell.robot import sampled
 from zoobench.envs.base import Environment
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
+from zoobench.sim.model.fidelity import Fidelity
 from zoobench.spec import FRAME_SECONDS, Ref, RunSpec
 
 _ROUNDING = 1e-9  # [m]
@@ -30,10 +31,11 @@ def _fault(env_ref: Ref, task_ref: Ref, design: Ref, fidelity: Ref, frames: int)
     if not routes:
         return ""
     env: Environment = registry.create(Kind.ENV, env_ref)
+    grid: Fidelity = registry.create(Kind.FIDELITY, fidelity)
     times = np.arange(frames + 1) * FRAME_SECONDS
-    sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS))
+    sizes, start = (each[[0, 2]] for each in env.standing_size(frames * FRAME_SECONDS, grid.grid_spacing))
     try:
-        _, body = sampled(design, registry.create(Kind.FIDELITY, fidelity))
+        _, body = sampled(design, grid)
         room = 0.5 * float(np.ptp(body.positions[:, 0]))
         paths = [start + route.positions(times)[:, [0, 2]] for route in routes]
     except SceneError:

@@ -12,9 +12,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from zoobench.db.walls import wall_gap_in
 from zoobench.errors import StorageError, UnknownNameError, UsageError
 from zoobench.inputs import Start
-from zoobench.spec import AXES, RunSpec
+from zoobench.spec import AXES, RunSpec, is_at_wall
 
 PREFIX = "best:"
 
@@ -29,6 +30,7 @@ class PublishedRun:
         params: its solution, `[parameter_count]`.
         score: in `unit`.
         tears: whether its simulation diverged on the finer grid on which the board confirms its best solutions.
+        at_wall: whether its robot is known to have come near a side of its arena.
     """
 
     board: str
@@ -38,6 +40,7 @@ class PublishedRun:
     score: float
     unit: str
     tears: bool = False
+    at_wall: bool = False
 
     @property
     def name(self) -> str:
@@ -58,7 +61,8 @@ class PublishedRun:
     def words(self) -> str:
         """Which run it is, for people: its board, method, seed and score."""
         method, seed = self.spec.method.name, self.spec.seed
-        return f"of the leaderboard {self.board}: {method}, seed {seed}, score {self.score:.4g} {self.unit}"
+        wall = ", at a wall" if self.at_wall else ""
+        return f"of the leaderboard {self.board}: {method}, seed {seed}, score {self.score:.4g} {self.unit}{wall}"
 
     @property
     def _place(self) -> str:
@@ -85,8 +89,8 @@ def named(text: str) -> PublishedRun:
     environment, task and design, the same fidelity, and as many frames. Of several such groups that of the latest
     versions is taken, then of the finest grid, then of the longest episode: a coarse grid or a short episode may
     flatter, so that 0.20 m/s there need not be less than 0.24 here. Controller, method, budget and the settings of a
-    design may differ, since they are what scores are to compare. A solution that tears on a finer grid is taken only
-    if there is no other.
+    design may differ, since they are what scores are to compare. A solution that tears on a finer grid, or was found
+    at a wall, is taken only if the group has no other.
 
     Raises:
         UnknownNameError: there is none; suggests the nearest.
@@ -105,7 +109,7 @@ def _standing(run: PublishedRun) -> tuple[object, ...]:
     spec = run.spec
     versions = tuple(ref.version for ref in (spec.env, spec.task, spec.design))
     spacing = spec.fidelity.kwargs.get("grid_spacing", math.inf)
-    return versions, -float(spacing), spec.frames, not run.tears, run.score
+    return versions, -float(spacing), spec.frames, not run.tears, not run.at_wall, run.score
 
 
 def start(key: str) -> Start | None:
@@ -160,4 +164,5 @@ def _published(board: str, record: Mapping[str, Any], components: Sequence[Mappi
         float(score["value"]),
         str(score["unit"]),
         tears=finer is not None and finer["score"] is None,
+        at_wall=is_at_wall(wall_gap_in(record)),
     )

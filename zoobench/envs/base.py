@@ -1,7 +1,7 @@
 """Environments as data, and the scene that an environment forms with a body."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -36,9 +36,12 @@ BED_START = 0.35
 """Start of a land robot on a bed or in a tank that does not follow it, relative to its length."""
 
 FREE_ROOM = 0.1
-"""[m] Around a robot at its start, whichever way it turns; at least `_FREE_CELLS`."""
+"""[m] Around a robot at its start, whichever way it turns; at least `_FREE_CELLS`, and `_FREE_SHARE` of its reach."""
 
 _FREE_CELLS = 5
+
+_FREE_SHARE = 0.4
+"""Of a long robot's reach, which its muscles stretch."""
 
 BED_THICKNESS = 1 / 32
 """[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
@@ -131,11 +134,14 @@ class Environment:
         Raises:
             SceneError: the body does not fit into the arena.
         """
-        size, start = self._following(body, fidelity) if self.follows else self.standing_size(seconds)
+        h = fidelity.grid_spacing
+        size, start = self._following(body, fidelity) if self.follows else self.standing_size(seconds, h)
         terrain = self.profile.terrain((size[0], size[2]), (float(start[0]), float(start[2])), self.hills)
         if terrain is not None:
-            terrain.check_resolved(fidelity.grid_spacing)
-            size[1] += 0.0 if self.profile.is_level else float(terrain.heights.max())
+            terrain.check_resolved(h)
+            if not self.profile.is_level:
+                terrain = _on_grid(terrain, start, h)
+                size[1] += float(terrain.heights.max())
         place = start + fidelity.displacement
         floor = self._floor(body, _rise(terrain, body.positions + place))
         positions = body.positions + place + np.array([0.0, floor, 0.0])
@@ -165,28 +171,30 @@ class Environment:
         It is an even number of cells wide, so that matter left behind fits in before the robot, and so that the robot
         stands alike on the grid whatever the size.
         """
-        h = fidelity.grid_spacing
-        needed = float(np.hypot(*np.ptp(body.positions, axis=0)[[0, 2]])) + 2.0 * max(FREE_ROOM, _FREE_CELLS * h)
+        h, reach = fidelity.grid_spacing, float(np.hypot(*np.ptp(body.positions, axis=0)[[0, 2]]))
+        needed = reach + 2.0 * max(FREE_ROOM, _FREE_SHARE * reach, _FREE_CELLS * h)
         length, height, width = self.arena
         size = np.array([2.0 * h * math.ceil(max(side, needed) / (2.0 * h) - 1e-6) for side in (length, height, width)])
         size[1] = height
         return size, size * (0.5, 0.0, 0.5)
 
-    def standing_size(self, seconds: float) -> tuple[Array, Array]:
+    def standing_size(self, seconds: float, grid_spacing: float) -> tuple[Array, Array]:
         """Size of an arena that does not follow the robot, and the robot's start in it [m].
+
+        It is longer by whole cells, so that episodes of every length begin alike on the grid.
 
         A bed is longer by the way of an episode ahead, and firm ground, which costs nothing, on every side, and by the
         way down a slope. A tank of water is as large as it is given: waves of a longer one would take longer to rest.
         """
-        way, size = HIGHEST_SPEED * seconds, np.array(self.arena)
+        way, size = _whole(HIGHEST_SPEED * seconds, grid_spacing), np.array(self.arena)
         start = size * (self.start[0], 0.0, self.start[1])
         if self.bed is not None:
             size[0] += 0.0 if isinstance(self.bed.material, WaterMaterial) else way
             return size, start
         slope = np.radians(self.profile.slope)
         fall = 0.5 * -self.gravity[1] * np.sin(slope) * np.cos(slope) * seconds**2  # towards lower x
-        size += [2.0 * way + abs(fall), 0.0, 2.0 * way]
-        start += [way + max(fall, 0.0), 0.0, way]
+        size += [2.0 * way + _whole(abs(fall), grid_spacing), 0.0, 2.0 * way]
+        start += [way + _whole(max(fall, 0.0), grid_spacing), 0.0, way]
         return size, start
 
     def _floor(self, body: Body, rise: float) -> float:
@@ -268,6 +276,17 @@ def bed_environment(
         hills=hills,
         profile=profile,
     )
+
+
+def _whole(length: float, grid_spacing: float) -> float:
+    """A length rounded up to whole cells [m]."""
+    return grid_spacing * math.ceil(length / grid_spacing - 1e-6)
+
+
+def _on_grid(terrain: Terrain, start: Array, grid_spacing: float) -> Terrain:
+    """The terrain raised to where the ground at the start is a whole number of cells high."""
+    height = float(terrain.heights_below(start[None])[0])
+    return replace(terrain, heights=terrain.heights + _whole(height, grid_spacing) - height)
 
 
 def _rise(terrain: Terrain | None, positions: Array) -> float:

@@ -301,5 +301,8 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:
     x, y, z = (count + 2 * WALL_NODES + 1 for count in scene.cells(grid_spacing))
     if x * y * z > LARGEST_GRID:
-        raise SceneError(f"The arena takes {x} x {y} x {z} grid nodes, too many to hold. Use a coarser fidelity.")
+        raise SceneError(
+            f"The arena takes {x} x {y} x {z} grid nodes, too many to hold. Use a coarser fidelity, or fewer frames on "
+            "a slope."
+        )
     return x, y, z

@@ -32,6 +32,7 @@ class MovingArena:
     def __init__(self, simulation: Simulation) -> None:
         self._sim = simulation
         self._cells = max(1, round(STEP / simulation.fidelity.grid_spacing))
+        self._exists = self._present()
         self._begun = [self._middle(world) for world in range(simulation.worlds)]
 
     def follow(self, world: int) -> list[ArenaMove]:
@@ -54,10 +55,16 @@ class MovingArena:
             sim.offsets[world, move.axis] += move.cells * sim.fidelity.grid_spacing
 
     def _middle(self, world: int) -> Array:
-        """Middle of the box around the robot, from the grid's first node [m] `[3]`."""
-        places = self._sim.matter.x[0, world, : self._sim.robot_count].double()
+        """Middle of the box around the robot's present particles, from the grid's first node [m] `[3]`."""
+        places = self._sim.matter.x[0, world, : self._sim.robot_count][self._exists[world]].double()
         middle: Array = (0.5 * (places.amin(0) + places.amax(0))).cpu().numpy()
         return middle
+
+    def _present(self) -> torch.Tensor:
+        """Which particles of the robots have half of their place `[worlds, robot]`; all of one where none has."""
+        sim = self._sim
+        found = sim.parameters.volume[:, : sim.robot_count] > 0.5 * sim.tensor(sim.scene.robot.volumes)
+        return found | ~found.any(dim=1, keepdim=True)
 
     def _move(self, world: int, axis: int, cells: int) -> ArenaMove:
         """A move by so many cells, and what of the bed is left behind and renewed."""

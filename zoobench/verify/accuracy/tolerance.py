@@ -54,11 +54,13 @@ def choose(
         raise UsageError(f"A ratio of {decide:g} decides nothing. Give the larger score by the smaller, as in 1.5.")
     rows = _rows(env, task)
     names = {label(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
-    question = _Question(tolerance, decide, frozenset(names))
+    # a search in a design space compares bodies, too
+    spaces = any("space" in registry.get(Kind.DESIGN, design.name).tags for design in designs)
+    question = _Question(tolerance, decide, frozenset(names), len(names) > 1 or spaces)
     if decide is not None and not any(question.orders(row).pairs for row in rows):
         raise UsageError(
             f"No order of two bodies is known in {env.name} x {task.name}: gaits of {_bodies(rows[-1])} were compared "
-            "with those of the same body alone. Choose one design, or the fidelity with --fidelity."
+            "with those of the same body alone. Choose one design of a fixed body, or the fidelity with --fidelity."
         )
     good = [row for row in rows if question.is_met(row)]
     if not good:
@@ -81,6 +83,7 @@ class _Question:
     tolerance: float | None
     decide: float | None
     designs: frozenset[str]
+    compares_bodies: bool
 
     def is_met(self, row: LevelRow) -> bool:
         """Whether a level is good enough."""
@@ -97,7 +100,7 @@ class _Question:
 
     def orders(self, row: LevelRow) -> KeptOrders:
         """The orders that are asked for."""
-        return row.two_bodies if len(self.designs) > 1 else row.one_body
+        return row.two_bodies if self.compares_bodies else row.one_body
 
     def describe(self, row: LevelRow) -> str:
         """A level's figures, and the bodies on which they rest."""
