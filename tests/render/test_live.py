@@ -31,6 +31,27 @@ def test_target_and_robot_are_where_they_are_now() -> None:
     np.testing.assert_array_equal(again, later)
 
 
+def test_the_camera_goes_with_the_arena() -> None:
+    """A robot that is metres away from its start is seen as large as there; without the arena's way it is not seen."""
+    problem = Problem(cell())
+    start, muscles = problem.scene.robot.positions, np.ones(problem.body.muscle_count)
+    picture = LivePicture(problem, start, problem.task)
+    far = np.array([3.0, 0.0, -2.0])
+    here, there, lost = (
+        _red(picture.at(0.0, start + way, muscles, offset=offset))
+        for way, offset in ((0.0 * far, 0.0 * far), (far, far), (far, 0.0 * far))
+    )
+    picture.close()
+    assert here > lost + 500
+    assert abs(there - here) < 0.1 * (here - lost)
+
+
+def _red(image: Image) -> int:
+    """Pixels of muscles that contract."""
+    colours = image.astype(int)
+    return int((colours[..., 0] > colours[..., 1] + 80).sum())
+
+
 def test_water_is_drawn_as_it_flows_now() -> None:
     """A shear in it is seen, and its end, too."""
     problem = Problem(cell(environment=POND))

@@ -17,6 +17,7 @@ from zoobench.tasks.base import Task
 
 _SIZE = (640, 360)  # [pixels]
 _REACH = 1.0  # of the ground that is drawn on every side of a robot on bare ground [body lengths]
+_WAY = 1.0  # [m] of ground that is drawn on every side where the arena, and the camera with it, follows the robot
 
 
 class LivePicture:
@@ -40,7 +41,8 @@ class LivePicture:
         region = _region(recording)
         camera = camera_for(region, _SIZE[0] / _SIZE[1])
         self._canvas = canvas = Canvas(*_SIZE)
-        put_ground(canvas, region, camera.towards)
+        way = np.array([_WAY, 0.0, _WAY]) * recording.scene.follows
+        put_ground(canvas, replace(region, low=region.low - way, high=region.high + way), camera.towards)
         self._updates = [
             put_medium(canvas, region, _SIZE[1] / 2 / camera.half_height),
             put_water(canvas, recording),
@@ -53,6 +55,7 @@ class LivePicture:
         canvas.text("centre of mass and its path", 0.02, 0.07, colour=PATH)
         if recording.target is not None:
             canvas.text("target and its path", 0.02, 0.02, colour=TARGET)
+        self._camera = camera
         canvas.aim(camera)
 
     def at(
@@ -71,6 +74,7 @@ class LivePicture:
         count = recording.body.particle_count
         if recording.offsets is not None and offset is not None:
             recording.offsets[0] = offset
+            self._canvas.aim(replace(self._camera, focus=self._camera.focus + offset))
         recording.robot[0] = positions[:count]
         recording.medium[0] = positions[count:]
         if recording.vorticity is not None and flow is not None:
