@@ -32,14 +32,14 @@ def test_nothing_said_is_all_of_it(laptop: Suite) -> None:
 @pytest.mark.parametrize(
     ("words", "count"),
     [
-        ({"env": "ground,sn*"}, 2 * 16 * 9),
-        ({"task": "turning", "design": "fish-v5"}, 7 * 9),
+        ({"env": "ground,sn*"}, 2 * 16 * 12),
+        ({"task": "turning", "design": "fish-v5"}, 7 * 12),
         ({"method": "diffphysics[restarts=1]", "controller": "sine*"}, 112 * 3),
-        ({"method": "*[batch=10],cma*"}, 112 * 6),
-        ({"seeds": (2, 0)}, 112 * 6),
-        ({"budget": Budget("substeps", 190_000)}, 16 * 9),
-        ({"frames": 100, "fidelity": "standard"}, 2 * 16 * 9),
-        ({"frames": 100, "fidelity": "draft,standard"}, 1008),
+        ({"method": "*[batch=10],cma*"}, 112 * 9),
+        ({"seeds": (2, 0)}, 112 * 8),
+        ({"budget": Budget("substeps", 380_000)}, 16 * 12),
+        ({"frames": 200, "fidelity": "standard"}, 2 * 16 * 12),
+        ({"frames": 200, "fidelity": "draft,standard"}, 1344),
         ({"env": "ice", "task": "turning", "design": "fish", "method": "random", "seeds": (1,)}, 1),
     ],
 )
@@ -62,9 +62,9 @@ def test_a_part_is_what_fits_every_word_in_the_order_of_the_suite(
         ),
         ({"method": "random-v9"}, "No method in the suite 'laptop' is 'random-v9'"),
         ({"seeds": (0, 3)}, "has no seed 3.*It has 0, 1, 2"),
-        ({"budget": Budget("substeps", 5)}, "has no budget 5 substeps.*126000 substeps"),
-        ({"frames": 7}, "has no frames 7.*It has 100"),
-        ({"env": "ground", "budget": Budget("substeps", 190_000)}, "No run in the suite 'laptop'.*--env, --budget"),
+        ({"budget": Budget("substeps", 5)}, "has no budget 5 substeps.*252000 substeps"),
+        ({"frames": 7}, "has no frames 7.*It has 200"),
+        ({"env": "ground", "budget": Budget("substeps", 380_000)}, "No run in the suite 'laptop'.*--env, --budget"),
     ],
 )
 def test_what_the_suite_does_not_have_is_refused(laptop: Suite, words: dict[str, Any], message: str) -> None:

@@ -241,7 +241,7 @@ def test_a_fidelity_may_depend_on_the_environment() -> None:
     assert found == {"snow": ("paper", 0.7), "ground": ("standard", 0.7), "ice": ("draft", 0.5)}
 
 
-@pytest.mark.parametrize("selector", ["ground-v3", '"ground[friction=0.5]"', '"g*[friction=0.5]"'])
+@pytest.mark.parametrize("selector", ["ground-v4", '"ground[friction=0.5]"', '"g*[friction=0.5]"'])
 def test_a_mapping_sees_the_version_and_the_defaults_of_an_environment(selector: str) -> None:
     """Though the grid names it without; the other environment has another friction."""
     content = COMPLETE.replace("envs: ground", "envs: [ground, ice]")

@@ -49,7 +49,7 @@ def test_a_table_of_frames_has_none_beyond_it() -> None:
 
 def test_what_cannot_be_done_says_why() -> None:
     """A target that leaves the arena has no longer episode; a run of other versions has none either."""
-    spec = cell(environment="desert", task="waypoint-following[path=straight,speed=0.2]", frames=60)
+    spec = cell(environment="shallow-water", task="waypoint-following[path=straight,speed=0.3]", frames=100)
     assert "not defined: The target leaves the arena" in lasting("a", spec, (), 3).end
     with pytest.raises(UsageError, match="no version 99"):
         lasting("a", replace(spec, env=replace(spec.env, version=99)), (), 3)

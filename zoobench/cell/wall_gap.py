@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
 from zoobench.errors import Divergence
-from zoobench.sim.model.diagnostics import MET_A_WALL
 from zoobench.sim.model.scene import Scene
 from zoobench.spec import LEAST_WALL_GAP
 from zoobench.tasks.base import Motion
@@ -32,6 +31,8 @@ def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -
 
 def told(failure: Divergence, gap: float) -> Divergence:
     """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn."""
+    from zoobench.sim.model.diagnostics import MET_A_WALL
+
     return replace(failure, advice=MET_A_WALL) if gap < LEAST_WALL_GAP else failure
 
 

@@ -29,6 +29,7 @@ _CLOSE_ENOUGH = 0.02  # relative to the wanted particle count
 _EPISODE_WORK = 2_000_000  # particle-substeps of a measured episode, at least, where it is short enough
 _FRAME_WORK = 20_000_000  # particle-substeps of a control frame, at most: it is shortened where there were more
 _LARGEST_ARENA = 2**24  # grid nodes, about: a wider one is cut
+_COARSEST = 1 / 16  # [m]: on a coarser grid an arena needs as many cells as here
 _MARGIN = 0.1  # of a cut arena around the robot [m]
 _LONGEST_EPISODE = 100  # frames, as many as an episode of a run has
 
@@ -51,7 +52,7 @@ def build_scene(name: str, particle_count: int, precision: int, device: Device =
         ratio = best[0].particle_count / particle_count
         if abs(ratio - 1) < _CLOSE_ENOUGH:
             break
-        spacing *= ratio ** (1 / 3)
+        spacing = min(spacing * ratio ** (1 / 3), _COARSEST)
         trial = at(spacing)
         if abs(trial[0].particle_count - particle_count) < abs(best[0].particle_count - particle_count):
             best = trial
