@@ -180,6 +180,14 @@ def test_a_world_moves_alike_frame_by_frame_and_again(kind: str) -> None:
     assert {world for _, world in expected.moves} == {0, 1}
 
 
+def test_an_episode_counts_its_moves_from_its_own_beginning() -> None:
+    """Not from that of the equilibration before it."""
+    whole, _ = _pushed("ground")
+    assert whole.moves
+    for frame, world in whole.moves:
+        assert whole.episode.moves[frame - whole.equilibration, world] is whole.moves[frame, world]
+
+
 def test_a_replay_moves_as_it_is_told() -> None:
     """Where the robot of another actuation would have moved its arena otherwise, too."""
     solver, first = _run(_scene("ground"), 5)
@@ -188,8 +196,8 @@ def test_a_replay_moves_as_it_is_told() -> None:
     np.testing.assert_array_equal(again.offsets, first.offsets)
 
 
-def test_where_an_arena_is_moved_no_adjoint_passes_to_what_is_left_behind() -> None:
-    """The state of a renewed particle is that of its source, whatever it was."""
+def test_what_is_renewed_has_the_state_of_its_source() -> None:
+    """Whatever its own was."""
     solver = Solver(_scene("sand"), _fidelity())
     sim, count = solver.simulation, solver.robot_count
     renewed, sources = np.array([count, count + 5]), np.array([count + 9, count + 2])

@@ -121,21 +121,14 @@ class Rollout:
     @property
     def episode(self) -> "Rollout":
         """The frames after equilibration, as an episode of its own; not for `Solver.backward`."""
-        first, names = (
-            self.equilibration,
-            (
-                "positions",
-                "velocities",
-                "actuation",
-                "tension",
-                "muscle_potential",
-                "counts",
-                "stops",
-                "asleep",
-                "offsets",
-            ),
-        )
-        return replace(self, **{name: getattr(self, name)[first:] for name in names}, equilibration=0)
+        first = self.equilibration
+        names = (
+            "positions", "velocities", "actuation", "tension", "muscle_potential", "counts", "stops", "asleep",
+            "offsets",
+        )  # fmt: skip
+        later = {name: getattr(self, name)[first:] for name in names}
+        moves = {(frame - first, world): moves for (frame, world), moves in self.moves.items()}
+        return replace(self, **later, moves=moves, equilibration=0)
 
     @property
     def substeps(self) -> int:
