@@ -14,12 +14,12 @@ from zoobench.cell.meter import BudgetMeter
 from zoobench.cell.motion import MotionAdjoint, motion_of
 from zoobench.cell.robot import Built, Robot
 from zoobench.cell.solvers import Solvers
-from zoobench.cell.wall_gap import gaps_of, told
+from zoobench.cell.wall_gap import gaps_of, reading, told
 from zoobench.designs.base import Body
 from zoobench.envs.base import Environment, Stance
 from zoobench.errors import Divergence
 from zoobench.sim.model.fidelity import Fidelity
-from zoobench.spec import FRAME_SECONDS, WALL_GAP
+from zoobench.spec import FRAME_SECONDS
 from zoobench.tasks.base import Metric, Motion, Task
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ class EpisodeRunner:
         What failed near a side of the arena has met that, and is not called torn.
         """
         if divergence is None:
-            return evaluation_of(self._task, motion, {**metrics, WALL_GAP: Metric(float(gaps.min()), "cells")})
+            return evaluation_of(self._task, motion, {**metrics, **reading(gaps)})
         failure = told(divergence, float(gaps[: divergence.frame + 2].min()))
         return Evaluation(-math.inf, {}, np.zeros(0), failure)
 

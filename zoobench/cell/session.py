@@ -16,10 +16,10 @@ from zoobench.cell.motion import motion_of
 from zoobench.cell.observation import Layout, ObservationModel, seen_by
 from zoobench.cell.observer import Observer
 from zoobench.cell.problem import Problem
-from zoobench.cell.wall_gap import gaps_of, told
+from zoobench.cell.wall_gap import gaps_of, reading, told
 from zoobench.errors import BudgetExhaustedError, Divergence, UsageError
-from zoobench.spec import FRAME_SECONDS, WALL_GAP
-from zoobench.tasks.base import Metric, Motion, Task
+from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Motion, Task
 
 if TYPE_CHECKING:
     from zoobench.sim.solver import Solver
@@ -318,7 +318,7 @@ class Session:
         frames, scene, spacing = self._problem.spec.frames, self._problem.scene, self._problem.fidelity.grid_spacing
         motion = self._history.motion(world, frames, self._starts[world])
         gaps = gaps_of(motion, scene, self._history.offsets(world, frames), spacing)
-        return evaluation_of(self._tasks[world], motion, {WALL_GAP: Metric(float(gaps.min()), "cells")})
+        return evaluation_of(self._tasks[world], motion, reading(gaps))
 
     def _take_states(self) -> None:
         """Take the present states of the robots, of worlds that begin for their starts, too."""

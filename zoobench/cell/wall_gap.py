@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from zoobench.arrays import Array
+from zoobench.designs.feasibility import SOLID
 from zoobench.errors import Divergence
 from zoobench.sim.model.scene import Scene
-from zoobench.spec import LEAST_WALL_GAP
-from zoobench.tasks.base import Motion
+from zoobench.spec import LEAST_WALL_GAP, WALL_GAP
+from zoobench.tasks.base import Metric, Motion
 
-_PRESENT = 0.5
-"""Occupancy above which a particle counts where a robot is."""
+_ADVICE = "The robot met a side of its arena: give a larger arena where it has a length, or fewer frames."
+"""Where a robot failed that had come near a side of its arena, whatever the finding."""
 
 _SIDES = (0, 2)
 """The axes along which the arena has sides; the ground and the ceiling do not count."""
@@ -25,15 +26,18 @@ def gaps_of(motion: Motion, scene: Scene, offsets: Array, grid_spacing: float) -
         offsets: how far the arena had moved after the robot `[frames + 1, 3]` [m].
         grid_spacing: length of a cell [m].
     """
-    places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > _PRESENT
+    places, present = motion.positions[:, 0].detach().numpy(), motion.existing[0].detach().numpy() > SOLID
     return wall_gaps(places, present, scene.lower + offsets, scene.upper + offsets, grid_spacing)
+
+
+def reading(gaps: Array) -> dict[str, Metric]:
+    """The smallest of some gaps [cells] as a metric of the episode."""
+    return {WALL_GAP: Metric(float(gaps.min()), "cells")}
 
 
 def told(failure: Divergence, gap: float) -> Divergence:
     """The failure of a robot that had come so near to a side [cells]: near one it has met that, and has not torn."""
-    from zoobench.sim.model.diagnostics import MET_A_WALL
-
-    return replace(failure, advice=MET_A_WALL) if gap < LEAST_WALL_GAP else failure
+    return replace(failure, advice=_ADVICE) if gap < LEAST_WALL_GAP else failure
 
 
 def wall_gaps(

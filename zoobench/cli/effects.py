@@ -50,7 +50,7 @@ def effects(
                 kind, measure = measures[name]
                 listings[name] = listing_of(kind, _measured(scenes, name, partial(measure, repeats=repeats), steps))
             if form is not Format.JSON:
-                emit_next(listings, form)
+                emit_next(listings[name], form, is_first=len(listings) == 1)
     if form is Format.JSON:
         emit_several(listings, form)
 

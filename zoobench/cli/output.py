@@ -88,15 +88,15 @@ def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:
         records = {name: listing.records() for name, listing in listings.items()}
         emit(next(iter(listings.values())), form, records=records)
         return
-    for number in range(len(listings)):
-        emit_next(dict(list(listings.items())[: number + 1]), form)
+    for number, listing in enumerate(listings.values()):
+        emit_next(listing, form, is_first=not number)
 
 
-def emit_next(listings: Mapping[str, "Listing"], form: Format) -> None:
-    """Print the last of some tables below those before it, which were printed when they were ready."""
-    if len(listings) > 1:
+def emit_next(listing: "Listing", form: Format, *, is_first: bool) -> None:
+    """Print one of several tables at once, below those before it."""
+    if not is_first:
         print()
-    emit(list(listings.values())[-1], form)
+    emit(listing, form)
     sys.stdout.flush()
 
 

@@ -111,9 +111,6 @@ class Environment:
             depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
-        self.profile.terrain(
-            (self.arena[0], self.arena[2]), (0.0, 0.0), self.hills
-        )  # refuses hills that are not possible
         if self.bed is not None:
             check_material("medium", self.bed.material)
             self.bed.check(-self.gravity[1])

@@ -23,6 +23,15 @@ _FEWEST_POINTS = 4
 _HOME = 1.0  # [m] of the start in the noise, which is 0 at its own origin whatever the seed
 
 
+def _check(relief: float, wavelength: float, seed: int, octaves: int = OCTAVES) -> None:
+    if not 0.0 <= relief < np.inf or not 0.0 < wavelength < np.inf or octaves < 1 or not 0 <= seed < 2**63:
+        raise UsageError(
+            f"Hills of {relief:g} m, a wavelength of {wavelength:g} m, {octaves} octaves and seed {seed} are not "
+            "possible. Give a relief of 0 or more, a positive wavelength, at least 1 octave and a seed from 0 to "
+            f"{2**63 - 1}."
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Hills:
     """Hills of the ground.
@@ -36,9 +45,11 @@ class Hills:
     wavelength: float = 0.1
     terrain_seed: int = 0
 
+    def __post_init__(self) -> None:
+        _check(self.relief, self.wavelength, self.terrain_seed)
+
     def terrain(self, size: tuple[float, float], start: tuple[float, float]) -> Terrain | None:
-        """The terrain of an arena of this size along x and z, with the robot's start there [m]; raises UsageError as
-        `hills`."""
+        """The terrain of an arena of this size along x and z, with the robot's start there [m]; None if it is level."""
         return hills(size, start, relief=self.relief, wavelength=self.wavelength, seed=self.terrain_seed)
 
 
@@ -68,12 +79,7 @@ def hills(
         UsageError: a negative relief, a wavelength that is not positive, no octave, or a seed that is negative or
             needs more than 63 bits.
     """
-    if not 0.0 <= relief < np.inf or not 0.0 < wavelength < np.inf or octaves < 1 or not 0 <= seed < 2**63:
-        raise UsageError(
-            f"Hills of {relief:g} m, a wavelength of {wavelength:g} m, {octaves} octaves and seed {seed} are not "
-            "possible. Give a relief of 0 or more, a positive wavelength, at least 1 octave and a seed from 0 to "
-            f"{2**63 - 1}."
-        )
+    _check(relief, wavelength, seed, octaves)
     if not relief:
         return None
     spacing = wavelength / 2.0 ** (octaves - 1) / POINTS_PER_WAVE

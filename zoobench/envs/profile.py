@@ -75,9 +75,6 @@ class Profile:
         Args:
             start: place of the robot's start along x and z [m].
             hills: on top of the profile.
-
-        Raises:
-            UsageError: as `hills`.
         """
         bare = hills.terrain(size, start)
         if self.is_level:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import LASTING
@@ -52,10 +52,7 @@ class Lasting:
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
-        return {
-            "frames": self.frames, "score": self.score, "end": self.end,
-            "wall_gap": self.wall_gap, "home_gap": self.home_gap,
-        }  # fmt: skip
+        return asdict(self)
 
     @classmethod
     def from_document(cls, given: Mapping[str, Any]) -> "Lasting":

@@ -37,7 +37,7 @@ class Simulation:
         parallel: all worlds at once with atomic adds; the default on CUDA only.
 
     Attributes:
-        origin: the grid's first node [m], from which the positions of `matter` are measured.
+        origin: the grid's first node at time zero [m]; the positions of `matter` are measured from `origins`.
         matter: the present state, one slot.
         parameters: mass, volume, stiffness, fibres and the tension of the present control frame.
         alive: `[worlds]` 0 for a world that has diverged.
@@ -91,6 +91,11 @@ class Simulation:
         self._muscle_energy = MuscleEnergy(scene.robot.material.muscle_strength)
         self._membership: tuple[Array, Tensor] | None = None  # of a body, and the same on the device
         self.set_body(BodyState().filled(scene, worlds))
+
+    @property
+    def origins(self) -> Array:
+        """The grid's first node in every world, where its arena is now `[worlds, 3]` [m]."""
+        return self.origin + self.offsets
 
     @cached_property
     def neighbours(self) -> Neighbours:
@@ -251,7 +256,7 @@ class Simulation:
         """Write only places and velocities."""
         places, velocities = rollout.positions[frame], rollout.velocities[frame]
         rollout.offsets[frame] = self.offsets
-        origin = (self.origin + self.offsets)[:, None]
+        origin = self.origins[:, None]
         if self._device == "cpu":
             rows = self.matter.robot_rows(0, 2)
             places[...], velocities[...] = rows[:, :, 0, :3] + origin, rows[:, :, 1, :3]

@@ -100,7 +100,7 @@ class Solver:
 
     def positions(self, world: int) -> Array:
         """Present positions of all particles of a world, the robot's first `[particle_count, 3]` [m]."""
-        found: Array = self.matter.x[0, world].double().cpu().numpy() + self.origin + self.simulation.offsets[world]
+        found: Array = self.matter.x[0, world].double().cpu().numpy() + self.simulation.origins[world]
         return found
 
     def flow(self, world: int) -> Array | None:

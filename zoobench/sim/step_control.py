@@ -63,7 +63,7 @@ class Diagnostics:
         sim, particle = self._sim, finding.particle
         if particle is None:
             particle = int(self._culprit[world, finding.column])
-        x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origin + sim.offsets[world]).tolist()
+        x, y, z = (sim.matter.x[0, world, particle].cpu().double().numpy() + sim.origins[world]).tolist()
         return Divergence(
             world, frame, step, finding.quantity, finding.value, finding.limit, particle, (x, y, z), finding.advice
         )

@@ -14,9 +14,6 @@ from zoobench.sim.model.step_limits import LARGEST_COURANT, Condition
 TORN = "distance of neighbours by that at rest"
 """The quantity of a finding that a robot is torn."""
 
-MET_A_WALL = "The robot met a side of its arena: give a larger arena where it has a length, or fewer frames."
-"""The advice where a robot failed that had come near a side of its arena, whatever the finding."""
-
 LARGEST_ESCAPE = 1.0
 """Cells that a particle may lie beyond a wall plane: the wall is first order, matter sinks in by part of a cell."""
 
