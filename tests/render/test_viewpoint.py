@@ -38,6 +38,17 @@ def test_on_bare_ground_the_region_grows_with_the_paths() -> None:
     assert not near.immersed
 
 
+def test_where_the_arena_goes_is_in_the_region() -> None:
+    """From the first place of its sides to the last."""
+    film = short_film()
+    still = region_of(film)
+    ways = np.zeros((len(film.times), 3))
+    ways[-1] = [0.5, 0.0, -0.25]
+    went = region_of(replace(film, offsets=ways))
+    np.testing.assert_allclose(went.high[[0, 2]] - still.high[[0, 2]], [0.5, 0.0])
+    np.testing.assert_allclose(went.low[[0, 2]] - still.low[[0, 2]], [0.0, -0.25])
+
+
 def test_a_robot_under_the_surface_is_immersed() -> None:
     """One on a bed is not."""
     film = short_film()

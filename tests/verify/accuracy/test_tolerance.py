@@ -86,6 +86,8 @@ def test_scores_of_two_bodies_need_gaits_of_two(tmp_path: Path) -> None:
     chosen = tolerance.choose(GROUND, MOVING, None, 1.1, two)
     assert chosen.fidelity == Ref("standard")
     assert "ratios above 1 keep their order, by 64 pairs of two bodies: caterpillar, panda" in chosen.reason
+    # a search in a design space compares bodies, too
+    assert tolerance.choose(GROUND, MOVING, None, 1.1, [Ref("voxel")]).fidelity == Ref("standard")
 
 
 def test_the_error_is_that_of_the_bodies_asked_for(tmp_path: Path) -> None:
