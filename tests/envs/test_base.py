@@ -83,7 +83,7 @@ def test_an_arena_that_does_not_follow_is_as_long_as_the_episode_needs() -> None
     assert made("shallow-water").scene(body, QUICK, 1.6).upper[0] == 0.625
 
 
-@pytest.mark.parametrize("name", ["ground[slope=5]", "ground[slope=-7,step_height=0.01]", "desert[relief=0.02]"])
+@pytest.mark.parametrize("name", ["ground[slope=5]", "ground[slope=-7,step_height=0.01]", "ground[relief=0.02]"])
 def test_an_episode_of_any_length_begins_alike_on_the_grid(name: str) -> None:
     """However long the arena is, the robot lies in the same places of the cells, and the ground as high in them."""
     body, h = Caterpillar().body(QUICK), QUICK.grid_spacing

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.render.filmed import ENVS, needs_drawing, smoke_snapshots
-from zoobench.render.canvas import Image
+from zoobench.render.canvas import Canvas, Image
 from zoobench.render.stills import snapshot_image
-from zoobench.render.vortices import STRONG
+from zoobench.render.vortices import STRONG, put_water
 
 
 @pytest.fixture(autouse=True)
@@ -40,3 +40,19 @@ def test_water_that_turns_is_lighter_to_the_left_and_darker_to_the_right() -> No
     assert len(columns(half, (255, 255, 255))) < 100
     assert len(columns(half, (173, 206, 239))) > 2000
     assert len(columns(still, (91, 158, 224))) > 4000
+
+
+def test_water_goes_with_the_arena_that_follows_the_robot() -> None:
+    """Layer and box are drawn where the arena is at the moment."""
+    shot = smoke_snapshots()[ENVS.index("ocean")]
+    assert shot.vorticity is not None
+    way = (0.125, 0.0, -0.0625)
+    moved = replace(shot, vorticity=np.repeat(shot.vorticity, 2, axis=0), offsets=np.array([(0.0, 0.0, 0.0), way]))
+    with Canvas(320, 180) as canvas:
+        update = put_water(canvas, moved)
+        places = []
+        for moment in range(2):
+            update(moment)
+            places.append([actor.bounds for actor in canvas.plotter.actors.values()])
+    assert np.shape(places) == (2, 2, 6)
+    assert np.array(places[1]) - places[0] == pytest.approx(np.broadcast_to(np.repeat(way, 2), (2, 6)))
