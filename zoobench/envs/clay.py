@@ -44,7 +44,8 @@ def clay(
     * `friction`: Coulomb coefficient of the ground under the clay [-].
     * `slip`: whether robot and clay have velocity fields of their own; else the clay sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
-    * `thickness`: of the bed [m].
+    * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
+      less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; 200 in SoftZoo's reference.
     """

@@ -36,7 +36,8 @@ def desert(
     * `friction`: Coulomb coefficient of the ground under the sand [-].
     * `slip`: whether robot and sand have velocity fields of their own; else the sand sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
-    * `thickness`: of the bed [m].
+    * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
+      less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `friction_angle`: of the sand, in triaxial compression [degrees]; 45 in SoftZoo's reference.
     """

@@ -42,7 +42,8 @@ def snow(
     * `friction`: Coulomb coefficient of the ground under the snow [-].
     * `slip`: whether robot and snow have velocity fields of their own; else the snow sticks to the robot.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
-    * `thickness`: of the bed [m].
+    * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
+      less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `hardening`: xi of Stomakhin et al. 2013 [-]; 1 in SoftZoo's reference.
     * `critical_compression`: theta_c, the elastic compression at which it yields [-].

@@ -47,7 +47,8 @@ def wetland(
     * `slip`: whether robot and mud have velocity fields of their own, and the mud slides on the ground where its shear
       strength is exceeded; else it sticks to both.
     * `robot_friction`: Coulomb coefficient between them where they slip [-].
-    * `thickness`: of the bed [m].
+    * `thickness`: of the bed [m], a whole number of cells: where a bed ends within a cell, gaits go a quarter to a half
+      less far.
     * `length`, `width`: of the part of the bed that is simulated at a time, along x and z, at least [m].
     * `yield_stress`: norm of the deviatoric stress at which it flows [Pa]; natural mud has 10 to 100.
     * `viscosity`: [Pa s].
