@@ -12,7 +12,7 @@ from taichi.lang.kernel_impl import Func
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
-from zoobench.sim import runtime
+from zoobench.sim import front_end, runtime
 from zoobench.sim.solver import Solver
 
 
@@ -67,6 +67,24 @@ def test_missing_cuda_device_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
     assert runtime.start(64) == generation
 
 
+@pytest.mark.parametrize("is_used", [True, False])
+def test_fields_of_other_code_are_not_ended(is_used: bool) -> None:
+    """A start of Taichi would end them, and their next use the process; declared ones count like those in use."""
+    runtime.stop()
+    ti.init(ti.cpu, log_level=ti.ERROR)
+    try:
+        field = ti.field(ti.f32, shape=3)
+        if is_used:
+            field.fill(2.0)
+        with pytest.raises(UsageError, match="holds fields of other code"):
+            runtime.start(32)
+        if is_used:
+            assert field.to_numpy().tolist() == [2.0] * 3
+    finally:
+        ti.reset()
+    runtime.start(32)
+
+
 def test_cache_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     """ZOOBENCH_CACHE first, then the user's cache folder."""
     monkeypatch.setenv("ZOOBENCH_CACHE", "/a")
@@ -102,7 +120,7 @@ def _uses_a_name_that_is_not_there() -> ti.f32:
 def test_an_error_in_a_kernel_quotes_its_line() -> None:
     """With the culprit underlined, though Taichi is not let quote each line of the kernels that are in order."""
     runtime.start(32)
-    with pytest.raises(ti.TaichiNameError) as raised:
+    with front_end.quickened(quotes=False), pytest.raises(ti.TaichiNameError) as raised:
         _uses_a_name_that_is_not_there()
     told = str(raised.value).strip().splitlines()
     assert told[0] == f'File "{__file__}", line {_line_of("2.0 * nowhere")}, in _uses_a_name_that_is_not_there:'

@@ -2,12 +2,16 @@
 
 What it makes computes the same, with half as many variables: Taichi copies every argument of a function, and whatever
 is assigned twice. To lower the kernel, it goes through the whole of it once for each of them.
+
+It is Taichi's own again as soon as a kernel is compiled: kernels of other people may assign to their arguments.
 """
 
 import ast
 import functools
 import sys
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,21 +25,26 @@ _COPY = impl.expr_init_func
 _IN_PLACE = Expr._augassign
 
 
-@functools.cache
-def quicken() -> None:
-    """Replace the slow parts by quick ones, once a process."""
-    _remember_answers()
-    impl.expr_init_func = _argument
-    Expr._augassign = _change
-    ASTTransformer.build_Assign = staticmethod(_assign)
+@contextmanager
+def quickened(*, quotes: bool) -> Iterator[None]:
+    """Within, the slow parts are replaced by quick ones.
 
-
-def quote_positions(whole: bool) -> None:
-    """Whether the syntax nodes of kernels that are compiled from now on are quoted, or only their lines named.
-
-    Taichi asks for the position of every node, and to quote them all takes half of its front end.
+    Args:
+        quotes: whether the syntax nodes of a kernel are quoted, or only their lines named. Taichi asks for the position
+            of every node, and to quote them all takes half of its front end.
     """
-    ASTTransformerContext.get_pos_info = _WHOLE_POSITION if whole else _position
+    quick = _QUICK if quotes else (*_QUICK, (ASTTransformerContext, "get_pos_info", _position))
+    usual = [(owner, name, vars(owner).get(name)) for owner, name, _ in quick]
+    for owner, name, part in quick:
+        setattr(owner, name, part)
+    try:
+        yield
+    finally:
+        for owner, name, part in usual:
+            if part is None:  # inherited
+                delattr(owner, name)
+            else:
+                setattr(owner, name, part)
 
 
 def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
@@ -43,17 +52,6 @@ def _position(context: ASTTransformerContext, node: ast.stmt | ast.expr) -> str:
     if sys.exc_info()[0] is not None:
         return str(_WHOLE_POSITION(context, node))
     return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}:\n'
-
-
-def _remember_answers() -> None:
-    """Let Taichi remember what it asks for at every call in a kernel and for every array of every launch.
-
-    Those are the source of a function, its lines without tabs, whether torch is there, and which of Taichi's types one
-    of torch's is.
-    """
-    for name in ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type"):
-        setattr(kernel_impl, name, functools.cache(getattr(kernel_impl, name)))
-    kernel_impl.textwrap = SimpleNamespace(**vars(textwrap) | {"fill": functools.cache(textwrap.fill)})
 
 
 def _is_variable(value: object) -> bool:
@@ -101,3 +99,17 @@ def _bind(context: ASTTransformerContext, target: ast.expr, value: Any) -> None:
         context.create_variable(target.id, value)
     else:
         ASTTransformer.build_assign_unpack(context, target, value, False)
+
+
+_ASKED_OFTEN = ("getsourcefile", "getsourcelines", "has_pytorch", "to_taichi_type")
+"""What Taichi asks for at every call in a kernel and for every array of every launch: the source of a function, its
+lines without tabs, whether torch is there, and which of Taichi's types one of torch's is."""
+
+_QUICK = (
+    *((kernel_impl, name, functools.cache(getattr(kernel_impl, name))) for name in _ASKED_OFTEN),
+    (kernel_impl, "textwrap", SimpleNamespace(**vars(textwrap) | {"fill": functools.cache(textwrap.fill)})),
+    (impl, "expr_init_func", _argument),
+    (Expr, "_augassign", _change),
+    (ASTTransformer, "build_Assign", staticmethod(_assign)),
+)
+"""The quick parts, each with its owner and its name there."""

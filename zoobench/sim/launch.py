@@ -1,7 +1,7 @@
 """A kernel that is launched again and again with the same arrays."""
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from typing import Any, NamedTuple
 from weakref import ref
@@ -10,7 +10,8 @@ from taichi._lib.core import taichi_python
 from taichi.lang import impl
 from torch import Tensor
 
-from zoobench.sim import runtime
+from zoobench.errors import UsageError
+from zoobench.sim import front_end, runtime
 
 _MOST_KEPT = 16
 """Sets of arguments of one kernel that are remembered."""
@@ -59,23 +60,29 @@ class Launch:
     def __init__(self, kernel: Callable[..., None], *, optimised: bool = False, lanes: bool = True) -> None:
         self._kernel, self._optimised, self._lanes = kernel, optimised, lanes
         self._prepared: dict[tuple[Any, ...], _Prepared] = {}
-        self._generation = -1
+        self._generation = runtime.generation()
 
     def __call__(self, *arguments: Any) -> None:
-        """Launch the kernel."""
+        """Launch the kernel.
+
+        Raises:
+            UsageError: the runtime in which this was made has ended, and with it what was prepared.
+        """
+        if self._generation != runtime.generation():
+            raise UsageError(
+                "Taichi was restarted, by zoobench with another precision or device, or by a ti.init. "
+                "Make a new solver, or a new environment."
+            )
         if not runtime.repeats_launches():
-            with self._settings():
+            with self._compiling():
                 self._kernel(*arguments)
             return
-        if self._generation != runtime.generation():  # contexts end with the runtime
-            self._prepared.clear()
-            self._generation = runtime.generation()
         # isinstance is far slower on a number
         key = tuple([id(each) if type(each) is Tensor else each for each in arguments])
         if prepared := self._prepared.get(key):
             prepared.seen.again()
             return
-        with _seen_launches() as seen, self._settings():
+        with _seen_launches() as seen, self._compiling():
             self._kernel(*arguments)
         while len(self._prepared) >= _MOST_KEPT:
             self._prepared.pop(next(iter(self._prepared)))
@@ -85,8 +92,12 @@ class Launch:
             launched, tuple(ref(each, forget) for each in arguments if type(each) is Tensor)
         )
 
-    def _settings(self) -> AbstractContextManager[None]:
-        return runtime.vector_lanes(optimised=self._optimised) if self._lanes else nullcontext()
+    @contextmanager
+    def _compiling(self) -> Iterator[None]:
+        """How the kernel is compiled if it is launched within for the first time."""
+        lanes = runtime.vector_lanes(optimised=self._optimised) if self._lanes else nullcontext()
+        with front_end.quickened(quotes=not runtime.repeats_launches()), lanes:
+            yield
 
     def _forget(self, key: tuple[Any, ...]) -> Callable[[object], None]:
         """A callback that forgets a launch: another tensor may come to have the id of one that is gone."""

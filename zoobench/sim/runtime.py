@@ -14,12 +14,12 @@ import torch
 from taichi.lang import impl
 
 from zoobench.errors import UsageError
-from zoobench.sim import front_end
 from zoobench.sim.model.fidelity import Device
 
 STALE_LOCK_SECONDS = 60.0
 
 _started: tuple[int, Device, bool] | None = None
+_program: Any = None  # Taichi's, which another `ti.init` in this process ends
 _generation = 0
 _lends = False
 _borrows = False
@@ -78,10 +78,11 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
         the generation of the runtime: a solver made under an older one must not be used again.
 
     Raises:
-        UsageError: a CUDA device was asked for and none is available, or this process was forked from one in which
-            Taichi was running.
+        UsageError: a CUDA device was asked for and none is available, this process was forked from one in which
+            Taichi was running, or somebody else's fields would be lost.
     """
-    global _started, _generation
+    global _started, _generation, _program
+    _notice_others()
     wanted = (precision, device, debug or bool(os.environ.get("ZOOBENCH_DEBUG")))
     if _is_forked or (_borrows and _started is not None and _started[1:] != wanted[1:]):
         raise UsageError(
@@ -95,6 +96,7 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
     if _started is not None and _started[1:] == wanted[1:]:
         _compute_in(precision)
     else:
+        _spare_fields()
         stop()
         torch.set_num_threads(1)
         if cache:
@@ -103,9 +105,28 @@ def start(precision: int, device: Device = "cpu", debug: bool = False, cache: bo
             atexit.register(stop)
         with contextlib.redirect_stdout(None):  # Taichi prints to standard output, which is reserved for data
             _initialise(*wanted, cache)
-    _started = wanted
+    _started, _program = wanted, impl.get_runtime().prog
     _generation += 1
     return _generation
+
+
+def _notice_others() -> None:
+    """Where somebody else has started Taichi since, the runtime of before has ended."""
+    global _started, _generation
+    if _started is not None and impl.get_runtime().prog is not _program:
+        _started = None
+        _generation += 1
+
+
+def _spare_fields() -> None:
+    """Raise a `UsageError` where other code has fields, which a start of Taichi would end: their next use crashes."""
+    runtime = impl.get_runtime()
+    trees = range(0 if runtime.prog is None else runtime.prog.get_snode_tree_size())
+    if runtime.global_vars or any(runtime.prog.get_snode_root(tree).get_num_ch() for tree in trees):
+        raise UsageError(
+            "Taichi holds fields of other code in this process, and would lose them where zoobench starts it with its "
+            "own settings. Use zoobench in a process of its own, or keep your data in arrays (ti.types.ndarray())."
+        )
 
 
 def check_device(device: Device) -> None:
@@ -118,8 +139,6 @@ def check_device(device: Device) -> None:
 
 
 def _initialise(precision: int, device: Device, debug: bool, cache: bool) -> None:
-    front_end.quicken()
-    front_end.quote_positions(debug)
     ti.init(
         arch=ti.cuda if device == "cuda" else ti.cpu,
         # without this every literal in a kernel is a 32-bit number, also among 64-bit ones
@@ -187,6 +206,7 @@ def _drop_stale_lock() -> None:
 
 def generation() -> int:
     """Number of starts and stops of the runtime so far; equal numbers mean the same runtime."""
+    _notice_others()
     return _generation
 
 
@@ -206,6 +226,7 @@ def stop() -> None:
     Taichi writes compiled kernels into the cache only then.
     """
     global _started, _generation, _is_forked
+    _notice_others()
     if _started is None or _is_forked:
         return
     if _borrows:

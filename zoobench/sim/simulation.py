@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from zoobench.arrays import Array
-from zoobench.errors import UsageError
 from zoobench.sim import runtime
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.launcher import Launcher
@@ -60,7 +59,7 @@ class Simulation:
         parallel: bool | None,
     ) -> None:
         self._device = device = fidelity.device
-        self._generation = runtime.start(fidelity.precision, device)
+        runtime.start(fidelity.precision, device)
         self._real = runtime.real(fidelity.precision)
         self.scene, self.fidelity, self.worlds = scene, fidelity, worlds
         self.limit, self.frame_seconds = limit, frame_seconds
@@ -105,15 +104,6 @@ class Simulation:
     def is_alive(self) -> IntArray:
         """`[worlds]` 0 for a world that has diverged, on the host."""
         return self._alive if isinstance(self._alive, np.ndarray) else self._alive.cpu().numpy()
-
-    def check_runtime(self) -> None:
-        """Refuse to go on after the runtime was restarted.
-
-        Raises:
-            UsageError: the tensors and kernels are of a runtime that has ended.
-        """
-        if self._generation != runtime.generation():
-            raise UsageError("The runtime was restarted with another precision. Make a new solver.")
 
     def tensor(self, value: FloatArray) -> Tensor:
         """An array in the simulation's precision on its device."""

@@ -221,7 +221,6 @@ class Solver:
 
     def adjoint(self, rollout: Rollout) -> Adjoint:
         """The backward pass of a rollout, not yet run; errors as of `backward`."""
-        self.simulation.check_runtime()
         if not self.gradients or rollout.segmentation is None:
             raise UsageError("This solver keeps no states. Make it with gradients=True.")
         return Adjoint(self.simulation, rollout, self._tape_of(rollout.segmentation))
@@ -248,7 +247,6 @@ class Solver:
 
     def _rewind(self, body: BodyState | None) -> dict[str, Array]:
         """Set the body and go back to the initial state; returns the body's complete arrays."""
-        self.simulation.check_runtime()
         arrays = (body or BodyState()).filled(self.scene, self.worlds)
         self._check_body(arrays)
         self.simulation.set_body(arrays)
