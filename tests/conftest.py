@@ -36,6 +36,9 @@ _RESTARTING = ("test_launch.py", "test_runtime.py")
 """Files that restart the runtime, which then loads again what others have compiled: they come before those."""
 
 
+_SLOW_TIMEOUT = 3600  # [s]
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Kernels are compiled quickly, in child processes, too; with `-m slow` as users have them."""
     if config.option.markexpr != "slow":
@@ -51,6 +54,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     groups: dict[str, list[pytest.Item]] = {}
     for item in items:
+        if item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.timeout(_SLOW_TIMEOUT))
         folder = item.path.relative_to(config.rootpath / "tests").parts[0]
         groups.setdefault(_WITH.get(item.path.name, folder), []).append(item)
     cells = [item for name in _OF_CELLS for item in groups.pop(name, [])]

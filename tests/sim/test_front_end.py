@@ -108,12 +108,17 @@ def _clamped(given, most):
     return given
 
 
-@ti.kernel
-def _of_other_code(out: Scalars):
-    for _ in range(1):
-        value = out[0]
-        out[1] = _clamped(value, 1.0)
-        out[2] = value
+def _of_other_code():
+    """A kernel that is compiled at its first call."""
+
+    @ti.kernel
+    def compute(out: Scalars):
+        for _ in range(1):
+            value = out[0]
+            out[1] = _clamped(value, 1.0)
+            out[2] = value
+
+    return compute
 
 
 def test_kernels_of_other_code_are_compiled_as_taichi_does() -> None:
@@ -126,13 +131,11 @@ def test_kernels_of_other_code_are_compiled_as_taichi_does() -> None:
     runtime.start(64)
     out = torch.tensor([5.0, 0.0, 0.0], dtype=torch.float64)
     with front_end.quickened(quotes=False):
-        _of_other_code(out)
+        _of_other_code()(out)
     assert out.tolist() == [5.0, 1.0, 1.0]  # what it must not get
     with pytest.raises(ti.TaichiNameError), front_end.quickened(quotes=True):
         fails(out)
-    runtime.stop()
-    runtime.start(64, cache=False)
-    _of_other_code(out)
+    _of_other_code()(out)
     assert out.tolist() == [5.0, 1.0, 5.0]
 
 
