@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from zoobench.designs.grouping import check_used, k_means, paired, slices
+from zoobench.designs.grouping import CentredGroups, check_used, k_means, paired, slices
 from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
 
@@ -50,3 +50,13 @@ def test_a_muscle_without_a_particle_is_refused() -> None:
     """The message names it."""
     with pytest.raises(SceneError, match="no particle for b at"):
         check_used(np.array([[1.0, 0.0]]), ("a", "b"), Fidelity(1 / 64), "body.stl")
+
+
+def test_fibres_between_two_groups_turn_with_the_squared_distance() -> None:
+    """The axis of x x^T / d1^2 + y y^T / d2^2 for two directions, at an angle of tan 2a = w sin 2b / (1 + w cos 2b)."""
+    between = np.radians(60.0)
+    directions = np.array([[1.0, 0.0, 0.0], [np.cos(between), np.sin(between), 0.0]])
+    groups = CentredGroups(np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), directions, np.eye(3))
+    weight = (1.0 / 2.0) ** 2  # of the second group, at 1 from the first and 2 from the second
+    angle = np.arctan2(weight * np.sin(2 * between), 1.0 + weight * np.cos(2 * between)) / 2
+    assert groups.fibres(np.array([[1.0, 0.0, 0.0]])) == pytest.approx(np.array([[np.cos(angle), np.sin(angle), 0.0]]))

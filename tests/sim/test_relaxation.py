@@ -1,10 +1,13 @@
 """Episodes that begin with their equilibration: the state of rest, and derivatives through it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.sim import scenes
 from zoobench.sim.model.rollout import Rollout
+from zoobench.sim.model.terrain import Terrain
 from zoobench.sim.rest import come_to_rest
 from zoobench.sim.solver import BodyState, Solver
 
@@ -48,6 +51,22 @@ def test_a_body_goes_on_until_it_rests() -> None:
     state = come_to_rest(rested, 40)
     assert not state.v.any()
     assert speed(once) > 1e-5 > 2e-6 > speed(rested)
+
+
+@pytest.mark.parametrize(("terrain", "rounds"), [(None, 3), (Terrain(np.zeros((9, 9)), 0.1), 1)])
+def test_on_a_terrain_a_body_is_left_after_one_equilibration(terrain: Terrain | None, rounds: int) -> None:
+    """It may slide there for ever; on level ground it goes on, here until it has had its rounds."""
+    scene = scenes.ground_scene()
+    assert scene.ground is not None
+    solver = Solver(replace(scene, ground=replace(scene.ground, terrain=terrain)), scenes.fidelity())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("zoobench.sim.rest.MOST_ROUNDS", 2)
+        patch.setattr("zoobench.sim.rest.REST_SPEED", 0.0)
+        calls: list[int] = []
+        equilibrate = solver.equilibrate
+        patch.setattr(solver, "equilibrate", lambda frames: (calls.append(frames), equilibrate(frames))[1])
+        come_to_rest(solver, 4)
+    assert calls == [4, 2, 2][:rounds]
 
 
 def test_worlds_come_to_rest_independently() -> None:

@@ -14,10 +14,12 @@ from zoobench.sim.model.matter import SMALLEST_PLASTIC, SnowMaterial, WaterMater
 from zoobench.sim.model.scene import ElasticBody, Scene
 from zoobench.sim.model.step_limits import (
     LARGEST_STRETCH,
+    Condition,
     choose_step,
     elastic_kappa,
     isolated_particle_limit,
     step_limits,
+    step_now,
 )
 from zoobench.sim.solver import Solver
 
@@ -168,3 +170,18 @@ def test_limit_is_sharp(transfer: Transfer, kernel: Kernel, viscosity: float) ->
         growth.append(float(np.linalg.norm(found) / np.linalg.norm(stretch)))
     assert growth[0] <= 6.0  # symplectic Euler swings by 1 / sqrt(1 - 0.98^2) as far
     assert not growth[1] < 1e2
+
+
+@pytest.mark.parametrize("courant", [0.7, 0.25])
+@pytest.mark.parametrize(("bound", "quantity"), [("speed", "speed"), ("velocity gradient", "shear")])
+def test_a_fast_state_takes_steps_below_what_is_refused(bound: str, quantity: str, courant: float) -> None:
+    """Of 0.4 cells, and of a velocity gradient times dt of 0.4: a fifth below the half that the survey refuses."""
+    scene = scenes.flight_scene()
+    calm = Condition(**dict.fromkeys(Condition._fields, 0.0) | {"smallest_j": 1.0, "stretch": 1.0})
+    rate = 500.0  # cells a second, or 1/s
+    value = rate * scenes.SPACING if bound == "speed" else rate
+    limit = step_now(scene, scenes.fidelity(courant=courant), 0.008, calm._replace(**{quantity: value}))
+    assert limit.matter == bound
+    assert courant * limit.dt_iso * rate == pytest.approx(0.4)
+    assert limit.substeps_per_frame == 10
+    assert limit.dt == pytest.approx(0.0008)
