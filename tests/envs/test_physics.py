@@ -1,19 +1,22 @@
 """Gravity and materials as parameters of environments."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.envs.at_rest import ENVS
 from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.envs.base import EQUILIBRATION_FRAMES, Environment, equilibration_frames
+from zoobench.envs.base import EQUILIBRATION_FRAMES, LIGHTEST, Environment, equilibration_frames
 from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import Scene
+from zoobench.sim.solver import Solver
 from zoobench.spec import Ref
 
 QUICK = Fidelity(1 / 32)
@@ -121,6 +124,8 @@ def test_waves_are_slower_under_weak_gravity() -> None:
         ("snow[critical_compression=1]", "critical compression 1"),
         ("snow[critical_stretch=0]", "critical_stretch is 0"),
         ("desert[friction_angle=90]", "friction angle of 90"),
+        ("ocean[density=300]", "too light for this water.*density of 500 kg/m.3 or more"),
+        ("ocean[medium_density=2500]", "density of 1250 kg/m.3 or more"),
         ("ocean[water=particles,tait_exponent=0]", "exponent is 0"),
         ("ocean[water=particles,gravity=80]", "compressed by 12 %"),
         ("ocean[water=particles,bulk_modulus=1e4]", "compressed by 15 %"),
@@ -130,3 +135,15 @@ def test_what_no_matter_is_like_is_refused_before_a_run_is_queued(text: str, tol
     """When the environment is made, with the constant and its range."""
     with pytest.raises(UsageError, match=told):
         registry.create(Kind.ENV, Ref.parse(text))
+
+
+def test_a_body_of_light_parts_is_refused_in_water_on_a_grid() -> None:
+    """Of which a fish as light as is allowed does not diverge, idle."""
+    ocean: Environment = registry.create(Kind.ENV, Ref.parse(f"ocean[density={1000 * LIGHTEST:g}]"))
+    fidelity = Fidelity(1 / 32)
+    body = registry.create(Kind.DESIGN, Ref("fish")).body(fidelity)
+    scene = ocean.scene(body, fidelity)
+    solver = Solver(scene, fidelity)
+    assert not solver.run(np.zeros((20, 1, solver.muscle_count))).divergences
+    with pytest.raises(UsageError, match=r"A robot of 450 kg/m.3 is too light"):
+        ocean.scene(replace(body, density_ratio=np.full_like(body.density_ratio, 0.9)), fidelity)

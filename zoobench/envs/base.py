@@ -47,6 +47,11 @@ BED_THICKNESS = 1 / 32
 """[m] Of a solid bed: two cells of `draft` and a whole number at every fidelity. Where a bed ends in half a cell, its
 surface lies otherwise to the nodes, and gaits score a quarter less. Twice as thick, it changes scores by 3 %."""
 
+LIGHTEST = 0.5
+"""Density of matter in water on a grid, relative to the water's, at least. Water that is set going with lighter matter
+has more inertia than that, and their exchange of momentum would grow from step to step: a fish of 0.45 diverges at
+`paper`."""
+
 EQUILIBRATION_FRAMES = 80
 """Control frames of equilibration: one period of the slowest wave, the sloshing of the ocean's tank (0.66 s). In the
 second after it, the kinetic energy is below 1.2e-7 of the potential energy, in the ocean below 1e-9."""
@@ -111,6 +116,7 @@ class Environment:
             depth = "" if self.bed is None else f" with a bed of {self.bed.thickness:g} m"
             raise UsageError(f"An arena of {self.arena} m{depth} is not possible. Give positive lengths that fit.")
         check_material("robot", self.robot)
+        self._check_density(1.0)
         if self.bed is not None:
             check_material("medium", self.bed.material)
             self.bed.check(-self.gravity[1])
@@ -130,7 +136,9 @@ class Environment:
 
         Raises:
             SceneError: the body does not fit into the arena.
+            UsageError: it is too light for water on a grid.
         """
+        self._check_density(float(body.density_ratio.min()))
         h = fidelity.grid_spacing
         size, start = self._following(body, fidelity) if self.follows else self.standing_size(seconds, h)
         terrain = self.profile.terrain((size[0], size[2]), (float(start[0]), float(start[2])), self.hills)
@@ -161,6 +169,16 @@ class Environment:
             follows=self.follows,
         )
         return standing(scene, body.edge)
+
+    def _check_density(self, ratio: float) -> None:
+        """Raise a `UsageError` where matter of this density ratio is too light for water on a grid, see `LIGHTEST`."""
+        density = self.robot.density * ratio
+        least = 0.0 if self.water is None else LIGHTEST * self.water.density
+        if density < (1.0 - 1e-9) * least:  # which the mean of a body's points may miss
+            raise UsageError(
+                f"A robot of {density:g} kg/m^3 is too light for this water: their exchange of momentum would not be "
+                f"stable. Give a density of {least:g} kg/m^3 or more."
+            )
 
     def _following(self, body: Body, fidelity: Fidelity) -> tuple[Array, Array]:
         """Size of an arena that follows the robot, with room for it to turn, and the robot's start in the middle [m].
