@@ -27,7 +27,7 @@ MEDIA = {
     "clay": (0.72, 0.45, 0.34),
     "wetland": (0.46, 0.38, 0.27),
     "shallow-water": (0.36, 0.62, 0.88),
-    "ocean": (0.36, 0.62, 0.88),
+    "ocean": (0.31, 0.34, 0.36),  # water that is looked through
 }
 GROUND, ICE = (0.62, 0.59, 0.54), (0.74, 0.88, 0.96)
 

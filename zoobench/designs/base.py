@@ -27,6 +27,7 @@ class Body(BodyParticles):
         edge: of the cubes [m].
         malleable: whether the body is the workspace of a design space; a medium then fills its empty particles.
         notes: what a user should know of how the body was made, as sentences; such as repairs of a file.
+        rings: places along x [m] at which pictures draw a ring around the body, as between segments.
     """
 
     head: Mask
@@ -36,6 +37,7 @@ class Body(BodyParticles):
     edge: float
     malleable: bool = False
     notes: tuple[str, ...] = ()
+    rings: tuple[float, ...] = ()
 
     @classmethod
     def of(

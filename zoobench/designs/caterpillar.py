@@ -55,7 +55,8 @@ class Caterpillar:
         """The body at this resolution."""
         sample = self.shape.sample(fidelity)
         membership = sample.mean(self.membership(sample.points))
-        return Body.of(sample, membership, _MUSCLES, **sample.ends(_PITCH * self.length))
+        rings = tuple((self.length * (_centres()[1:] + _centres()[:-1]) / 2).tolist())
+        return Body.of(sample, membership, _MUSCLES, **sample.ends(_PITCH * self.length), rings=rings)
 
     def membership(self, points: Array) -> Array:
         """The share of each muscle `[n, 10]` at points `[n, 3]` [m]."""

@@ -10,6 +10,7 @@ from zoobench.arrays import Array
 from zoobench.designs.base import Body
 from zoobench.render.canvas import INK, Canvas
 from zoobench.render.colours import ground_colour, medium_colour
+from zoobench.render.marks import put_marks
 from zoobench.render.recording import Recording
 from zoobench.render.skin import Skin, normals, skin
 from zoobench.render.viewpoint import Region
@@ -111,11 +112,12 @@ def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Upd
     recording = region.recording
     cover = skin(recording.body)
     mesh = put_skin(canvas, cover, recording.robot[0], values[0], **look)
-    shadow = _put_shadow(canvas, region, mesh)
+    shadow, marks = _put_shadow(canvas, region, mesh), put_marks(canvas, mesh, cover, recording.body)
 
     def update(moment: int) -> None:
         _update_skin(mesh, cover, recording.robot[moment], values[moment])
         shadow()
+        marks()
 
     return update
 

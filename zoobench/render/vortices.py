@@ -10,6 +10,8 @@ from zoobench.render.recording import Recording
 STRONG = 40.0
 """Vorticity that is drawn in white or in the darkest blue [1/s]."""
 
+_STILL, _TURNING = 0.08, 0.9  # opacity of the layer, which is no surface, where the water is still and where it turns
+_SIDES = 0.13  # and of the sides of the water
 _LEFT, _RIGHT = (1.0, 1.0, 1.0), (0.05, 0.1, 0.3)  # colours of water that turns quickly
 
 
@@ -21,14 +23,15 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
     _, nx, nz = recording.vorticity.shape
     x, z = np.meshgrid(np.linspace(low[0], high[0], nx), np.linspace(low[2], high[2], nz), indexing="ij")
     layer = canvas.pyvista.StructuredGrid(x, np.full_like(x, (low[1] + high[1]) / 2), z)
-    layer["colour"] = np.zeros((layer.n_points, 3), np.uint8)
+    layer["colour"] = np.zeros((layer.n_points, 4), np.uint8)
     canvas.plotter.add_mesh(layer, scalars="colour", rgb=True, lighting=False)
     box = canvas.pyvista.Box([value for ends in zip(low, high, strict=True) for value in ends])
+    canvas.plotter.add_mesh(box, color=medium_colour(recording.scene), opacity=_SIDES, lighting=False)
     edges = box.extract_all_edges()
     canvas.plotter.add_mesh(edges, color=EDGES, lighting=False, line_width=1.5)
     still = np.array(medium_colour(recording.scene))
 
-    shapes = [(mesh, mesh.points.copy()) for mesh in (layer, edges)]
+    shapes = [(mesh, mesh.points.copy()) for mesh in (layer, box, edges)]
 
     def update(moment: int) -> None:
         assert recording.vorticity is not None
@@ -36,6 +39,7 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
             mesh.points = points + (0.0 if recording.offsets is None else recording.offsets[moment])
         strength = np.clip(recording.vorticity[moment].ravel(order="F") / STRONG, -1.0, 1.0)[:, None]
         colour = still + np.maximum(strength, 0.0) * (_LEFT - still) + np.maximum(-strength, 0.0) * (_RIGHT - still)
-        layer["colour"] = (255.0 * colour).astype(np.uint8)
+        opacity = _STILL + (_TURNING - _STILL) * np.sqrt(np.abs(strength))
+        layer["colour"] = (255.0 * np.hstack([colour, opacity])).astype(np.uint8)
 
     return update
