@@ -54,10 +54,11 @@ def test_the_reference_holds_all_commands_and_components(site: Path) -> None:
     assert not [name for kind in Kind for name in registry.names(kind) if f'id="{name}' not in components]
 
 
-def test_pages_of_the_guide_are_in_the_navigation(site: Path) -> None:
+def test_pages_of_guide_and_leaderboards_are_in_the_navigation(site: Path) -> None:
     """Every page can be reached from the first."""
     first = (site / "index.html").read_text(encoding="utf-8")
     pages = [path for path in (ROOT / "docs").rglob("*.md") if path.name != "index.md"]
     assert len(pages) > 10
     places = [path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in pages]
+    places += [f"leaderboards/{board.stem}" for board in (ROOT / "leaderboards").glob("*.md")]
     assert not [place for place in places if f'href="{place}/' not in first]
