@@ -55,6 +55,7 @@ def test_the_best_robots_are_shown(zoobench: Command, tmp_path: Path) -> None:
     assert re.search(r"film of [1-9][0-9]* kB", reply.err)
     assert "left out: The stored solution has" in reply.err
     text = (tmp_path / "shown.html").read_text(encoding="utf-8")
+    assert re.search(r"<figcaption>run 3[^<]*, slowed 2.5 times</figcaption>", text)
     (moving,) = re.findall(r'src="data:video/mp4;base64,([^"]*)"', text)
     assert b64decode(moving)[4:8] == b"ftyp"
     stills = re.findall(r'<img (?:class="paper" )?src="data:image/jpeg;base64,([^"]*)" alt="run (\d)', text)

@@ -9,7 +9,7 @@ from typer import Option
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, selection, takes
 from zoobench.cli.output import say
 from zoobench.errors import UsageError, reason
-from zoobench.spec import RunSelection
+from zoobench.spec import FRAME_SECONDS, RunSelection
 
 if TYPE_CHECKING:
     from zoobench.report.page.sections import Section, Still
@@ -132,11 +132,13 @@ def _still(begin: str, result: "RunResult", params: tuple[float, ...], *, moves:
     """A picture or a film of a run's best episode, simulated again; None, and a word, where this version cannot."""
     from zoobench.errors import ZoobenchError
     from zoobench.render.film import film
-    from zoobench.render.film_files import clip, sheet, sheet_moments
+    from zoobench.render.film_files import CLIP_RATE, clip, sheet, sheet_moments
     from zoobench.report.page.sections import Still
 
     run, score = result.run, result.finals["score"]
     title = f"{begin}{run.spec}, score {score.value:.4g} {score.unit}"
+    if moves:
+        title += f", slowed {1.0 / (CLIP_RATE * _FILM_EVERY * FRAME_SECONDS):.2g} times"
     say(f"simulating {title}")
     try:
         frames = run.spec.frames

@@ -28,7 +28,8 @@ WIDTH = {FilmFormat.MP4: 1280, FilmFormat.GIF: 640, FilmFormat.PNG: 1600}
 _COLUMNS, _TILES = 2, 6  # of a sheet
 _SMALL = (480, 270)  # a picture on a sheet for a page [pixels]
 _QUALITY, _CLIP_QUALITY = 7, 6  # of 10, for moving pictures and those of a page
-_CLIP_RATE = 25.0  # of a film for a page [1/s]
+CLIP_RATE = 25.0
+"""Moments of a film for a page that are shown in a second [1/s]."""
 _POSTER_QUALITY = 45  # of 100, of the picture that is shown until a film is played
 
 
@@ -189,9 +190,7 @@ def clip(film: Film) -> tuple[bytes, bytes]:
     imageio: Any = import_module("imageio.v3")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "clip.mp4"
-        _write_pictures(
-            film, Destination(path, FilmFormat.MP4), "", _SMALL[0], _CLIP_RATE, lambda _: None, is_clip=True
-        )
+        _write_pictures(film, Destination(path, FilmFormat.MP4), "", _SMALL[0], CLIP_RATE, lambda _: None, is_clip=True)
         middle = imageio.imread(path, index=len(film.times) // 2)
         return path.read_bytes(), imageio.imwrite("<bytes>", middle, extension=".jpg", quality=_POSTER_QUALITY)
 

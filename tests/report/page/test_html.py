@@ -86,6 +86,8 @@ def test_a_film_stands_on_the_screen_and_its_picture_on_paper(shown: Section) ->
     (video,) = (given for tag, given in tags if tag == "video")
     assert video["src"] == "data:video/mp4;base64,ZmlsbQ=="
     assert video["poster"] == "data:image/jpeg;base64,cGljdHVyZQ=="
+    assert {"loop", "muted", "playsinline"} <= set(video)
+    assert "controls" not in video  # they would hide a third of it
     pictures = [given for tag, given in tags if tag == "img"]
     assert [(given["alt"], given.get("class")) for given in pictures] == [("moves", "paper"), ("stands", None)]
 

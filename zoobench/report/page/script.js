@@ -40,6 +40,19 @@ charts.forEach((chart, place) => vegaEmbed(`#chart-${place}`, chart, {
   actions: false, renderer: "svg", tooltip: { theme: "custom" },
 }));
 
+// Films run while they are seen; a press stops one, and who wants less motion starts each himself.
+const films = document.querySelectorAll("video");
+const onScreen = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) isIntersecting ? target.play() : target.pause();
+});
+for (const film of films) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) film.controls = true;
+  else {
+    onScreen.observe(film);
+    film.addEventListener("click", () => (film.paused ? film.play() : film.pause()));
+  }
+}
+
 // A closed part has no width to draw in, and what is folded is not printed.
 addEventListener("beforeprint", () => document.querySelectorAll("details.more").forEach((part) => { part.open = true; }));
 for (const part of document.querySelectorAll("details.more")) {
