@@ -1,6 +1,7 @@
 """The documentation site builds without a warning and holds what is made from the code."""
 
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -62,3 +63,9 @@ def test_pages_of_guide_and_leaderboards_are_in_the_navigation(site: Path) -> No
     places = [path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in pages]
     places += [f"leaderboards/{board.stem}" for board in (ROOT / "leaderboards").glob("*.md")]
     assert not [place for place in places if f'href="{place}/' not in first]
+
+
+def test_the_table_of_accuracy_is_that_of_the_published_measurements() -> None:
+    """`python docs/accuracy_table.py` writes it anew."""
+    made = runpy.run_path(str(ROOT / "docs" / "accuracy_table.py"))
+    assert (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8") == made["page"]()
