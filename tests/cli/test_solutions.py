@@ -1,6 +1,7 @@
 """Solutions of published leaderboards where a command takes a run: `best:ENV/TASK/DESIGN`."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,18 @@ def test_its_episode_is_filmed(zoobench: Command) -> None:
     assert reply.code == 0, reply.err
     assert "The score of this simulation" not in reply.err
     assert Path("film.npz").stat().st_size > 0
+
+
+def test_one_of_an_environment_that_is_gone_is_simulated_in_that_of_today(zoobench: Command) -> None:
+    """With a word, as a score may differ; every solution that the package comes with is of use for that."""
+    old = replace(SPEC, env=replace(SPEC.env, version=1))
+    params = tuple(Problem(SPEC).initial(np.random.default_rng(0)).tolist())
+    finals = {"score": FinalRow("score", 0.1, "m/s")}
+    row = BoardRow(old, RunState.DONE, finals=finals, attempts=(Attempt(0.0, 1.0, False, {}),), solution=params)
+    (Path("boards") / "old.json").write_text(to_text(Leaderboard("old", "old", "a test", (row,))))
+    reply = zoobench("render", "best:old/ground/movement-speed/block", "-o", "film.npz")
+    assert reply.code == 0, reply.err
+    assert f"it was found in ground-v1; in ground-v{SPEC.env.version} its score may differ" in reply.err
 
 
 def test_earlier_bodies_are_not_published(zoobench: Command) -> None:

@@ -36,7 +36,8 @@ class NamedSolution:
 def solution_named(text: str, db: str) -> NamedSolution:
     """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.
 
-    Which published run it is, is said.
+    Which published run it is, is said. Where its environment or task has only newer versions, the newest takes their
+    place, with a word.
 
     Raises:
         UsageError: there is no such run, or it has no solution.
@@ -48,9 +49,27 @@ def solution_named(text: str, db: str) -> NamedSolution:
     if names_published(text):
         best = published.named(text)
         say(f"{text} is {best.words}")
-        return NamedSolution(best.name, None, best.spec, best.params, best.score, best.unit)
+        return NamedSolution(best.name, None, _of_today(best.spec), best.params, best.score, best.unit)
     with Store(db, create=False) as store:
         return solution_of_run(store, text)
+
+
+def _of_today(spec: "RunSpec") -> "RunSpec":
+    """The run in an environment and a task that this version has, with the parameters that they still have."""
+    from dataclasses import replace
+
+    from zoobench import registry
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
+
+    for axis, kind in (("env", Kind.ENV), ("task", Kind.TASK)):
+        ref = getattr(spec, axis)
+        newest = registry.get(kind, ref.name)
+        if newest.version > ref.version:
+            kept = tuple((key, value) for key, value in ref.params if key in newest.parameters)
+            spec = replace(spec, **{axis: registry.resolve(kind, Ref(ref.name, params=kept))})
+            say(f"  it was found in {ref.name}-v{ref.version}; in {ref.name}-v{newest.version} its score may differ")
+    return spec
 
 
 def solution_of_run(store: "Store", text: str) -> NamedSolution:
