@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "zoobench"
 LONGEST_FILE = 500
 
-WORDS = ("errors", "arrays", "files", "rounding", "spec", "inputs", "registry", "fidelities")
+WORDS = ("api", "errors", "arrays", "files", "rounding", "spec", "inputs", "registry", "fidelities")
 """The modules of the top level; every other module is in a package."""
 
 ALLOWED = {
@@ -25,7 +25,8 @@ ALLOWED = {
     "arrays": "",
     "files": "",
     "rounding": "",
-    "__init__": "rounding db",
+    "__init__": "rounding api",
+    "api": "errors spec registry cell render db harness verify cli",
     "spec": "errors",
     "inputs": "errors spec",
     "registry": "errors spec inputs",
@@ -126,7 +127,7 @@ def test_the_plan_allows_nothing_that_nobody_imports() -> None:
 def test_the_top_level_holds_the_words_of_the_benchmark_alone() -> None:
     """A new loose module belongs into a package."""
     assert {path.stem for path in PACKAGE.glob("*.py")} == {*WORDS, "__init__", "__main__"}
-    assert len(WORDS) <= 8
+    assert len(WORDS) <= 9
 
 
 def test_nothing_imports_itself_by_a_detour() -> None:

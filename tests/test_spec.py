@@ -58,3 +58,18 @@ def test_a_pattern_that_fits_no_name_gets_did_you_mean() -> None:
     assert matching("w*", ["wave", "ice", "wall"], "case") == ["wave", "wall"]
     with pytest.raises(UnknownNameError, match=r"Unknown case 'wal'\. Did you mean 'wall'"):
         matching("wal", ["wave", "ice", "wall"], "case")
+
+
+def test_several_values_of_a_parameter_are_a_selector_each() -> None:
+    """All combinations of two such parameters; a bar elsewhere is part of the text."""
+    text = "ground[friction=0.2|0.5,slope=1|2|3],ice,mesh[path=a|b]"
+    found = [(each.name, dict(each.params)) for each in Selector.parse_all(text)]
+    grounds = [{"friction": friction, "slope": slope} for friction in (0.2, 0.5) for slope in (1, 2, 3)]
+    assert found == [
+        *(("ground", params) for params in grounds),
+        ("ice", {}),
+        ("mesh", {"path": "a"}),
+        ("mesh", {"path": "b"}),
+    ]
+    with pytest.raises(UsageError):
+        Selector.parse_all("ground[friction=0.2|]")

@@ -1,24 +1,22 @@
 """zoobench: a benchmark of bodies, controllers and methods for simulated soft robots."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from zoobench.rounding import unify
 
 if TYPE_CHECKING:
-    from zoobench.db.frames import Frames
+    from zoobench.api import evaluate, film, load, run
 
 __version__ = "0.1.0"
+__all__ = ["evaluate", "film", "load", "run"]
 
 unify()  # before the libraries that it configures are loaded
 
 
-def load(location: "str | Path") -> "Frames":
-    """The results in a database, a path or a PostgreSQL URL, as data frames: `load("zoobench.db").results()`.
+def __getattr__(name: str) -> Any:
+    """What `zoobench.api` has, loaded when it is first asked for."""
+    if name not in __all__:
+        raise AttributeError(f"module 'zoobench' has no attribute {name!r}")
+    from zoobench import api
 
-    Raises:
-        StorageError: there is no such database, or it cannot be read.
-    """
-    from zoobench.db.frames import Frames
-
-    return Frames(location)
+    return getattr(api, name)

@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
+from itertools import product
 from typing import Any, Literal, Self, TypeVar
 
 from zoobench.errors import UnknownNameError, UsageError
@@ -131,6 +132,18 @@ class Ref:
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
 
 
+def _alternatives(text: str) -> list[str]:
+    """The selectors that one with several values of a parameter stands for."""
+    head, bracket, rest = text.partition("[")
+    if "|" not in rest or not rest.endswith("]"):
+        return [text]
+    choices = []
+    for item in rest[:-1].split(","):
+        key, sign, values = item.partition("=")
+        choices.append([f"{key}{sign}{value}" for value in values.split("|")])
+    return [f"{head}{bracket}{','.join(chosen)}]" for chosen in product(*choices)]
+
+
 @dataclass(frozen=True)
 class Selector:
     """A component by name or glob, with the version (0: any) and the parameters that it must have: `des*[depth=2]`.
@@ -148,10 +161,14 @@ class Selector:
     def parse_all(cls, text: str) -> list[Self]:
         """Read selectors that are separated by commas; commas in brackets belong to the brackets.
 
+        Values of a parameter that are separated by `|` stand for a selector each: `ground[friction=0.2|0.5]` for two,
+        and two such parameters for all combinations.
+
         Raises:
             UsageError: one of them has another shape.
         """
-        return [cls._parse(item.strip()) for item in _COMMA_OUTSIDE_BRACKETS.split(text)]
+        items = _COMMA_OUTSIDE_BRACKETS.split(text)
+        return [cls._parse(each) for item in items for each in _alternatives(item.strip())]
 
     @classmethod
     def _parse(cls, text: str) -> Self:

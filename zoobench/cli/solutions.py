@@ -1,7 +1,7 @@
 """Runs as arguments of commands, and their solutions."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from zoobench.cli.output import say
 from zoobench.errors import UsageError
@@ -67,7 +67,8 @@ def _of_today(spec: "RunSpec") -> "RunSpec":
         newest = registry.get(kind, ref.name)
         if newest.version > ref.version:
             kept = tuple((key, value) for key, value in ref.params if key in newest.parameters)
-            spec = replace(spec, **{axis: registry.resolve(kind, Ref(ref.name, params=kept))})
+            changed: dict[str, Any] = {axis: registry.resolve(kind, Ref(ref.name, params=kept))}
+            spec = replace(spec, **changed)
             say(f"  it was found in {ref.name}-v{ref.version}; in {ref.name}-v{newest.version} its score may differ")
     return spec
 

@@ -1,6 +1,7 @@
 """Results as data frames: `zoobench.load("zoobench.db").results()`."""
 
-from collections.abc import Collection, Iterator
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -8,13 +9,20 @@ from zoobench.db.engine import batched
 from zoobench.db.query import Reader
 from zoobench.db.rows import FinalRow, RunRow
 from zoobench.errors import UsageError
-from zoobench.spec import AXES, RunSelection
+from zoobench.spec import AXES, Ref, RunSelection, Scalar
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _RUNS_AT_ONCE = 500
+_TIDY = ("run", "key", *AXES, "seed", "frames", "budget", "budget_kind", "score", "unit", "state", "reason", "seconds")
+"""The first columns of tidy frames."""
+
 _METRIC_COLUMNS = {"run": "int64", "name": "str", "step": "int64", "value": "float64"}
+
+
+Defaults = Callable[[str, Ref], Mapping[str, Scalar]]
+"""The defaults of the parameters of a component on an axis."""
 
 
 class Frames:
@@ -24,8 +32,11 @@ class Frames:
     raises UsageError if one of them fits no run, and StorageError if the database cannot be read.
     """
 
-    def __init__(self, location: str | Path) -> None:
+    def __init__(
+        self, location: str | Path, defaults: Callable[[str, Ref], Mapping[str, Scalar]] | None = None
+    ) -> None:
         self._reader = Reader(location, create=False)
+        self._defaults = defaults or (lambda axis, ref: {})
 
     def results(self, **axes: str) -> "pd.DataFrame":
         """One row per run: number, key, settings, state, reason, attempts, seconds, and a column per final result.
@@ -45,6 +56,46 @@ class Frames:
         points = self.metrics(*names, **axes)
         table = points.pivot(index=["run", "step"], columns="name", values="value")
         return table.rename_axis(columns=None).reset_index()
+
+    def tidy(self, *, keys: Collection[str] | None = None, **axes: str) -> "pd.DataFrame":
+        """One row per run, one value per column: what the run was, and its score.
+
+        A component has its name in the column of its axis, and its version and each parameter, defaults included, in
+        columns of their own: `env`, `env.version`, `env.friction`. A parameter that a component does not have is NaN.
+
+        Args:
+            keys: of the runs that are wanted; all that the axes choose if None.
+            axes: selectors, as for `results`.
+        """
+        import pandas as pd
+
+        chosen = self._reader.selected(_selection(axes))
+        rows = [self._tidy_row(run, finals) for run, finals in chosen if keys is None or run.key in keys]
+        return pd.DataFrame(rows, columns=list(dict.fromkeys([*_TIDY, *(name for row in rows for name in row)])))
+
+    def tidy_curves(self, *names: str, **axes: str) -> "pd.DataFrame":
+        """The learning curves with these names, all if none is given: the columns of `tidy`, name, step and value."""
+        return self.metrics(*names, **axes).merge(self.tidy(**axes), on="run", how="left")
+
+    def _tidy_row(self, run: RunRow, finals: list[FinalRow]) -> dict[str, Any]:
+        spec, score = run.spec, next((final for final in finals if final.name == "score"), None)
+        row: dict[str, Any] = {"run": run.id, "key": run.key}
+        for axis in AXES:
+            ref = getattr(spec, axis)
+            row[axis] = ref.name
+            params = {"version": ref.version, **self._defaults(axis, ref), **ref.kwargs}
+            row |= {f"{axis}.{name}": value for name, value in params.items()}
+        return row | {
+            "seed": spec.seed,
+            "frames": spec.frames,
+            "budget": spec.budget.amount,
+            "budget_kind": spec.budget.kind,
+            "state": str(run.state),
+            "reason": run.reason or "",
+            "seconds": run.seconds,
+            "score": math.nan if score is None else score.value,
+            "unit": "" if score is None else score.unit,
+        }
 
     def result_types(self, selection: RunSelection) -> dict[str, str]:
         """Names and types of the columns of `results`."""
