@@ -1,0 +1,159 @@
+"""Write the tables of pages from what was published: `python docs/tables.py`.
+
+A table stands between `<!-- tables.py: NAME -->` and `<!-- end -->`.
+"""
+
+import csv
+import json
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from zoobench.report.leaderboard_export import from_text
+
+ROOT = Path(__file__).parents[1]
+PAGES = ("README.md", "docs/accuracy.md", "docs/guide/results.md")
+
+_PLACES = {
+    "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
+    "ocean": "ocean",
+}  # fmt: skip
+_LEVELS = ("draft", "standard", "paper")
+_MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
+
+
+def accuracy() -> str:
+    """A row for each place: moving, what its levels err by, what they decide and what they cost."""
+    rows = json.loads((ROOT / "zoobench/verify/accuracy/published.json").read_text(encoding="utf-8"))["levels"]
+    found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
+    body = []
+    for env, place in _PLACES.items():
+        levels = [row for level in _LEVELS if (row := found.get((env, level))) and row["error"] is not None]
+        if levels:
+            body.append((
+                place,
+                _joined(_percent(row["error"]) for row in levels),
+                _margins(row["one_body"] for row in levels),
+                _margins(row["two_bodies"] for row in levels),
+                _joined(f"{row['seconds']:.2g}" for row in levels),
+            ))  # fmt: skip
+    head = (
+        "place", "error of the speed [%]", "two gaits of one animal: order known above [%]",
+        "two animals: order known above [%]", "CPU s per simulated s",
+    )  # fmt: skip
+    return _table(head, body)
+
+
+def firm_ground() -> str:
+    """Moving on ground and ice, from the board `laptop`."""
+    return _moving("laptop", ("ground", "ice"))
+
+
+def beds() -> str:
+    """Moving on beds without end, from the board `beds`."""
+    return _moving("beds", ("desert", "snow", "clay", "wetland"))
+
+
+def bodies() -> str:
+    """Moving in the ocean, from the boards `design` and `codesign`: a row for each design space."""
+    found = {board: _cells(board) for board in ("design", "codesign")}
+    columns = [(board, method) for board in found for method in dict.fromkeys(method for *_, method in found[board])]
+    spaces = list(dict.fromkeys(design for cells in found.values() for _, design, _ in cells))
+    return _table(
+        ("space", *(f"{board}: {method} [mm/s]" for board, method in columns)),
+        (
+            (space, *(_speed(found[board].get(("ocean", space, method))) for board, method in columns))
+            for space in spaces
+        ),
+    )
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "accuracy": accuracy, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
+}  # fmt: skip
+
+
+def page(name: str) -> str:
+    """A page with the tables of today."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    return _MARKED.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}{match[3]}", text)
+
+
+def _moving(board: str, envs: Iterable[str]) -> str:
+    """Speeds in mm/s, the mean of three seeds ± half of the 95 % interval; bold wins."""
+    cells = _cells(board)
+    methods = list(dict.fromkeys(method for *_, method in cells))
+    lasting = _lasting(board)
+    body = []
+    for env in envs:
+        for design in sorted({design for place, design, _ in cells if place == env}):
+            found = [cells.get((env, design, method)) for method in methods]
+            body.append((_PLACES[env], design, *map(_speed, found), lasting.get((env, design), "")))
+    return _table(("place", "animal", *(f"{method} [mm/s]" for method in methods), "kept over 3x"), body)
+
+
+def _cells(board: str) -> dict[tuple[str, str, str], dict[str, str]]:
+    """The cells of a board that are about moving, by environment, design and method."""
+    with (ROOT / "leaderboards" / f"{board}.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["task"].startswith("movement-speed")]
+    return {(_name(row["env"]), _name(row["design"]), _method(row["method"])): row for row in rows}
+
+
+def _name(text: str) -> str:
+    return re.split(r"-v\d", text)[0]
+
+
+def _method(text: str) -> str:
+    names = {"cmaes": "CMA-ES", "diffphysics": "gradient", "random": "chance", "neat": "NEAT", "evolution": "evolution"}
+    return names[_name(text)] + (", sigma 0.3" if "sigma=0.3" in text else "")
+
+
+def _speed(row: dict[str, str] | None) -> str:
+    if row is None or not row["mean"]:
+        return ""
+    mean = 1000 * float(row["mean"])
+    half = f" ± {_rounded(1000 * (float(row['high']) - float(row['low'])) / 2)}" if row["low"] else ""
+    return f"**{mean:.3g}{half}**" if row["winner"] == "True" else f"{mean:.3g}{half}"
+
+
+def _lasting(board: str) -> dict[tuple[str, str], str]:
+    """What the best solution of an environment and a design keeps over three times its frames, moving."""
+    text = (ROOT / "leaderboards" / f"{board}.json").read_text(encoding="utf-8")
+    rows = [row for row in from_text(text, board).rows if "score" in row.finals]
+    moving = [row for row in rows if row.spec.task.name == "movement-speed"]
+    found = {}
+    for row in sorted(moving, key=lambda row: row.finals["score"].value):  # the best comes last
+        lasting = row.lasting.text(row.finals["score"].value) if row.lasting else ""
+        found[row.spec.env.name, row.spec.design.name] = lasting.replace("%", " %").split(" in frame")[0]
+    return found
+
+
+def _table(head: Iterable[str], body: Iterable[Iterable[str]]) -> str:
+    head = tuple(head)
+    return "".join(f"| {' | '.join(line)} |\n" for line in (head, len(head) * ["---"], *body))
+
+
+def _margins(orders: Iterable[dict[str, Any]]) -> str:
+    orders = list(orders)
+    if not any(order["pairs"] for order in orders):
+        return "not measured"
+    return _joined("?" if order["ratio"] is None else _percent(order["ratio"] - 1.0) for order in orders)
+
+
+def _percent(share: float) -> str:
+    return _rounded(100 * share)
+
+
+def _rounded(value: float) -> str:
+    """With two digits, without an exponent."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _joined(texts: Iterable[str]) -> str:
+    return " / ".join(texts)
+
+
+if __name__ == "__main__":
+    for each in PAGES:
+        (ROOT / each).write_text(page(each), encoding="utf-8")
