@@ -1,7 +1,7 @@
 """A kernel that is launched again and again with the same arrays."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 from weakref import ref
@@ -11,7 +11,7 @@ from taichi.lang import impl
 from torch import Tensor
 
 from zoobench.errors import UsageError
-from zoobench.sim import front_end, runtime
+from zoobench.sim import runtime
 
 _MOST_KEPT = 16
 """Sets of arguments of one kernel that are remembered."""
@@ -92,12 +92,9 @@ class Launch:
             launched, tuple(ref(each, forget) for each in arguments if type(each) is Tensor)
         )
 
-    @contextmanager
-    def _compiling(self) -> Iterator[None]:
+    def _compiling(self) -> AbstractContextManager[None]:
         """How the kernel is compiled if it is launched within for the first time."""
-        lanes = runtime.vector_lanes(optimised=self._optimised) if self._lanes else nullcontext()
-        with front_end.quickened(quotes=not runtime.repeats_launches()), lanes:
-            yield
+        return runtime.vector_lanes(optimised=self._optimised) if self._lanes else runtime.quick_compilation()
 
     def _forget(self, key: tuple[Any, ...]) -> Callable[[object], None]:
         """A callback that forgets a launch: another tensor may come to have the id of one that is gone."""

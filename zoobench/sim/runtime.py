@@ -14,6 +14,7 @@ import torch
 from taichi.lang import impl
 
 from zoobench.errors import UsageError
+from zoobench.sim import front_end
 from zoobench.sim.model.fidelity import Device
 
 STALE_LOCK_SECONDS = 60.0
@@ -169,9 +170,14 @@ def _literals(precision: int) -> Any:
     return ti.f64 if precision == 64 else ti.f32
 
 
+def quick_compilation() -> contextlib.AbstractContextManager[None]:
+    """Kernels first called within go through the quick front end, which quotes sources where bounds are checked."""
+    return front_end.quickened(quotes=not repeats_launches())
+
+
 @contextlib.contextmanager
 def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
-    """Kernels first called within are compiled to vector instructions, one for each vector of four lanes.
+    """Kernels first called within are compiled to vector instructions, one for each vector of four lanes, and quickly.
 
     Taichi would take vectors apart into scalars, of which the compiler finds only some again. It asks for the settings
     when it compiles, and keeps kernels of both kinds apart in its cache.
@@ -182,13 +188,15 @@ def vector_lanes(*, optimised: bool = False) -> Iterator[None]:
     """
     settings = impl.current_cfg()
     if settings.arch == ti.cuda:  # whose threads have scalars
-        yield
+        with quick_compilation():
+            yield
         return
     usual = settings.real_matrix_scalarize, settings.advanced_optimization
     optimised = optimised and not os.environ.get("ZOOBENCH_QUICK_COMPILE")
     settings.real_matrix_scalarize, settings.advanced_optimization = False, optimised
     try:
-        yield
+        with quick_compilation():
+            yield
     finally:
         settings.real_matrix_scalarize, settings.advanced_optimization = usual
 
