@@ -1,6 +1,7 @@
 """One changed bit in what is stored is found: in settings when they are read, in results by their digest."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 from sqlalchemy import text
@@ -69,9 +70,7 @@ def test_a_changed_curve_of_a_failed_run_is_found(store: Store) -> None:
     assert store.damage() == ["the results of run 2 have changed"]
     store.enqueue([spec(2)])
     for _ in range(MAX_STRIKES):
-        claim = store.claim(Owner.parse("another:boot:1:1:1"), provenance={})
-        assert claim is not None
-        _change(store, f"UPDATE runs SET lease_until = 1.0 WHERE id = {claim.run_id}")
+        assert store.claim(replace(Owner.current(), start=1), provenance={}) is not None
         store.recover()
     _change(store, "UPDATE attempts SET started_at = 1.0 WHERE run_id = 3")
     assert store.damage([3]) == ["the results of run 3 have changed"]

@@ -221,7 +221,7 @@ def locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Pa
     path = tmp_path / "zoo.db"
     with Store(path) as store:
         store.enqueue([spec()])
-        assert store.claim(Owner("another-host", "boot", "1", 1, 0), provenance={}) is not None
+        assert store.claim(Owner("another-host", "another-place", 1, 1, 0), provenance={}) is not None
     writer = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
     writer.execute("BEGIN IMMEDIATE")
     yield path, writer
@@ -240,7 +240,7 @@ def test_a_stopped_writer_is_waited_for_while_its_lease_lives(
         assert len(store.runs()) == 2
     release.join()
     assert [record.message for record in caplog.records] == [
-        f"{path} is locked by another zoobench, whose lease lives. Waiting for it."
+        f"{path} is locked by another zoobench, which is at work. Waiting for it."
     ]
 
 

@@ -1,10 +1,14 @@
-"""An owner is one process, living or dead."""
+"""An owner is one thread of one process, living or dead."""
 
 import os
 import platform
+import signal
 import subprocess
 import sys
+import threading
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import psutil
 import pytest
@@ -18,14 +22,46 @@ ME = Owner.current()
 
 def test_an_owner_survives_as_text() -> None:
     """Host names may hold colons, too."""
-    owner = Owner("host:name", "boot-1", "4026531836", 17, 1234)
+    owner = Owner("host:name", "1f2e3d", 17, 18, 1234)
     assert Owner.parse(str(owner)) == owner
 
 
 def test_this_process_lives() -> None:
     """The process that asks is not dead."""
-    assert Owner.parse(str(ME)).is_here
-    assert not Owner.parse(str(ME)).is_known_dead
+    me = Owner.parse(str(ME))
+    assert (me.is_here, me.is_of_this_process, me.is_known_alive, me.is_known_dead) == (True, True, True, False)
+
+
+def test_a_stopped_process_lives() -> None:
+    """Whatever has stopped it: it goes on some time."""
+    command = "import zoobench.db.owner as owner; print(owner.Owner.current(), flush=True); input()"
+    with subprocess.Popen(
+        [sys.executable, "-c", command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        owner = Owner.parse(process.stdout.readline().strip())
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
+        assert (owner.is_known_alive, owner.is_known_dead, owner.is_of_this_process) == (True, False, False)
+        process.kill()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have numbers of their own on Linux alone")
+def test_a_thread_that_has_ended_is_dead_though_its_process_lives() -> None:
+    """A worker that gave up within a notebook holds no run any more."""
+    found: list[Owner] = []
+    release = threading.Event()
+    thread = threading.Thread(target=lambda: (found.append(Owner.current()), release.wait()))
+    thread.start()
+    while not found:
+        time.sleep(0.01)
+    (owner,) = found
+    assert (owner.is_known_alive, owner.is_of_this_process) == (True, True)
+    release.set()
+    thread.join()
+    while owner.is_known_alive:  # Python's thread ends a moment before that of the system
+        time.sleep(0.01)
+    assert owner.is_known_dead
 
 
 def test_an_ended_process_is_dead_even_before_it_is_reaped() -> None:
@@ -62,12 +98,32 @@ def test_a_clock_that_is_set_kills_nobody(location: str, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     "owner",
     [
-        replace(ME, boot="another-boot", pid=1, start=0),
-        replace(ME, namespace="1", start=0),
-        Owner.parse(f"{platform.node()}:{os.getpid()}:1234.50"),  # as an earlier zoobench wrote it
+        replace(ME, place="another", thread=1, start=0),
+        replace(ME, place=""),
+        Owner.parse(f"{platform.node()}:{os.getpid()}:1234.50"),  # as earlier versions of zoobench wrote them
+        Owner.parse(f"{platform.node()}:bcb14d7e-5d89-3f17:4026531836:{os.getpid()}:{ME.start}"),
     ],
 )
 def test_elsewhere_the_lease_decides(owner: Owner) -> None:
     """Another boot or PID namespace may bear this host's name, and its process numbers mean others here."""
-    assert not Owner.parse(str(owner)).is_here
-    assert not Owner.parse(str(owner)).is_known_dead
+    owner = Owner.parse(str(owner))
+    assert (owner.is_here, owner.is_known_dead, owner.is_known_alive) == (False, False, False)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the files are Linux's")
+@pytest.mark.parametrize("fact", ["/etc/machine-id", "/proc/sys/kernel/random/boot_id", "ns/pid", "ns/time", "host"])
+def test_whatever_tells_two_machines_apart_makes_two_places(fact: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Copies of a virtual machine share most of it, two time namespaces all but one."""
+
+    def text(path: Path, *args: str, **kwargs: str) -> str:
+        return "another" if str(path) == fact else read_text(path, *args, **kwargs)
+
+    def link(path: Path) -> Path:
+        return Path("another") if str(path).endswith(fact) else readlink(path)
+
+    read_text, readlink = Path.read_text, Path.readlink
+    monkeypatch.setattr(Path, "read_text", text)
+    monkeypatch.setattr(Path, "readlink", link)
+    if fact == "host":
+        monkeypatch.setattr(platform, "node", lambda: "another")
+    assert not ME.is_here

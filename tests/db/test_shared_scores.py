@@ -2,21 +2,21 @@
 
 import math
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
 
+from tests.db.fake_clock import FakeClock
 from tests.harness.helpers import spec
-from zoobench.db.lifecycle import LEASE_SECONDS
+from zoobench.db.lifecycle import LEASE_SECONDS, SILENT_SECONDS
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Claim, Ending, RunState, SharedScore
 from zoobench.db.store import Store
 
 ME = Owner.current()
 DEAD = replace(ME, start=ME.start - 1000)
-ELSEWHERE = Owner("another-host", "another-boot", "1", 1, 0)
+ELSEWHERE = Owner("another-host", "another-place", 1, 1, 0)
 KEY = "a" * 64
 OURS, THEIRS = SharedScore(is_ours=True), SharedScore(is_ours=False)
 
@@ -78,8 +78,11 @@ def test_the_dead_are_not_waited_for(store: Store, owner: Owner, monkeypatch: py
     assert store.reference(first, KEY) == OURS
     if owner is ELSEWHERE:
         assert store.reference(second, KEY) == THEIRS
-        later = time.time() + LEASE_SECONDS + 1.0
-        monkeypatch.setattr("time.time", lambda: later)
+        clock = FakeClock(monkeypatch)
+        clock.go_on(LEASE_SECONDS + 1.0)
+        for _ in range(int(SILENT_SECONDS)):
+            assert store.reference(second, KEY) == THEIRS
+            clock.go_on(1.0)
     assert store.reference(second, KEY) == OURS
 
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 from sqlalchemy import text
 
+from tests.db.fake_clock import FakeClock
 from tests.harness.helpers import spec
-from zoobench.db.lifecycle import LEASE_SECONDS, MAX_STRIKES
 from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Claim, Ending, FinalRow, MilestoneRow, RunState
 from zoobench.db.store import ClaimLostError, Store
@@ -19,7 +19,7 @@ from zoobench.spec import Ref
 
 ME = Owner.current()
 DEAD = replace(ME, start=ME.start - 1000)  # this process's number, borne by an earlier one
-ELSEWHERE = Owner("another-host", "another-boot", "1", 1, 0)
+ELSEWHERE = Owner("another-host", "another-place", 1, 1, 0)
 DONE = Ending(RunState.DONE, finals=(FinalRow("score", 1.5, "m/s"), FinalRow("height", math.nan, "m")))
 
 
@@ -257,34 +257,33 @@ def test_a_lost_attempt_ended_when_its_worker_was_last_heard_of(store: Store, mo
     assert store.runs()[0].seconds < 60.0
 
 
-def test_a_worker_elsewhere_is_lost_with_its_lease(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of another host only the lease tells, to the second; each commit renews it whole."""
-    now = 1e9
-    monkeypatch.setattr(time, "time", lambda: now)
+@pytest.mark.parametrize(("died_alone", "losses"), [(True, 3), (False, 30)])
+def test_a_run_that_is_lost_again_and_again_is_given_up(store: Store, died_alone: bool, losses: int) -> None:
+    """Losses without progress end in FAILED with the reason, those of the child alone soon; a checkpoint forgives."""
     store.enqueue([spec()])
-    claim = _claim(store, ELSEWHERE)
-    now += LEASE_SECONDS - 1.0
-    assert store.recover() == []
-    store.commit(claim, Batch())
-    now += LEASE_SECONDS - 1.0
-    assert store.recover() == []
-    now += 2.0
-    assert store.recover() == [claim.run_id]
-
-
-def test_a_run_that_is_lost_again_and_again_is_given_up(store: Store) -> None:
-    """Losses without progress end in FAILED with the reason; a new checkpoint starts the count anew."""
-    store.enqueue([spec()])
-    for _ in range(MAX_STRIKES - 1):
-        store.finish(_claim(store), Ending(RunState.LOST, "signal 9"), Batch())
-    store.finish(_claim(store), Ending(RunState.LOST, "signal 9"), Batch(checkpoint=b"further"))
-    for _ in range(MAX_STRIKES):
+    lost = Ending(RunState.LOST, "signal 9", died_alone=died_alone)
+    for _ in range(losses - 1):
+        store.finish(_claim(store), lost, Batch())
+    store.finish(_claim(store), lost, Batch(checkpoint=b"further"))
+    for _ in range(losses):
         assert store.runs()[0].state is RunState.QUEUED
-        store.finish(_claim(store), Ending(RunState.LOST, "signal 9"), Batch())
+        store.finish(_claim(store), lost, Batch())
     run = store.runs()[0]
     assert run.state is RunState.FAILED
-    assert run.reason == f"Given up after {MAX_STRIKES} lost attempts in a row without progress. signal 9"
-    assert len(store.attempts(run.id)) == 2 * MAX_STRIKES
+    assert run.reason == "Given up, as attempts were lost again and again without progress. signal 9"
+    assert len(store.attempts(run.id)) == 2 * losses
+
+
+def test_the_death_of_a_worker_hardly_counts(store: Store) -> None:
+    """It was ended with its machine or by its user: not for what the run does."""
+    store.enqueue([spec()])
+    for _ in range(29):
+        claim = _claim(store, DEAD)
+        assert store.recover() == [claim.run_id]
+    assert store.runs()[0].state is RunState.QUEUED
+    _claim(store, DEAD)
+    store.recover()
+    assert store.runs()[0].state is RunState.FAILED
 
 
 def test_a_failed_run_is_done_again_when_asked(store: Store) -> None:
@@ -311,23 +310,22 @@ def test_a_run_that_is_done_again_has_no_result_meanwhile(store: Store) -> None:
 
 def test_a_run_that_is_done_again_takes_its_own_time_only(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the time left nor that of the whole run counts what it took the time before."""
-    moment = time.time()
-    monkeypatch.setattr(time, "time", lambda: moment)
+    clock = FakeClock(monkeypatch)
     store.enqueue([spec()])
     claim = _claim(store)
-    moment += 100.0
+    clock.go_on(100.0)
     store.finish(claim, DONE, Batch())
     assert store.runs()[0].seconds == pytest.approx(100.0)
     store.retry([claim.run_id], states=[RunState.DONE])
     assert store.runs()[0].seconds == 0.0
     again = _claim(store)
-    moment += 10.0
+    clock.go_on(10.0)
     store.commit(again, Batch(fraction=0.5, checkpoint=b"half"))
     (run,) = store.runs()
     assert (run.first_attempt, run.seconds_left) == (2, pytest.approx(10.0))
     store.finish(again, Ending(RunState.CANCELLED, "interrupted"), Batch())
     last = _claim(store)
-    moment += 5.0
+    clock.go_on(5.0)
     store.finish(last, DONE, Batch())
     (run,) = store.runs()
     assert (run.first_attempt, run.attempt, run.seconds) == (2, 3, pytest.approx(15.0))

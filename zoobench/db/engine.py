@@ -1,7 +1,7 @@
 """Opening a database and its transactions; the one module that depends on which database it is.
 
 SQLite: write-ahead log, write lock from the start of every writing transaction (a deferred one fails with
-"database is locked" under contention, whatever the timeout), 30 s of patience, and more while a worker's lease lives.
+"database is locked" under contention, whatever the timeout), 30 s of patience, and more while a worker may live.
 On a read-only medium it is read as it is, without the files that SQLite keeps beside it. PostgreSQL opens by its URL:
 readers see one snapshot, writers lock the rows that they write, with the same patience.
 """
@@ -20,13 +20,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import psutil
-from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, func, make_url, select
+from sqlalchemy import URL, ColumnElement, Connection, bindparam, create_engine, event, make_url, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from zoobench.db.models import Base, RunRecord
+from zoobench.db.owner import Owner
 from zoobench.db.rows import RunState
 from zoobench.errors import StorageError, StorageFullError, reason
 
@@ -154,7 +155,7 @@ class Database:
             self._begin_sqlite(connection, begin)
 
     def _begin_sqlite(self, connection: Connection, begin: str) -> None:
-        """Begin a transaction; wait for another writer for as long as there is a worker whose lease lives."""
+        """Begin a transaction; wait for another writer for as long as there is a worker that may live."""
         is_told = False
         while True:
             try:
@@ -162,20 +163,19 @@ class Database:
                 return
             except sqlite3.OperationalError as error:
                 refusal = OperationalError(begin, None, error)
-                if not _is_busy(refusal) or not self._has_live_lease():
+                if not _is_busy(refusal) or not self._has_worker():
                     raise refusal from error
             if not is_told:
-                _LOG.warning("%s is locked by another zoobench, whose lease lives. Waiting for it.", self.name)
+                _LOG.warning("%s is locked by another zoobench, which is at work. Waiting for it.", self.name)
             is_told = True
 
-    def _has_live_lease(self) -> bool:
-        leases = select(func.max(RunRecord.lease_until)).where(RunRecord.state == RunState.RUNNING)
+    def _has_worker(self) -> bool:
+        running = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
         try:
             with Session(self._reading) as session:
-                until: float | None = session.scalar(leases)
+                return any(map(_may_hold_lock, session.scalars(running)))
         except DBAPIError:  # it cannot be read either, or is being made
             return False
-        return until is not None and until > time.time()
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
@@ -314,6 +314,13 @@ def _explain(name: str, path: Path | None, error: DBAPIError) -> StorageError:
             "is up, that the database exists and that it lets you in, then type the same command again."
         )
     return StorageError(f"The database {name} refuses: {said}. `zoobench doctor` checks it.")
+
+
+def _may_hold_lock(run: RunRecord) -> bool:
+    """Whether the worker of a RUNNING run may be another writer: it is seen alive, or its lease lives."""
+    owner = Owner.parse(run.owner or "")
+    is_other = owner.is_known_alive and not owner.is_of_this_process
+    return is_other or (run.lease_until is not None and run.lease_until > time.time())
 
 
 def _is_busy(error: DBAPIError) -> bool:

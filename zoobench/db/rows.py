@@ -254,7 +254,8 @@ class EnqueueReport:
 class Claim:
     """The right to work on a run. Owner and attempt together are the fencing token of every write.
 
-    `stored` are the solutions that the spec names, as a start, gait or body, as far as the database has them.
+    `stored` are the solutions that the spec names, as a start, gait or body, as far as the database has them; `since`
+    is when it was taken, of the monotonic clock [s].
     """
 
     run_id: int
@@ -263,6 +264,7 @@ class Claim:
     attempt: int
     checkpoint: bytes | None
     stored: tuple[Start, ...] = ()
+    since: float = 0.0
 
 
 @dataclass
@@ -293,7 +295,8 @@ class Ending:
 
     LOST and CANCELLED put the run back into the queue, the other outcomes end it. Only DONE has finals, `params`,
     the best parameters that were found, empty where there are none to find, and if the method keeps one an `archive`
-    of what was found beside them.
+    of what was found beside them. Of one that is LOST, `died_alone` tells that the process of its run ended while what
+    had made it lived on.
     """
 
     outcome: RunState
@@ -302,6 +305,7 @@ class Ending:
     params: tuple[float, ...] | None = None
     archive: bytes | None = None
     traceback: str | None = None
+    died_alone: bool = False
     exit_code: int | None = None
     signal: int | None = None
     peak_memory: int | None = None

@@ -18,6 +18,7 @@ from zoobench.db.lifecycle import (
     attempt_update,
     cancel_run,
     close_attempt,
+    is_overdue,
     last_heard_of,
     why_lost,
 )
@@ -207,7 +208,7 @@ class Store(Reader):
                     close_attempt(session, run.id, run.attempt, Ending(RunState.FAILED, refusal))
                     continue
                 data = checkpoint.data if checkpoint else None
-                return Claim(run.id, spec, str(owner), run.attempt, data, stored)
+                return Claim(run.id, spec, str(owner), run.attempt, data, stored, time.monotonic())
         return None
 
     def _open_attempt(
@@ -254,7 +255,8 @@ class Store(Reader):
         with self._database.write() as session:
             self._hold(session, claim)
             self._write_batch(session, claim, batch)
-            close_attempt(session, claim.run_id, claim.attempt, ending)
+            seconds = time.monotonic() - claim.since
+            close_attempt(session, claim.run_id, claim.attempt, ending, seconds=seconds)
             if ending.outcome is RunState.DONE:  # a run that is done again replaces what it gave before
                 for table in (FinalRecord, SolutionRecord, ArchiveRecord):
                     session.execute(delete(table).where(table.run_id == claim.run_id))
@@ -271,7 +273,7 @@ class Store(Reader):
                 seal(session, claim.run_id)
 
     def recover(self, *, ids: Collection[int] | None = None, sweep: int | None = None) -> list[int]:
-        """Take back the runs of workers that died: at once on this host, by the expired lease elsewhere.
+        """Take back the runs of workers that died: at once on this host, elsewhere by leases that are not renewed.
 
         Their attempts are recorded as LOST and the runs queued again, or FAILED after too many losses without
         progress. Returns the ids of these runs.
@@ -294,6 +296,14 @@ class Store(Reader):
                 if run.state == RunState.FAILED:
                     seal(session, run.id)
             return [run.id for run, _ in lost]
+
+    def has_overdue(self, sweep: int | None = None) -> bool:
+        """Whether a run, of a sweep if given, may soon be found lost: its lease is over, and its worker not seen."""
+        statement = select(RunRecord).where(RunRecord.state == RunState.RUNNING)
+        if sweep is not None:
+            statement = statement.where(in_sweep(sweep))
+        with self._database.read() as session:
+            return any(map(is_overdue, session.scalars(statement)))
 
     def reference(self, claim: Claim, key: str) -> SharedScore:
         """A reference score that runs share; where it is still to be computed, whether it is this run's turn."""

@@ -33,6 +33,7 @@ class ForkedProcess:
         stdin, stdout, stderr: this side of its standard streams.
         parent: process id of the server.
         pid: its own.
+        died_alone: once it has ended, whether the server lives.
     """
 
     def __init__(self, streams: Sequence[IO[bytes]], leash: socket.socket, parent: int, pid: int) -> None:
@@ -43,6 +44,7 @@ class ForkedProcess:
         self.parent, self.pid = parent, pid
         self._leash, self._lock = leash, threading.Lock()
         self._code: int | None = None
+        self.died_alone = True
 
     def kill(self) -> None:
         """End it now, if it still runs."""
@@ -62,6 +64,7 @@ class ForkedProcess:
             if self._code is None:
                 said = hear(self._leash, CODE.size)
                 self._code = int(CODE.unpack(said)[0]) if said else -signal.SIGKILL
+                self.died_alone = bool(said)
                 if not said:  # else the server has done so
                     with suppress(ProcessLookupError, PermissionError):
                         os.killpg(self.pid, signal.SIGKILL)

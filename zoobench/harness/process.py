@@ -61,12 +61,14 @@ class Process(Protocol):
     Attributes:
         stdin, stdout, stderr: this side of its standard streams.
         parent: process id of the one that made it, with which it dies.
+        died_alone: once it has ended, whether the one that made it lives.
     """
 
     stdin: IO[bytes] | None
     stdout: IO[bytes] | None
     stderr: IO[bytes] | None
     parent: int
+    died_alone: bool
 
     def kill(self) -> None:
         """End it and its group now, if it still runs."""
@@ -102,6 +104,7 @@ class StartedProcess(subprocess.Popen[bytes]):
             list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0
         )
         self.parent = os.getpid()
+        self.died_alone = True
 
     def kill(self) -> None:
         """End it and its group now, if it still runs."""
@@ -169,6 +172,11 @@ class ChildProcess:
     def wait(self) -> int:
         """Its exit code, or minus the number of the signal that killed it."""
         return self._process.wait()
+
+    @property
+    def died_alone(self) -> bool:
+        """Once it has ended, whether what had made it lives."""
+        return self._process.died_alone
 
     def memory(self) -> int:
         """Resident memory of it and its descendants [bytes]; 0 if it has ended."""

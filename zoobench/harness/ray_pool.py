@@ -127,6 +127,7 @@ class PlacedProcess:
         self.stderr: IO[bytes] | None = os.fdopen(ends[1][0], "rb")
         self._writers = {1: os.fdopen(ends[0][1], "wb", 0), 2: os.fdopen(ends[1][1], "wb", 0)}
         self._code: int | None = None
+        self.died_alone = True
         self._ended = threading.Event()
         threading.Thread(target=self._relay, daemon=True).start()
 
@@ -159,7 +160,7 @@ class PlacedProcess:
                     self._pass_on(number, chunk)
             self._code = int(ray.get(self._place.wait.remote()))
         except ray.exceptions.RayError:
-            self._code = _LOST
+            self._code, self.died_alone = _LOST, False
             if 2 in self._writers:
                 self._pass_on(2, b"The node of this process, or its place there, is gone.\n")
         for number in list(self._writers):
@@ -246,7 +247,8 @@ class RayPool:
 
     def is_elsewhere(self, row: RunRow) -> bool:
         """Whether the run is in the hands of another process."""
-        return row.state is RunState.RUNNING and row.owner != str(Owner.current()) and why_lost(row) is None
+        is_ours = Owner.parse(row.owner or "").is_of_this_process
+        return row.state is RunState.RUNNING and not is_ours and why_lost(row) is None
 
     def tell_of_silence(self, rows: Iterable[RunRow], database: str) -> None:
         """Nothing: this process writes, and notices itself."""

@@ -242,7 +242,8 @@ class _Supervisor:
                 return Ending(RunState.FAILED, reason, traceback=trace, **exit_facts)
         if self._halted is not None:
             return Ending(*self._halted, **exit_facts)
-        return Ending(RunState.LOST, self._describe_death(code), **exit_facts)
+        died_alone = self._process.died_alone
+        return Ending(RunState.LOST, self._describe_death(code), died_alone=died_alone, **exit_facts)
 
     def _describe_death(self, code: int) -> str:
         last = f" Its last line: {self._last_log}" if self._last_log else ""

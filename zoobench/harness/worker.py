@@ -20,6 +20,7 @@ from zoobench.harness.supervise import Limits, supervise
 from zoobench.inputs import named_runs
 
 _RENEW_SECONDS = 5.0
+_LOOK_SECONDS = 1.0  # between looks at a run that another worker seems to have left
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,10 @@ def work(
         # Gathered anew for every run: its child imports the code as it is then, not as it was when this worker began.
         claim = store.claim(Owner.current(), provenance=gather(), plugins=plugins_of, sweep=orders.sweep)
         if claim is None:
-            return
+            if not store.has_overdue(orders.sweep):
+                return
+            stop.wait(_LOOK_SECONDS)
+            continue
         taken += 1
         on_run(claim.run_id)
         # kernels are shared by runs that need no more than their spec, and not beside plug-ins: these may do to a

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Protocol, Self
 
 from zoobench.cell.memory import share_among
-from zoobench.db.lifecycle import LEASE_SECONDS, why_lost
+from zoobench.db.lifecycle import why_lost
 from zoobench.db.owner import Owner
 from zoobench.db.rows import RunRow, RunState
+from zoobench.db.silence import seconds_silent
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
 from zoobench.harness.fork_server import ForkServer, can_fork
@@ -148,13 +149,13 @@ class _LocalPool:
 
     def is_elsewhere(self, row: RunRow) -> bool:
         """Whether the run is in the hands of a worker that is not one of these."""
-        return row.state is RunState.RUNNING and row.owner != str(Owner.current())
+        return row.state is RunState.RUNNING and not Owner.parse(row.owner or "").is_of_this_process
 
     def tell_of_silence(self, rows: Iterable[RunRow], database: str) -> None:
         """Say so, once, when nothing could be stored of the runs of these workers for long."""
         ours = [row for row in rows if row.state is RunState.RUNNING and not self.is_elsewhere(row)]
-        renewed = [row.lease_until - LEASE_SECONDS for row in ours if row.lease_until is not None]
-        is_silent = bool(renewed) and time.time() - min(renewed) > _SILENT_SECONDS
+        silent = [seconds_silent(str(row.owner), row.lease_until) for row in ours]
+        is_silent = max(silent, default=0.0) > _SILENT_SECONDS
         if is_silent and not self._is_silent:
             _LOG.warning(
                 "Nothing could be stored for %.0f s: %s is locked by another zoobench or another program. Waiting.",

@@ -80,10 +80,10 @@ def test_gaits_are_read_from_a_run_under_the_names_of_their_trainings(tmp_path: 
     with Store(tmp_path / "some.db") as store:
         store.enqueue([*trained[:2], probe])
         for _ in trained[:2]:
-            claim = store.claim(Owner("here", "boot", "1", 1, 0), provenance={})
+            claim = store.claim(Owner("here", "place", 1, 1, 0), provenance={})
             assert claim is not None
             store.finish(claim, Ending(RunState.DONE, params=(1.0,)), Batch())
-        claim = store.claim(Owner("here", "boot", "1", 1, 0), provenance={})
+        claim = store.claim(Owner("here", "place", 1, 1, 0), provenance={})
         assert claim is not None
         assert {start.spec for start in claim.stored} == {first, second}
         totals = (FinalRow("forward_substeps", 4800.0), FinalRow("episodes", 6.0))
