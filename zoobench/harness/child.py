@@ -32,6 +32,7 @@ from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
 from zoobench.harness.lifeline import Lifeline, die_with, end_group
+from zoobench.harness.repetition import check_parameters, repeated
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
 from zoobench.spec import RunSpec
@@ -57,7 +58,7 @@ class RunOutcome(NamedTuple):
 
 
 class StoppedError(Exception):
-    """The worker has asked to stop while an answer of its was waited for."""
+    """The worker has asked to stop: there is no result."""
 
 
 class Wire:
@@ -103,7 +104,11 @@ class Orders:
 
 
 class ChildContext:
-    """The `RunContext` of a method that runs in a child process, and the `SharedScores` of its run."""
+    """The `RunContext` of a method that runs in a child process, and the `SharedScores` of its run.
+
+    Attributes:
+        parameter_count: length of a solution; None while it is not known.
+    """
 
     def __init__(self, spec: RunSpec, wire: Wire, checkpoint: bytes | None, orders: Orders) -> None:
         self.rng = generator(spec, "method", STUDY_AXES if _is_study(spec) else METHOD_AXES)
@@ -111,13 +116,20 @@ class ChildContext:
         self._checkpoint = checkpoint
         self._orders = orders
         self._kept = b""
+        self.parameter_count: int | None = None
 
     def report(self, step: int, **metrics: float) -> None:
         """Put a point on the learning curve."""
         self._wire.send("metric", step=step, values={name: float(value) for name, value in metrics.items()})
 
     def milestone(self, step: int, score: float, params: "NDArray[np.float64]") -> None:
-        """Keep the best parameters after so many iterations, unless they are those that were kept last."""
+        """Keep the best parameters after so many iterations, unless they are those that were kept last.
+
+        Raises:
+            UsageError: they are not as many as the problem has, or not finite.
+        """
+        if self.parameter_count is not None:
+            check_parameters(params, self.parameter_count)
         data = encode_params(params.tolist())
         if data != self._kept:
             self._wire.send("milestone", step=step, score=score, params=base64.b64encode(data).decode())
@@ -173,16 +185,18 @@ def solve(spec: RunSpec, context: ChildContext) -> RunOutcome:
     problem = Problem(spec, start=solution_in(run_name(first)) if first else None)
     if problem.overlay is not None:
         print(f"Warm start: {problem.overlay.words}.")
+    context.parameter_count = problem.parameter_count
     for note in problem.body.notes:
         print(note)
     method: Method = registry.create(Kind.METHOD, spec.method)
     solution = method.run(problem, context)
     if again := problem.meter.recomputed:
         print(f"{again:,} substeps were simulated again for gradients, whose states did not fit into --memory.")
-    # a run that was asked to stop has no results
-    needs_references = not (context.should_stop() or _is_study(spec))
+    if context.should_stop():
+        raise StoppedError  # what it has so far is no result
+    solution = repeated(problem, solution)
     design = solution.params[problem.robot.control_count :]
-    references = reference_scores(spec, design, context) if needs_references else {}
+    references = {} if _is_study(spec) else reference_scores(spec, design, context)
     archive = None if solution.archive is None else base64.b64encode(solution.archive.to_bytes()).decode()
     return RunOutcome(finals_of(problem, solution, references), solution.params.tolist(), archive)
 
