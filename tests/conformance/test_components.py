@@ -168,7 +168,7 @@ def test_a_body_without_a_mind_stays_where_it_is(env: str, design: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_solves_a_real_cell_within_its_budget(name: str) -> None:
-    """Through the real simulator: a solution whose parameters give its score again."""
+    """Through the real simulator: a solution whose parameters give its score again, interrupted or not."""
     check_method(name)
 
 

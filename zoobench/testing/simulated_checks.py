@@ -7,7 +7,7 @@ import numpy as np
 from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.problem import Problem
-from zoobench.methods.base import Method
+from zoobench.methods.base import Method, Solution
 from zoobench.registry import Kind
 from zoobench.spec import FRAME_SECONDS, Budget, RunSpec
 from zoobench.testing.memory_context import MemoryContext
@@ -78,24 +78,66 @@ def check_rest(spec: RunSpec, fastest: float = 1e-6) -> None:
 
 
 def check_method(name: str) -> None:
-    """Check a method on a small cell with a budget of two iterations: its solution gives its score again.
+    """Check a method on a small cell: it honours its budget, and interrupted it comes to the end of a whole run.
+
+    Its solution gives its score again. What is stopped after two of four iterations and goes on from its checkpoint has
+    the solution, facts, curve and cost of what was not, bit for bit. A method that trains a policy begins its episodes
+    anew, so that it need not.
 
     Raises:
-        AssertionError: it did not count two iterations, its solution does not repeat, or nothing was checkpointed.
+        AssertionError: one of these does not hold.
     """
     component = registry.get(Kind.METHOD, name)
     tags, text = component.tags, f"{name}[population=4]" if "population" in component.parameters else name
     controller, text = ("policy-network", f"{name}[buffer=64]") if "policy" in tags else ("sine-basis", text)
     design = "voxel" if {"space", "sites"} & tags else "caterpillar"
-    spec = small_cell(budget=Budget("iterations", 2), design=design, controller=controller, method=text)
-    problem, context = Problem(spec), MemoryContext()
-    method: Method = registry.create(Kind.METHOD, spec.method)
-    solution = method.run(problem, context)
-    counted = problem.meter.iterations
-    assert counted == 2, f"It counted {counted} iterations of 2. Add one to `problem.meter.iterations` after each."
+    spec = small_cell(budget=Budget("iterations", 4), design=design, controller=controller, method=text)
+    whole = _Trial(spec)
+    solution = whole.run()
+    counted = whole.problem.meter.iterations
+    assert counted == 4, f"It counted {counted} iterations of 4. Add one to `problem.meter.iterations` after each."
     again = Problem(spec).evaluate(solution.params).score
     assert again == solution.evaluation.score, f"Its solution scores {again}, not {solution.evaluation.score}."
-    assert context.stored, "It kept no checkpoint. Call `keep(problem, context, incumbent)` after each iteration."
+    assert whole.context.stored, "It kept no checkpoint. Call `keep(problem, context, incumbent)` after each iteration."
+    if "policy" not in tags:
+        _check_resumption(spec, whole, solution)
+
+
+class _Trial:
+    """A method with a problem and a context of its own; it may go on from a checkpoint, or stop early."""
+
+    def __init__(self, spec: RunSpec, stored: bytes | None = None, stop_after: int | None = None) -> None:
+        self._method: Method = registry.create(Kind.METHOD, spec.method)
+        self.problem, self.context = Problem(spec), MemoryContext(stored=stored, stop_after=stop_after)
+
+    def run(self) -> Solution:
+        return self._method.run(self.problem, self.context)
+
+
+def _check_resumption(spec: RunSpec, whole: _Trial, expected: Solution) -> None:
+    """A run that is interrupted and goes on ends as the whole one did."""
+    first = _Trial(spec, stop_after=2)
+    first.run()
+    stopped_at = first.problem.meter.iterations
+    assert stopped_at == 2, f"It did {stopped_at} iterations, asked to stop after 2. Ask `context.should_stop()`."
+    second = _Trial(spec, stored=first.context.stored)
+    solution = second.run()
+    cost, whole_cost = second.problem.meter.state(), whole.problem.meter.state()
+    for state in (cost, whole_cost):
+        del state["earlier_seconds"]
+    agreements = {
+        "score": solution.evaluation.score == expected.evaluation.score,
+        "parameters": np.array_equal(solution.params, expected.params),
+        "facts": dict(solution.facts) == dict(expected.facts),
+        "curve": first.context.curve + second.context.curve == whole.context.curve,
+        "cost": cost == whole_cost,
+    }
+    differing = [what for what, agrees in agreements.items() if not agrees]
+    assert not differing, (
+        f"Stopped after 2 iterations and resumed, it ends with another {', '.join(differing)}: score "
+        f"{solution.evaluation.score}, not {expected.evaluation.score}. Give all state that the method has to "
+        "`keep(problem, context, incumbent, name=...)`, and take it up from `context.restore()` when it begins."
+    )
 
 
 def _check_gradient(problem: Problem, params: Array, gradient: Array) -> None:
