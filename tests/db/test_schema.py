@@ -1,14 +1,17 @@
 """The shipped migrations make the tables that the models describe."""
 
+import sqlite3
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
+from tests.harness.helpers import spec
 from zoobench.db import schema
 from zoobench.db.models import Base
 from zoobench.db.store import Store
@@ -41,3 +44,28 @@ def test_an_existing_database_opens_without_alembic(location: str) -> None:
         f"Store({location!r}).close(); sys.exit('alembic' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_an_older_database_is_copied_before_it_is_changed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """It is said, and the copy opens with what made it; an earlier copy stays."""
+    path = tmp_path / "zoo.db"
+    with Store(path) as store:
+        store.enqueue([spec()])
+        with store._database.write() as session:
+            session.execute(text("UPDATE alembic_version SET version_num = '0008'"))
+            session.execute(text("DROP INDEX ix_runs_queue"))
+            session.execute(text("ALTER TABLE runs DROP COLUMN rank"))
+    (tmp_path / "zoo.db.schema-0008").write_text("an earlier copy")
+    with Store(path) as store:
+        assert [run.spec for run in store.runs()] == [spec()]
+    (record,) = caplog.records
+    copy = tmp_path / "zoo.db.schema-0008-1"
+    assert str(copy) in record.message
+    with sqlite3.connect(copy) as connection:
+        assert connection.execute("SELECT version_num FROM alembic_version").fetchall() == [("0008",)]
+        assert connection.execute("SELECT count(*) FROM runs").fetchall() == [(1,)]
+    connection.close()
+    assert (tmp_path / "zoo.db.schema-0008").read_text() == "an earlier copy"
+    caplog.clear()
+    Store(path).close()
+    assert caplog.records == []

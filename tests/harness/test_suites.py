@@ -312,6 +312,10 @@ def test_what_cannot_be_done_is_a_skip_with_its_reason() -> None:
         ("summary: a test", "summary: a\ncomon: {}", r"Unknown key in mine.yaml: 'comon'. Did you mean 'common'"),
         ("summary: a test", "summary: a\ncommon: []", r"mine.yaml, common: \[\], expected keys with values"),
         ("summary: a test", "summary: [", r"Cannot read mine.yaml as YAML"),
+        ("frames: 10", f"frames: {'9' * 5000}", r"a number of 5,000 characters, expected at most 100"),
+        ("frames: 10", f"frames: 0x{'f' * 5000}", r"a number of 5,002 characters"),
+        ("frames: 10", f"frames: 1{':59' * 3000}", r"a number of 9,001 characters"),
+        ("frames: 10", f"frames: {'9' * 99}", r"mine.yaml, grid 1"),
     ],
 )
 def test_what_no_suite_says_is_refused_with_its_place(old: str, new: str, message: str) -> None:

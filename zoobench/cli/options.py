@@ -120,7 +120,9 @@ DecideOption = Annotated[
         "designs, scores of two bodies.",
     ),
 ]
-WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, help="How many runs at a time; about one per core.")]
+WorkersOption = Annotated[
+    int, Option("--jobs", "-j", min=1, max=10_000, help="How many runs at a time; about one per core.")
+]
 
 TimeoutOption = Annotated[str | None, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")]
 MemoryOption = Annotated[

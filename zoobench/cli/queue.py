@@ -97,6 +97,8 @@ def _chosen(store: "Store", runs: list[str] | None, sweep: int | None) -> "list[
 
 
 def _tell_merge(report: "MergeReport") -> None:
+    from zoobench.report.foreign_text import visible
+
     groups = {
         "added": report.added,
         "done there, and here not before": report.completed,
@@ -109,7 +111,10 @@ def _tell_merge(report: "MergeReport") -> None:
     for item in report.differing:
         say(f"  run {item.here} here and run {item.there} there differ in {', '.join(item.parts)}; that here stays")
     for run_id, reason in report.left_out:
-        say(f"  run {run_id} there {reason}")
+        say(visible(f"  run {run_id} there {reason}"))
+    if report.unproved:
+        names = ", ".join(map(str, report.unproved[:10])) + (", ..." if len(report.unproved) > 10 else "")
+        say(f"Without a digest, so that nothing proves their results: {len(report.unproved)}, here {names}")
     left = [f"{report.sweeps} sweeps"] if report.sweeps else []
     left += [f"{count} rows of {name}" for name, count in report.studies.items()]
     if left:

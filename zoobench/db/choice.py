@@ -1,5 +1,6 @@
 """The runs that a selection chooses, found by the indexed columns of their settings."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from sqlalchemy import ColumnElement, select
@@ -7,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from zoobench.db.models import SpecRecord
 from zoobench.db.specs import LONGEST_NAME, column_text, parsed, spec_from
+from zoobench.errors import StorageError
 from zoobench.spec import AXES, Ref, RunSelection, RunSpec
 
 PLACE = "in the database"
@@ -66,5 +68,7 @@ def _refs(session: Session, axis: str) -> set[Ref]:
             found.add(ref)
         else:
             documents = session.execute(select(SpecRecord.key, SpecRecord.document).where(column == text))
-            found |= {getattr(spec_from(key, document), axis) for key, document in documents}
+            for key, document in documents:
+                with suppress(StorageError):  # a damaged run is left out, and told of where runs are read
+                    found.add(getattr(spec_from(key, document), axis))
     return found

@@ -92,9 +92,20 @@ def _damaged_runs(session: Session, runs: Sequence[Any]) -> Iterator[str]:
     for run_id, key, document in session.execute(documents):
         if _sha256(document.encode(errors="replace")) != key:
             yield f"the settings of run {run_id} have changed"
+    yield from (f"the results of run {run_id} have changed" for run_id in _changed(session, runs))
+
+
+def changed_results(session: Session) -> list[int]:
+    """The runs whose results are not as they were stored, by id."""
+    runs = session.execute(select(RunRecord.id, RunRecord.digest).order_by(RunRecord.id)).all()
+    return [run_id for some in batched(runs, _RUNS_AT_ONCE) for run_id in _changed(session, some)]
+
+
+def _changed(session: Session, runs: Sequence[Any]) -> list[int]:
+    """Those of these runs, given with their digests, whose results have another now."""
     known = {run_id: digest for run_id, digest in runs if digest is not None}
     now = digests(session, known) if known else {}
-    yield from (f"the results of run {run_id} have changed" for run_id in known if now[run_id] != known[run_id])
+    return [run_id for run_id in known if now[run_id] != known[run_id]]
 
 
 def _damaged_documents(session: Session) -> Iterable[str]:

@@ -130,6 +130,39 @@ class Database:
         """A column to order by that gives the same order everywhere, whatever a server's language is."""
         return column.collate("BINARY" if self._path else "C")
 
+    def refuse_strange_objects(self) -> None:
+        """Refuse an SQLite file with triggers or views, which no zoobench makes and which may change what is stored.
+
+        Raises:
+            StorageError: it has some.
+        """
+        if self._path is None:
+            return
+        with self.read() as session:
+            found = session.connection().exec_driver_sql(
+                "SELECT type, name FROM sqlite_master WHERE type IN ('trigger', 'view') ORDER BY name"
+            )
+            strange = [f"{kind} {ascii(name)[:60]}" for kind, name in found]
+        if strange:
+            raise StorageError(
+                f"{self.name} has the {strange[0]}, which no zoobench makes: it may change results. Remove it, or name "
+                "another database with --db."
+            )
+
+    def copy_to(self, path: Path) -> None:
+        """Write an SQLite file as it is now, what others are writing at it left out, to a new one.
+
+        Raises:
+            StorageError: it cannot be written.
+        """
+        with self._translated(), self._engine.connect() as connection:
+            connection.exec_driver_sql("VACUUM INTO ?", (str(path),))
+
+    @property
+    def path(self) -> Path | None:
+        """Of an SQLite file; None for a server's database."""
+        return self._path
+
     @property
     def size(self) -> int:
         """Size of an SQLite file [bytes]; 0 for a server's database."""
@@ -272,6 +305,7 @@ def _configure_sqlite(connection: sqlite3.Connection, _record: object) -> None:
     connection.isolation_level = None  # SQLAlchemy's `begin` event below starts the transactions
     connection.execute(f"PRAGMA busy_timeout = {int(BUSY_SECONDS * 1000)}")
     connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute("PRAGMA trusted_schema = OFF")  # a file of strangers calls no function with side effects
 
 
 def _configure_postgresql(connection: DBAPIConnection, _record: object) -> None:

@@ -1,6 +1,5 @@
 """The questions about many runs at once. They are answered by few statements, on indexed columns, from tuples."""
 
-import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from itertools import islice
@@ -13,7 +12,7 @@ from zoobench.db.choice import choose, refuse_nothing
 from zoobench.db.engine import AT_ONCE, Database, among, batched
 from zoobench.db.many_rows import CellRun, OriginRow, PastRun, PastTotal
 from zoobench.db.models import AttemptRecord, FinalRecord, MetricRecord, ProvenanceRecord, RunRecord, SpecRecord
-from zoobench.db.rows import AttemptRow, FinalRow, MetricRow, RunRow, RunState, decode_value
+from zoobench.db.rows import AttemptRow, FinalRow, MetricRow, RunRow, RunState, decode_value, document_of
 from zoobench.db.runs import fetch_cells, fetch_past, fetch_runs, fetch_totals, last_former_attempt
 from zoobench.db.specs import column_text
 from zoobench.db.sweeps import in_sweep
@@ -158,7 +157,7 @@ class ManyReader:
             for some in batched(ids):
                 for record, document in session.execute(statement.where(among(AttemptRecord.run_id, some))):
                     if document not in known:
-                        known[document] = json.loads(document)
+                        known[document] = document_of(document)
                     found.setdefault(record.run_id, []).append(_attempt_row(record, known[document]))
         return found
 
@@ -188,7 +187,7 @@ class ManyReader:
                     first, last = times.get(key, (begin, end))
                     times[key] = (min(first, begin), max(last, end))
             documents = {key: session.get_one(ProvenanceRecord, key).document for key in sorted(times)}
-        return [OriginRow(*times[key], json.loads(document)) for key, document in documents.items()]
+        return [OriginRow(*times[key], document_of(document)) for key, document in documents.items()]
 
 
 def _finals_of(database: Database, session: Session, ids: Collection[int]) -> dict[int, list[FinalRow]]:

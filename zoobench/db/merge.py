@@ -25,6 +25,8 @@ from zoobench.db.models import (
 )
 from zoobench.db.removal import CONTENTS, remove_contents
 from zoobench.db.rows import RunState
+from zoobench.db.specs import spec_columns, spec_of
+from zoobench.errors import StorageError
 
 _AT_ONCE = 50  # runs that are read, and then written, at a time
 
@@ -58,6 +60,8 @@ class MergeReport:
         left_out: that were not taken, by their ids there, with the reason.
         sweeps: how many sweeps the other database has, none of which is taken.
         studies: of each study there, by its name, how many rows stay there.
+        unproved: of those added and completed the ones that ended without a digest, by their ids here: nothing proves
+            that their results are those that were stored.
     """
 
     added: tuple[int, ...] = ()
@@ -68,6 +72,7 @@ class MergeReport:
     left_out: tuple[tuple[int, str], ...] = ()
     sweeps: int = 0
     studies: Mapping[str, int] = field(default_factory=dict)
+    unproved: tuple[int, ...] = ()
 
 
 def merge(target: Database, source: Database) -> MergeReport:
@@ -133,7 +138,7 @@ class _Merger:
                     values = {name: value for name, value in row.items() if name != "id"}
                     run_id = session.scalars(insert(table).values(values).returning(table.id)).one()
                     _write_contents(session, copied, row["id"], run_id)
-                    self._note("added", run_id)
+                    self._note_taken("added", row, run_id)
                 self.ids[row["id"]] = run_id
 
     def take_references(self) -> None:
@@ -151,17 +156,20 @@ class _Merger:
             rows = {row["id"]: row for row in _rows(session, RunRecord, among(RunRecord.id, ids))}
             sealed = {run_id: row["digest"] for run_id, row in rows.items() if row["digest"]}
             now = digests(session, sealed) if sealed else {}
+            keys = {row["spec_key"] for row in rows.values()}
+            specs = {row["key"]: row for row in _rows(session, SpecRecord, SpecRecord.key.in_(keys))}
             for run_id, row in list(rows.items()):
-                if row["state"] == RunState.RUNNING:
+                if fault := _fault(row, specs):
+                    self._leave_out(rows, run_id, fault)
+                elif row["state"] == RunState.RUNNING:
                     self._leave_out(rows, run_id, "is in progress")
                 elif run_id in sealed and now[run_id] != sealed[run_id]:
                     self._leave_out(rows, run_id, "is damaged: its results are not those that were stored")
-            keys = [row["spec_key"] for row in rows.values()]
             contents = {table: _by_run(_rows(session, table, among(table.run_id, rows))) for table in CONTENTS}
             hashes = {row["provenance_hash"] for found in contents[AttemptRecord].values() for row in found}
             return _Copied(
                 {row["spec_key"]: row for row in rows.values()},
-                {row["key"]: row for row in _rows(session, SpecRecord, SpecRecord.key.in_(keys))},
+                specs,
                 contents,
                 _rows(session, ProvenanceRecord, ProvenanceRecord.hash.in_(hashes)),
                 _results(session, list(rows)),
@@ -184,13 +192,18 @@ class _Merger:
             values = {name: value for name, value in row.items() if name not in ("id", "rank", "created_at")}
             session.execute(update(RunRecord).where(RunRecord.id == run_id).values(values))
             _write_contents(session, copied, row["id"], run_id)
-            self._note("completed", run_id)
+            self._note_taken("completed", row, run_id)
         else:
             self._note("kept", run_id)
 
     def _leave_out(self, rows: dict[int, Row], run_id: int, reason: str) -> None:
         del rows[run_id]
         self._note("left_out", (run_id, reason))
+
+    def _note_taken(self, group: str, row: Row, run_id: int) -> None:
+        self._note(group, run_id)
+        if row["finished_at"] is not None and row["digest"] is None:
+            self._note("unproved", run_id)
 
     def _note(self, group: str, found: Any) -> None:
         self.groups.setdefault(group, []).append(found)
@@ -207,6 +220,16 @@ def _rows(session: Session, table: Any, *conditions: Any) -> list[Row]:
     columns = table.__table__.columns
     statement = select(*columns).where(*conditions).order_by(*table.__table__.primary_key)
     return [dict(row) for row in session.execute(statement).mappings()]
+
+
+def _fault(run: Row, specs: dict[str, Row]) -> str:
+    """Why a run cannot be taken, empty if it can; its settings are put right where they can be."""
+    key = run["spec_key"]
+    try:
+        specs[key] = spec_columns(key, spec_of(specs[key]))
+    except (StorageError, LookupError):
+        return "is damaged: its settings are not those of its key"
+    return "" if run["state"] in list(RunState) else f"is damaged: its state is {str(run['state'])[:20]!r}"
 
 
 def _by_run(rows: Sequence[Row]) -> dict[int, list[Row]]:

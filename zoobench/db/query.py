@@ -1,6 +1,6 @@
 """Reading a database: runs, their results, curves and logs, and studies. Nothing here writes."""
 
-import json
+from collections import Counter
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -31,6 +31,7 @@ from zoobench.db.rows import (
     RunState,
     StudyRun,
     decode_params,
+    document_of,
 )
 from zoobench.db.runs import fetch_runs, last_former_attempt
 from zoobench.db.schema import prepare
@@ -93,7 +94,10 @@ class Reader(ManyReader):
         """Number of runs in each state; states without a run are absent."""
         statement = select(RunRecord.state, func.count()).group_by(RunRecord.state)
         with self._database.read() as session:
-            return {RunState(state): count for state, count in session.execute(statement)}
+            found: Counter[RunState] = Counter()
+            for state, count in session.execute(statement):
+                found[RunState(state)] += count
+            return dict(found)
 
     def finals(self, run_id: int) -> list[FinalRow]:
         """The final results of a run by name; empty unless it is DONE."""
@@ -138,7 +142,7 @@ class Reader(ManyReader):
             documents = session.scalars(
                 select(ProvenanceRecord.document).where(ProvenanceRecord.document.contains('"plugins"'))
             )
-            return [json.loads(document).get("plugins", {}) for document in documents]
+            return [document_of(document).get("plugins", {}) for document in documents]
 
     def attempts(self, run_id: int) -> list[AttemptRow]:
         """All attempts at a run, oldest first."""

@@ -1,6 +1,5 @@
 """Removing runs: all rows that belong to them, and what would be left without a meaning."""
 
-import json
 from collections.abc import Collection
 
 from sqlalchemy import delete, exists, select
@@ -24,7 +23,7 @@ from zoobench.db.models import (
     StudyRowRecord,
     SweepRunRecord,
 )
-from zoobench.db.rows import RunRow, RunState
+from zoobench.db.rows import RunRow, RunState, document_of
 from zoobench.errors import UsageError
 from zoobench.inputs import named_runs
 
@@ -84,5 +83,5 @@ def _remove_study_rows(session: Session, ids: set[int]) -> None:
     table = StudyRowRecord
     statement = select(table.study_id, table.number, table.document).where(table.document.contains('"run"'))
     for study, number, document in session.execute(statement).all():
-        if json.loads(document).get("run") in ids:
+        if document_of(document).get("run") in ids:
             session.execute(delete(table).where(table.study_id == study, table.number == number))

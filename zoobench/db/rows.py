@@ -1,5 +1,6 @@
 """The rows that go into a database and come out of it, as frozen values: no SQL and no SQLAlchemy here."""
 
+import json
 import math
 import struct
 import time
@@ -25,6 +26,11 @@ class RunState(StrEnum):
     CANCELLED = "cancelled"  # of an attempt: interrupted, and the run is queued again; of a run: by `zoobench cancel`
     SKIPPED = "skipped"  # the cell cannot be run; the reason says why
 
+    @classmethod
+    def _missing_(cls, value: object) -> "RunState":
+        """What damage has made of a state is no result."""
+        return cls.FAILED
+
 
 OPEN_STATES = (RunState.QUEUED, RunState.RUNNING)
 UNSUCCESSFUL_STATES = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.CANCELLED)
@@ -49,8 +55,11 @@ def encode_value(value: float) -> tuple[float | None, ValueKind]:
 
 
 def decode_value(value: float | None, kind: str) -> float:
-    """The inverse of `encode_value`."""
-    return float(kind) if value is None else value
+    """The inverse of `encode_value`; NaN for what damage has made of it."""
+    try:
+        return float(kind if value is None else value)
+    except ValueError:
+        return math.nan
 
 
 def storable(text: str | None) -> str | None:
@@ -65,7 +74,16 @@ def encode_params(params: Sequence[float]) -> bytes:
 
 def decode_params(data: bytes) -> tuple[float, ...]:
     """The inverse of `encode_params`."""
-    return struct.unpack(f"<{len(data) // 8}d", data)
+    return struct.unpack(f"<{len(data) // 8}d", data[: len(data) // 8 * 8])
+
+
+def document_of(text: str) -> Mapping[str, Any]:
+    """The document in a column of JSON; empty if it is damaged, which its digest tells."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 @dataclass(frozen=True)

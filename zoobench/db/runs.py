@@ -50,7 +50,7 @@ def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: Colu
     for row in _rows(session, statement):
         key, seed, long = row[:3]
         spec = spec_of(key, seed, row[3:_SPEC_COUNT], long)
-        if chosen.holds(spec):
+        if spec is not None and chosen.holds(spec):
             yield _run_row(key, spec, row[_SPEC_COUNT:])
 
 
@@ -80,8 +80,8 @@ def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Itera
         key, seed, long = row[:3]
         run_id, state, unit = row[_SPEC_COUNT : _SPEC_COUNT + 3]
         spec = cell_of(key, seed, row[3:_SPEC_COUNT], long)
-        if chosen.holds(spec):
-            yield CellRun(spec, run_id, seed, states[state], unit or "", row[_SPEC_COUNT + 3 :])
+        if spec is not None and chosen.holds(spec):
+            yield CellRun(spec, run_id, seed, states.get(state, RunState.FAILED), unit or "", row[_SPEC_COUNT + 3 :])
 
 
 def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[PastRun]:
@@ -92,8 +92,8 @@ def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[P
     for row in _rows(session, statement.where(*conditions).order_by(RunRecord.id)):
         key, seed, long = row[:3]
         seconds, substeps, others = row[_SPEC_COUNT:]
-        if seconds:
-            yield PastRun(cell_of(key, seed, row[3:_SPEC_COUNT], long), seconds, substeps or 0.0, others or 0.0)
+        if seconds and (spec := cell_of(key, seed, row[3:_SPEC_COUNT], long)):
+            yield PastRun(spec, seconds, substeps or 0.0, others or 0.0)
 
 
 def fetch_totals(session: Session) -> list[PastTotal]:

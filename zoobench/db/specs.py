@@ -2,11 +2,13 @@
 
 The columns of `specs` are there to be searched, and its `document` is what a run's settings are. To read a document
 takes ten times as long as to read columns, and those say the same unless a text was too long for them. Whether they do
-is seen by the key, which is a hash of the document: what does not fit it is read from the document.
+is seen by the key, which is a hash of the document: what does not fit it is read from the document. Where that does not
+fit either, the run is left out and the others are read.
 """
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -17,6 +19,8 @@ from zoobench.db.models import SpecRecord
 from zoobench.db.rows import storable
 from zoobench.errors import StorageError, UsageError
 from zoobench.spec import AXES, Budget, Ref, RunSpec, canonical_json, plain
+
+_LOG = logging.getLogger(__name__)
 
 LONGEST_NAME = 200  # of the columns that are there to be searched; the document has it whole
 
@@ -33,6 +37,12 @@ def long_document() -> ColumnElement[str | None]:
     return case((is_long, SpecRecord.document), else_=None)
 
 
+_REMEDY = "`zoobench doctor --mend` puts right what can be; else restore the database from a copy."
+
+_told: set[str] = set()
+"""Keys of damaged runs that a word was said about."""
+
+
 class _Cell(NamedTuple):
     """The settings that the runs of a cell share, and the canonical text of their documents around the seed."""
 
@@ -42,7 +52,7 @@ class _Cell(NamedTuple):
 
 
 class SpecReader:
-    """Settings of runs; those of one cell share their references.
+    """Settings of runs; those of one cell share their references, and those that are damaged are None, with a word.
 
     `document` gives the document of a key, where the columns are not enough.
     """
@@ -53,20 +63,31 @@ class SpecReader:
         self._refs: dict[str, tuple[Ref, str]] = {}
         self._from_documents: dict[RunSpec, RunSpec] = {}
 
-    def __call__(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec:
+    def __call__(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec | None:
         """The settings of a run by its key, its seed, the `CELL_COLUMNS` and `long_document`."""
-        return replace(self.cell(key, seed, columns, long), seed=seed)
+        cell = self.cell(key, seed, columns, long)
+        return cell and replace(cell, seed=seed)
 
-    def cell(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec:
+    def cell(self, key: str, seed: int, columns: CellColumns, long: str | None = None) -> RunSpec | None:
         """The same with the seed 0: one object for all runs of a cell."""
-        if long is None:
-            if columns not in self._cells:
-                self._cells[columns] = self._read(columns)
-            cell = self._cells[columns]
-            if cell is not None and hashlib.sha256(f"{cell.head}{seed}{cell.tail}".encode()).hexdigest() == key:
-                return cell.spec
-        read = replace(spec_from(key, self._document(key) if long is None else long), seed=0)
+        if long is None and (cell := self.columns_cell(key, seed, columns)) is not None:
+            return cell
+        try:
+            read = replace(spec_from(key, self._document(key) if long is None else long), seed=0)
+        except StorageError as error:
+            if key not in _told:
+                _told.add(key)
+                _LOG.warning("%s The run is left out.", error)
+            return None
         return self._from_documents.setdefault(read, read)
+
+    def columns_cell(self, key: str, seed: int, columns: CellColumns) -> RunSpec | None:
+        """The same by the columns alone; None if they are not those of the key."""
+        if columns not in self._cells:
+            self._cells[columns] = self._read(columns)
+        cell = self._cells[columns]
+        is_proved = cell is not None and digest_of(f"{cell.head}{seed}{cell.tail}") == key
+        return cell.spec if cell is not None and is_proved else None
 
     def _read(self, columns: CellColumns) -> _Cell | None:
         """The cell as its columns give it; None if they cannot be read."""
@@ -76,7 +97,7 @@ class SpecReader:
             env, task, design, controller, method, fidelity = (ref for ref, _ in known.values())
             spec = RunSpec(env, task, design, controller, method, 0, Budget(kind, amount), fidelity, frames)
             amount_text = canonical_json(float(amount))
-        except (UsageError, ValueError):  # a text with a comma in a parameter, or a number that JSON cannot hold
+        except (UsageError, ValueError, TypeError):  # a comma in a parameter, or a number that JSON cannot hold
             return None
         # the keys of a canonical document are sorted
         texts = {axis: f'"{axis}":{text}' for axis, (_, text) in known.items()}
@@ -111,10 +132,45 @@ def spec_from(key: str, document: str) -> RunSpec:
     Raises:
         StorageError: they are not those that were stored.
     """
-    if hashlib.sha256(document.encode(errors="replace")).hexdigest() != key:
+    if digest_of(document) != key:
+        raise StorageError(f"The settings of the run {key[:12]} are damaged: their sha256 is not its key. {_REMEDY}")
+    try:
+        data: Mapping[str, Any] = json.loads(document)
+        return RunSpec.from_dict(data)
+    except (UsageError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise StorageError(
-            f"The settings of the run {key[:12]} are damaged: their sha256 is not its key. `zoobench doctor --full` "
-            "lists all that is damaged. Restore the database from a copy, or name another with --db."
-        )
-    data: Mapping[str, Any] = json.loads(document)
-    return RunSpec.from_dict(data)
+            f"The settings of the run {key[:12]} are none that zoobench wrote: {error}. {_REMEDY}"
+        ) from None
+
+
+def spec_of(row: Mapping[str, Any]) -> RunSpec:
+    """The settings in a row of `specs`, by whichever of its document and its other columns has the sha256 of its key.
+
+    Raises:
+        StorageError: neither has.
+    """
+    try:
+        return spec_from(row["key"], str(row["document"]))
+    except StorageError:
+        columns = tuple(row[column.key] for column in CELL_COLUMNS)
+        if (cell := SpecReader(lambda _: "").columns_cell(row["key"], row["seed"], columns)) is None:
+            raise
+        return replace(cell, seed=row["seed"])
+
+
+def spec_columns(key: str, spec: RunSpec) -> dict[str, Any]:
+    """The row of `specs` for a run."""
+    return {
+        "key": key,
+        "document": canonical_json(spec.to_dict()),
+        **{name: column_text(getattr(spec, name)) for name in AXES},
+        "seed": spec.seed,
+        "frames": spec.frames,
+        "budget_kind": spec.budget.kind,
+        "budget_amount": spec.budget.amount,
+    }
+
+
+def digest_of(document: str) -> str:
+    """The key of the run whose settings are in this document."""
+    return hashlib.sha256(document.encode(errors="replace")).hexdigest()

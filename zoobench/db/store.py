@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import Update, case, delete, insert, select, update
 from sqlalchemy.orm import Session
 
-from zoobench.db.digests import seal
+from zoobench.db.digests import changed_results, seal
 from zoobench.db.engine import among, batched
 from zoobench.db.lifecycle import (
     LEASE_SECONDS,
@@ -22,6 +22,7 @@ from zoobench.db.lifecycle import (
     last_heard_of,
     why_lost,
 )
+from zoobench.db.mending import mend_settings
 from zoobench.db.merge import MergeReport, merge
 from zoobench.db.models import (
     ArchiveRecord,
@@ -54,11 +55,11 @@ from zoobench.db.rows import (
     storable,
 )
 from zoobench.db.shared_scores import ask_for, keep
-from zoobench.db.specs import column_text, spec_from
+from zoobench.db.specs import spec_columns, spec_from
 from zoobench.db.studies import add_row, begin_study, end_study, keep_provenance
 from zoobench.db.sweeps import Watch, begin_sweep, in_sweep
 from zoobench.errors import StorageError
-from zoobench.spec import AXES, RunSpec, canonical_json
+from zoobench.spec import RunSpec
 
 
 class ClaimLostError(StorageError):
@@ -83,7 +84,7 @@ class Store(Reader):
             asked.setdefault(spec.key(), (spec, reason))
         groups: dict[str, list[int]] = {name: [] for name in EnqueueReport.__dataclass_fields__}
         for keys in batched(asked):
-            prepared = {key: (_spec_values(key, spec), why) for key in keys for spec, why in [asked[key]]}
+            prepared = {key: (spec_columns(key, spec), why) for key in keys for spec, why in [asked[key]]}
             with self._database.write(alone=True) as session:
                 for group, run_id in _enqueue(session, prepared):
                     groups[group].append(run_id)
@@ -159,6 +160,17 @@ class Store(Reader):
     def merge(self, other: Reader) -> MergeReport:
         """Add the runs of another database, by their keys; see `zoobench.db.merge`."""
         return merge(self._database, other._database)
+
+    def mend(self) -> list[str]:
+        """Put right what is damaged and can be, and say it in sentences; empty if nothing had to be.
+
+        A run whose results have changed is queued again, as its settings decide them.
+        """
+        said = mend_settings(self._database)
+        with self._database.read() as session:
+            changed = changed_results(session)
+        again = self.retry(changed, states=[state for state in RunState if state not in OPEN_STATES])
+        return said + [f"run {run_id}, whose results had changed, is queued to be done again" for run_id in again]
 
     def claim(
         self,
@@ -409,15 +421,3 @@ def _group(state: RunState, is_new: bool) -> str:
     if state is RunState.DONE:
         return "existing_done"
     return "existing_open" if state in OPEN_STATES else "existing_failed"
-
-
-def _spec_values(key: str, spec: RunSpec) -> dict[str, Any]:
-    return {
-        "key": key,
-        "document": canonical_json(spec.to_dict()),
-        **{name: column_text(getattr(spec, name)) for name in AXES},
-        "seed": spec.seed,
-        "frames": spec.frames,
-        "budget_kind": spec.budget.kind,
-        "budget_amount": spec.budget.amount,
-    }

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from zoobench.db.engine import Database
 from zoobench.db.models import ProvenanceRecord, StudyRecord, StudyRowRecord
-from zoobench.db.rows import StudyRow, StudyRun, ValueKind, encode_value
+from zoobench.db.rows import StudyRow, StudyRun, ValueKind, document_of, encode_value
 from zoobench.spec import canonical_json
 
 
@@ -70,7 +70,7 @@ def load_studies(database: Database, name: str) -> list[StudyRun]:
                 name=record.name,
                 started_at=record.started_at,
                 finished_at=record.finished_at,
-                provenance=json.loads(document),
+                provenance=document_of(document),
                 rows=_rows(session, record.id),
             )
             for record, document in session.execute(statement)
@@ -80,7 +80,7 @@ def load_studies(database: Database, name: str) -> list[StudyRun]:
 def _rows(session: Session, study_id: int) -> tuple[StudyRow, ...]:
     statement = select(StudyRowRecord).where(StudyRowRecord.study_id == study_id).order_by(StudyRowRecord.number)
     return tuple(
-        StudyRow(record.case_name, record.verdict, json.loads(record.document), record.finished_at)
+        StudyRow(record.case_name, record.verdict, document_of(record.document), record.finished_at)
         for record in session.scalars(statement)
     )
 

@@ -18,6 +18,7 @@ Amount = str | int | float
 Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 _FORM = ConfigDict(extra="forbid", strict=True)
 _MAPPING = "keys with values"
+_LONGEST_NUMBER = 100  # characters
 _SHORT = Repr()  # of what was given: aliases may make a small file large
 _SHORT.maxstring = _SHORT.maxother = 200
 _SHORT.maxlevel = _SHORT.maxlist = _SHORT.maxdict = 3
@@ -115,7 +116,16 @@ def _refusal(error: ErrorDetails, document: Any, file: str) -> UsageError:
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML in which a key may not come twice, as the first would be lost in silence, and that knows no dates."""
+    """YAML in which a key may not come twice, as the first would be lost in silence, and that knows no dates.
+
+    Whole numbers have a bounded length: Python writes none of more than 4,300 digits, not even in a message.
+    """
+
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        if len(node.value) > _LONGEST_NUMBER:
+            problem = f"a number of {len(node.value):,} characters, expected at most {_LONGEST_NUMBER}"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        return super().construct_yaml_int(node)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
@@ -128,6 +138,7 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
 _Loader.yaml_implicit_resolvers = {
     sign: [each for each in resolvers if each[0] != "tag:yaml.org,2002:timestamp"]
     for sign, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
+from heapq import heapreplace
 from statistics import median
 from typing import NamedTuple, Protocol
 
@@ -128,11 +129,11 @@ class Estimator:
 
 def total_seconds(estimates: Sequence[float | None], jobs: int) -> float | None:
     """Wall time [s] of all runs on this many workers that each take the next one; None if one is unknown."""
-    busy = [0.0] * jobs
+    busy = [0.0] * min(jobs, max(len(estimates), 1))
     for seconds in estimates:
         if seconds is None:
             return None
-        busy[busy.index(min(busy))] += seconds
+        heapreplace(busy, busy[0] + seconds)
     return max(busy)
 
 

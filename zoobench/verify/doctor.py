@@ -134,8 +134,11 @@ def _check_database(location: str, full: bool) -> Diagnosis:
         size = f"{store.size / 2**30:.1f} GiB"
         detail = f"{store.name} opens and holds {runs} runs; --full also reads all of its {size}"
         return Diagnosis("database", Verdict.OK, detail)
-    older = f"; {unproved} of an earlier zoobench have no digest to prove it" if unproved else ""
-    return Diagnosis("database", Verdict.OK, f"{store.name} is intact and holds {runs} runs{older}")
+    intact = f"{store.name} is intact and holds {runs} runs"
+    if unproved:
+        doubt = f"{intact}; {unproved} that have ended have no digest, so that nothing proves their results"
+        return Diagnosis("database", Verdict.WARNING, doubt)
+    return Diagnosis("database", Verdict.OK, intact)
 
 
 def _first(complaints: list[str]) -> str:
