@@ -2,6 +2,8 @@
 
 import os
 import resource
+import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -11,7 +13,7 @@ import pytest
 
 from tests.conformance.cells import cell
 from tests.methods.toy import Context
-from zoobench.cell.memory import allow, peak_memory, share_among
+from zoobench.cell.memory import allow, memory_of, peak_memory, share_among
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
 from zoobench.harness.child import finals_of
@@ -99,3 +101,24 @@ def test_one_tape_at_a_time() -> None:
     assert pair._tape is not None
     problem.loss_and_grad_batch(draws[:1])
     assert pair._tape is None
+
+
+FORKS = """
+import os, sys, time
+block = bytearray(os.urandom(1 << 20)) * 100
+pids = [os.fork() for _ in range(5)]
+print("ready", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere shares are not told")
+def test_what_forked_processes_share_counts_once() -> None:
+    """Thirty-two processes of 100 MiB that are forked from one take hardly more than that one."""
+    with subprocess.Popen([sys.executable, "-c", FORKS], stdout=subprocess.PIPE, process_group=0) as process:
+        assert process.stdout is not None
+        for _ in range(32):
+            process.stdout.readline()
+        used = memory_of(process.pid)
+        os.killpg(process.pid, signal.SIGKILL)
+    assert 100 << 20 < used < 300 << 20

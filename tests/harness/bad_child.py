@@ -25,6 +25,19 @@ def _leave_a_process(context: ChildContext) -> None:
     print(f"left {subprocess.Popen(SLEEP).pid}", file=sys.stderr)
 
 
+def _leave_sessions(context: ChildContext) -> None:
+    """Processes in sessions of their own, whose parent is gone: as what runs in the background does."""
+    start = "import subprocess as s, sys; print(s.Popen(sys.argv[1:], stdout=2, start_new_session=True).pid)"
+    for _ in range(3):
+        done = subprocess.run((sys.executable, "-c", start, *SLEEP), stdout=subprocess.PIPE, text=True, check=True)
+        print(f"left {done.stdout.strip()}", file=sys.stderr, flush=True)
+
+
+def _leave_sessions_and_die(context: ChildContext) -> None:
+    _leave_sessions(context)
+    os.abort()
+
+
 def _leave_a_process_and_die(context: ChildContext) -> None:
     _leave_a_process(context)
     sys.stderr.flush()
@@ -47,6 +60,8 @@ ODDITIES: dict[str, Any] = {
     "nan-params": lambda context: None,
     "leaves": _leave_a_process,
     "leaves-and-dies": _leave_a_process_and_die,
+    "leaves-sessions": _leave_sessions,
+    "leaves-sessions-and-dies": _leave_sessions_and_die,
     "flood": _flood,
 }
 

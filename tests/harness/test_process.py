@@ -95,8 +95,18 @@ def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("shared_fork_server")
-@pytest.mark.parametrize("oddity", ["leaves", "leaves-and-dies"])
-@pytest.mark.parametrize("forks", [False, pytest.param(True, marks=pytest.mark.skipif(not can_fork(), reason="none"))])
+@pytest.mark.parametrize(
+    ("oddity", "forks"),
+    [
+        ("leaves", False),
+        ("leaves-and-dies", False),
+        *(
+            pytest.param(oddity, True, marks=pytest.mark.skipif(not can_fork(), reason="nothing is forked here"))
+            for oddity in ("leaves", "leaves-and-dies", "leaves-sessions", "leaves-sessions-and-dies")
+        ),
+        pytest.param("leaves-sessions", False, marks=pytest.mark.skipif(sys.platform != "linux", reason="Linux's")),
+    ],
+)
 def test_what_a_child_has_started_ends_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, oddity: str, forks: bool
 ) -> None:

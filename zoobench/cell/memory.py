@@ -2,6 +2,7 @@
 
 import os
 import sys
+from pathlib import Path
 
 import psutil
 
@@ -21,13 +22,25 @@ def allow(size: str) -> None:
 
 
 def memory_of(pid: int) -> int:
-    """Resident memory of a process and its descendants [bytes]; 0 if it has ended."""
+    """Resident memory of a process and its descendants [bytes]; 0 if it has ended.
+
+    What several of them share, as those that were forked do, counts once where the system tells of it, as Linux does.
+    """
     try:
         process = psutil.Process(pid)
         family = [process, *process.children(recursive=True)]
     except psutil.Error:
         return 0
-    return sum(_resident(member) for member in family)
+    return sum(_share(member) if len(family) > 1 else _resident(member) for member in family)
+
+
+def _share(process: psutil.Process) -> int:
+    """The resident memory of a process, of pages in several processes its part of them [bytes]."""
+    try:
+        lines = Path(f"/proc/{process.pid}/smaps_rollup").read_text().splitlines()
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:"))
+    except (OSError, StopIteration):
+        return _resident(process)
 
 
 def _resident(process: psutil.Process) -> int:

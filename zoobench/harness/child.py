@@ -31,7 +31,7 @@ from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
-from zoobench.harness.lifeline import Lifeline, die_with, end_group
+from zoobench.harness.lifeline import Lifeline, adopt, die_with, end_descendants, end_group
 from zoobench.harness.repetition import check_parameters, repeated
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
@@ -241,6 +241,7 @@ def _check_numbers(finals: Mapping[str, float], params: Sequence[float]) -> None
 
 def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     """Read the job from standard input, do it with `solve`, and report its ending."""
+    adopt()
     lifeline = Lifeline()
     line = lifeline.line()
     if line is None:
@@ -271,6 +272,7 @@ def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     if orders.stop.is_set() and last_word["kind"] != "failed":
         last_word = {"kind": "stopped"}
     wire.send(**last_word, peak_memory=peak_memory())
+    end_descendants()
 
 
 if __name__ == "__main__":

@@ -31,12 +31,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+import psutil
+
 from zoobench import registry, rounding
 from zoobench.cell.loading import load_kernels, load_simulator
 from zoobench.errors import ZoobenchError
 from zoobench.harness.fork_request import Request, end_without_threads
 from zoobench.harness.forked import CODE, KILL, PIDS, is_held
-from zoobench.harness.lifeline import die_with
+from zoobench.harness.lifeline import adopt, die_with, end_descendants
 from zoobench.harness.provenance import THREAD_VARIABLES, sources
 from zoobench.registry import Kind
 from zoobench.spec import RunSpec, canonical_json
@@ -181,6 +183,7 @@ class _Server:
             request.close()
             request.set_environment()
             die_with(server)
+            adopt()
             load_kernels(spec, gradient=gradient)
             return _Server(theirs, self._sources, is_branch=True)
         theirs.close()
@@ -198,6 +201,7 @@ class _Server:
         """A branch has ended; if it could not do its work, no other is made."""
         if os.waitpid(branch.pid, 0)[1]:
             self._barren.add(branch.key)
+        self._end_orphans(branch.pid)
         self._selector.unregister(branch.end)
         os.close(branch.end)
         branch.requests.close()
@@ -249,10 +253,20 @@ class _Server:
         with suppress(ProcessLookupError):  # its number is still its own
             os.killpg(forked.pid, signal.SIGKILL)
         code = os.waitstatus_to_exitcode(os.waitpid(forked.pid, 0)[1])
+        self._end_orphans(forked.pid)
         with suppress(OSError):
             forked.leash.send(CODE.pack(code))
         self._release(forked)
         self._forked.remove(forked)
+
+    def _end_orphans(self, ended: int) -> None:
+        """Kill what a process that has ended left behind: what a living one starts stays with that."""
+        mine = {*(each.pid for each in self._forked), *(each.pid for each in self._branches)} - {ended}
+        end_descendants(but=mine)
+        for orphan in psutil.Process().children():
+            if orphan.pid not in mine:
+                with suppress(ChildProcessError):
+                    os.waitpid(orphan.pid, os.WNOHANG)
 
     def _release(self, forked: _Forked) -> None:
         """Close what the server holds of a process."""
@@ -284,6 +298,7 @@ def main() -> None:
     load_simulator()
     if len(list(Path("/proc/self/task").iterdir())) > 1:  # it would be missing in what is forked
         sys.exit(1)
+    adopt()
     server = os.getpid()
     request = _Server(requests, before).serve()
     if request and os.getppid() == server:

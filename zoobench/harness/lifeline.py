@@ -1,6 +1,8 @@
 """The end of a process with its parent: it reads its orders from standard input and ends when that is closed.
 
-An operating system closes a dead process's pipes whatever killed it, so nothing that `run` started outlives it.
+An operating system closes a dead process's pipes whatever killed it, so nothing that `run` started outlives it. On
+Linux what the process has started ends with it, too, even in a session of its own: the process becomes the parent of
+what its descendants leave behind, and if it is killed, its fork server does.
 """
 
 import ctypes
@@ -8,10 +10,17 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Collection
+from contextlib import suppress
+
+import psutil
 
 _CHUNK = 1 << 16
 _PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+_ROUNDS = 200  # of killing what is there, while what is killed starts more
+_ROUND_SECONDS = 0.01
 
 
 class Lifeline:
@@ -47,10 +56,51 @@ class Lifeline:
 
 
 def end_group() -> None:
-    """End this process at once, and what it has started if it leads a group of its own."""
+    """End this process at once, and what it has started, on systems other than Linux if it leads a group of its own."""
+    end_descendants()
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
     os._exit(1)
+
+
+def adopt() -> None:
+    """Ask Linux to make this process the parent of those of its descendants that have lost theirs."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def end_descendants(pid: int | None = None, but: Collection[int] = ()) -> None:
+    """Kill all descendants of a process, by default this one, that are there and that come meanwhile.
+
+    Those of another process are all there only if it has called `adopt`.
+
+    Args:
+        but: children of it that live on, with what they have started.
+    """
+    for _ in range(_ROUNDS):
+        if not (found := _living(pid, but)):
+            return
+        for process in found:
+            with suppress(psutil.Error):
+                process.kill()
+        time.sleep(_ROUND_SECONDS)
+
+
+def _living(pid: int | None, but: Collection[int]) -> list[psutil.Process]:
+    """The descendants of a process that are no zombies."""
+    try:
+        children = [child for child in psutil.Process(pid).children() if child.pid not in but]
+    except psutil.Error:
+        return []
+    found = []
+    for child in children:
+        with suppress(psutil.Error):
+            found += [each for each in (child, *child.children(recursive=True)) if not _is_zombie(each)]
+    return found
+
+
+def _is_zombie(process: psutil.Process) -> bool:
+    return process.status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 
 def die_with(parent: int) -> None:

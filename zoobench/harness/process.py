@@ -18,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Any, Protocol, TypeAlias
 from zoobench.cell.memory import memory_of
 from zoobench.db.rows import Claim
 from zoobench.harness.forked import fork
+from zoobench.harness.lifeline import end_descendants
 from zoobench.harness.line_reader import LineReader, PipedLine
 from zoobench.spec import RunSpec, on_gpu
 
@@ -97,7 +98,10 @@ def start(
 
 
 class StartedProcess(subprocess.Popen[bytes]):
-    """A process in a group of its own; whatever it starts ends with it."""
+    """A process in a group of its own; whatever it starts ends with it.
+
+    What it has started in another group, too, unless somebody else kills it.
+    """
 
     def __init__(self, command: Sequence[str]) -> None:
         super().__init__(
@@ -109,6 +113,7 @@ class StartedProcess(subprocess.Popen[bytes]):
     def kill(self) -> None:
         """End it and its group now, if it still runs."""
         if self.returncode is None:
+            end_descendants(self.pid)
             self._end_group()
 
     def wait(self, timeout: float | None = None) -> int:
