@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from typing import Any
 
 from zoobench.harness.child import ChildContext, RunOutcome, serve
@@ -49,6 +50,19 @@ def _flood(context: ChildContext) -> None:
         os.write(2, b"x" * (1 << 20))
 
 
+def _flood_lines(context: ChildContext) -> None:
+    """200 MB of short lines."""
+    for _ in range(200):
+        os.write(2, b"a line of twenty b.\n" * 50_000)
+    os.write(2, b"the last line\n")
+
+
+def _close_standard_input(context: ChildContext) -> None:
+    sys.stdin.close()
+    with suppress(OSError):
+        os.close(0)
+
+
 def _nest(context: ChildContext) -> None:
     os.write(context._wire._stream.fileno(), b'{"type":"metric","step":' + b"[" * 200_000 + b"\n")
 
@@ -63,6 +77,8 @@ ODDITIES: dict[str, Any] = {
     "leaves-sessions": _leave_sessions,
     "leaves-sessions-and-dies": _leave_sessions_and_die,
     "flood": _flood,
+    "flood-of-lines": _flood_lines,
+    "closes-input": _close_standard_input,
 }
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """A process reads its orders line by line and notices the end of its parent."""
 
 import os
+import subprocess
+import sys
 import threading
 
 from zoobench.harness.lifeline import Lifeline
@@ -31,6 +33,17 @@ def test_the_watcher_tells_lines_and_the_end() -> None:
     assert ended.wait(10.0)
     assert lines == [b"stop"]
     os.close(reading)
+
+
+def test_standard_input_is_taken_whole() -> None:
+    """Orders come through it, and what other code does with standard input ends nobody."""
+    code = (
+        "import os, sys; from zoobench.harness.lifeline import Lifeline, take_standard_input; "
+        "lifeline = Lifeline(take_standard_input()); print(sys.stdin.read() == ''); sys.stdin.close(); "
+        "print(lifeline.line().decode())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], input="an order\n", capture_output=True, text=True, check=True)
+    assert done.stdout == "True\nan order\n"
 
 
 def _write(descriptor: int, data: bytes) -> None:

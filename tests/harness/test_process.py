@@ -94,6 +94,22 @@ def test_a_line_without_end_takes_no_memory(tmp_path: Path) -> None:
         assert [line.text for line in store.logs(1)] == ["x" * 2000]
 
 
+def test_a_flood_of_lines_is_read_over(tmp_path: Path) -> None:
+    """Ten million lines cost seconds; the first are kept, and a word about the others."""
+    path = tmp_path / "zoo.db"
+    assert [row.state for row in work_on_fakes(path, child=bad("flood-of-lines"), timeout=120.0)] == [RunState.DONE]
+    with Store(path) as store:
+        lines = [line.text for line in store.logs(1)]
+    assert lines[:-1] == ["a line of twenty b."] * 9_999
+    assert lines[-1].startswith("(more lines")
+
+
+def test_a_method_that_closes_its_standard_input_goes_on(tmp_path: Path) -> None:
+    """It is not the pipe by which it hears of the end of its worker."""
+    path = tmp_path / "zoo.db"
+    assert [row.state for row in work_on_fakes(path, child=bad("closes-input"))] == [RunState.DONE]
+
+
 @pytest.mark.usefixtures("shared_fork_server")
 @pytest.mark.parametrize(
     ("oddity", "forks"),

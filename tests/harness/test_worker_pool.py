@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -16,10 +17,11 @@ import pytest
 from tests.forking import children
 from tests.harness.helpers import enqueue, fake, launch_fakes, numbers, work_on_fakes
 from tests.postgres import Server
-from zoobench.db.rows import Batch, RunRow, RunState
+from zoobench.db.rows import Batch, Claim, Ending, RunRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import StorageError, StorageFullError, UsageError
 from zoobench.harness import worker_pool
+from zoobench.harness.fork_server import can_fork
 from zoobench.harness.process import start
 from zoobench.harness.supervise import supervise
 from zoobench.harness.worker_pool import run_all
@@ -226,6 +228,84 @@ def test_a_server_that_is_stopped_loses_nothing(postgres: Server, path: Path, mo
         ]
     work_on_fakes(path, child=_SLOW_WALK)
     assert numbers(url, 1) == numbers(path, 1)
+
+
+_LAUNCH = (
+    "import sys; from tests.harness.helpers import *; import zoobench.db.store as store; store.LEASE_SECONDS = 0.5; "
+    "launch_fakes(sys.argv[1], child=tuple(sys.argv[2:]))"
+)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals are Linux's")
+def test_a_launcher_that_is_stopped_keeps_its_runs(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three times for longer than its lease, beside one that is at work: nothing is lost, and no number is another."""
+    monkeypatch.setattr("zoobench.db.lifecycle.SILENT_SECONDS", 0.2)
+    child = fake(iterations=300, pause=0.02)
+    with subprocess.Popen([sys.executable, "-c", _LAUNCH, str(path), *child]) as launcher:
+        while not path.exists() or not _is_begun(path):
+            time.sleep(0.05)
+        for _ in range(3):
+            launcher.send_signal(signal.SIGSTOP)
+            for _ in range(10):
+                time.sleep(0.2)
+                with Store(path) as store:
+                    assert store.recover() == []
+            launcher.send_signal(signal.SIGCONT)
+            time.sleep(0.3)
+        assert launcher.wait(60.0) == 0
+    with Store(path) as store:
+        assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.DONE]
+
+
+def _is_begun(path: Path) -> bool:
+    with suppress(StorageError), Store(path, create=False) as store:
+        return any(run.fraction > 0.0 for run in store.runs())
+    return False
+
+
+@pytest.mark.parametrize("jump", [90.0, 86_400.0, -300.0])
+def test_a_clock_that_is_set_in_the_midst_of_runs_loses_none(
+    path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, jump: float
+) -> None:
+    """Three runs go on here; their times are those that have passed, and nobody is told of silence."""
+
+    def set_clock(rows: list[RunRow]) -> None:
+        if rows[0].fraction > 0.2:
+            monkeypatch.setattr(time, "time", lambda: clock() + jump)
+
+    clock = time.time
+    rows = launch_fakes(path, 3, child=fake(iterations=100, pause=0.02), jobs=3, on_update=set_clock)
+    with Store(path) as store:
+        attempts = [attempt for row in rows for attempt in store.attempts(row.id)]
+    assert [attempt.outcome for attempt in attempts] == [RunState.DONE] * 3
+    assert all(attempt.wall_seconds is not None and 2.0 < attempt.wall_seconds < 60.0 for attempt in attempts)
+    assert caplog.records == []
+
+
+@pytest.mark.skipif(not can_fork(), reason="nothing is forked here")
+def test_the_end_of_a_fork_server_is_no_fault_of_its_children(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are lost with it, and hardly anything counts against their runs."""
+    child = fake(iterations=200, pause=0.01)
+    monkeypatch.setattr(worker_pool, "CHILD_COMMAND", child)
+    killed: list[int] = []
+
+    def kill(rows: list[RunRow]) -> None:
+        servers = [each for each in psutil.Process().children() if each.children() and each.pid not in killed]
+        if servers and not killed:
+            killed.append(servers[0].pid)
+            servers[0].kill()
+
+    def finish(store: Store, claim: Claim, ending: Ending, batch: Batch) -> None:
+        endings.append(ending)
+        store_it(store, claim, ending, batch)
+
+    endings: list[Ending] = []
+    store_it = Store.finish
+    monkeypatch.setattr(Store, "finish", finish)
+    launch_fakes(path, 2, child=child, on_update=kill)
+    lost = [ending.died_alone for ending in endings if ending.outcome is RunState.LOST]
+    assert lost
+    assert not any(lost)
 
 
 @pytest.mark.parametrize(("jobs", "timeout"), [(0, None), (-1, None), (1, 0.0), (1, float("nan"))])

@@ -31,7 +31,14 @@ from zoobench.cell.memory import peak_memory
 from zoobench.cell.seeding import METHOD_AXES, STUDY_AXES, generator
 from zoobench.db.rows import encode_params
 from zoobench.errors import DivergenceError, UsageError, ZoobenchError
-from zoobench.harness.lifeline import Lifeline, adopt, die_with, end_descendants, end_group
+from zoobench.harness.lifeline import (
+    Lifeline,
+    adopt,
+    die_with,
+    end_descendants,
+    end_group,
+    take_standard_input,
+)
 from zoobench.harness.repetition import check_parameters, repeated
 from zoobench.inputs import Start, find_with, named_run, run_name, solution_in
 from zoobench.registry import Kind
@@ -44,6 +51,12 @@ if TYPE_CHECKING:
     from zoobench.cell.problem import Problem
     from zoobench.methods.base import Method, Solution
     from zoobench.tasks.base import Metric
+
+_EVERY_STEP = 99_999
+"""Up to which a curve has all its points."""
+
+_NO_STEP = 2**31
+"""From which on a step is refused."""
 
 Final = tuple[str, float, str]
 """Name, value and unit of a final result."""
@@ -119,7 +132,12 @@ class ChildContext:
         self.parameter_count: int | None = None
 
     def report(self, step: int, **metrics: float) -> None:
-        """Put a point on the learning curve."""
+        """Put a point on the learning curve; beyond 100,000 steps every tenth, beyond a million every hundredth.
+
+        So it is whenever a run is resumed: which points there are depends on their steps alone.
+        """
+        if _EVERY_STEP < step < _NO_STEP and step % 10 ** (len(str(step)) - len(str(_EVERY_STEP))):
+            return
         self._wire.send("metric", step=step, values={name: float(value) for name, value in metrics.items()})
 
     def milestone(self, step: int, score: float, params: "NDArray[np.float64]") -> None:
@@ -242,7 +260,7 @@ def _check_numbers(finals: Mapping[str, float], params: Sequence[float]) -> None
 def serve(solve: Callable[[RunSpec, ChildContext], RunOutcome]) -> None:
     """Read the job from standard input, do it with `solve`, and report its ending."""
     adopt()
-    lifeline = Lifeline()
+    lifeline = Lifeline(take_standard_input())
     line = lifeline.line()
     if line is None:
         return

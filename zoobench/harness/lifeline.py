@@ -26,7 +26,7 @@ _ROUND_SECONDS = 0.01
 class Lifeline:
     """The pipe from the parent, read without Python's buffers: they deadlock when an interpreter shuts down."""
 
-    def __init__(self, descriptor: int = 0) -> None:
+    def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
         self._buffer = b""
 
@@ -53,6 +53,15 @@ class Lifeline:
             on_end()
 
         threading.Thread(target=read, name="lifeline", daemon=True).start()
+
+
+def take_standard_input() -> int:
+    """A descriptor of standard input, which is empty from then on: what other code does with that ends nobody."""
+    taken = os.dup(0)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    return taken
 
 
 def end_group() -> None:

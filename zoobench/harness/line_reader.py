@@ -1,5 +1,6 @@
 """Reading a pipe line by line in a thread of its own, with bounded memory."""
 
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -16,16 +17,19 @@ class PipedLine(NamedTuple):
 
 
 class LineReader:
-    """Hands every line of a stream on until its end.
+    """Hands the lines of a stream on until its end.
 
     Args:
         stream: a pipe, which nobody else reads.
         longest: so much of each line is kept [bytes].
         take: called with every line.
+        most: after so many lines, only the last of what is there at once is handed on, so that a flood costs little.
     """
 
-    def __init__(self, stream: IO[bytes], longest: int, take: Callable[[PipedLine], None]) -> None:
-        self._stream, self._longest, self._take = stream, longest, take
+    def __init__(
+        self, stream: IO[bytes], longest: int, take: Callable[[PipedLine], None], most: int = sys.maxsize
+    ) -> None:
+        self._stream, self._longest, self._take, self._left = stream, longest, take, most
         self._waits_since: float | None = None
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -58,6 +62,9 @@ class LineReader:
         size = 0
         while chunk := self._read():
             *ends, rest = chunk.split(b"\n")
+            if self._left <= 0 and len(ends) > 1:
+                parts, size, ends = [], 0, ends[-1:]
+            self._left -= len(ends)
             for end in ends:
                 yield self._line([*parts, end], size + len(end))
                 parts, size = [], 0

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 CHILD_COMMAND = (sys.executable, "-m", "zoobench.harness.child")
 GRACE_SECONDS = 3.0  # for a child that was asked to stop
 LONGEST_MESSAGE = 1 << 29  # [bytes]; databases hold no more in one place
+MOST_LOG_LINES = 10_000  # of one attempt
 _LONGEST_LOG_LINE = 2000
 _MOST_EVENTS = 1000  # that wait to be taken: a child that says more waits, too
 _LAST_WORDS_SECONDS = 5.0
@@ -148,7 +149,7 @@ class ChildProcess:
         assert self._process.stderr is not None
         self._readers = (
             LineReader(self._process.stdout, LONGEST_MESSAGE, self._take_message),
-            LineReader(self._process.stderr, 4 * _LONGEST_LOG_LINE, self._take_log),
+            LineReader(self._process.stderr, 4 * _LONGEST_LOG_LINE, self._take_log, MOST_LOG_LINES),
         )
         threading.Thread(target=self._announce_end, daemon=True).start()
         checkpoint = None if claim.checkpoint is None else base64.b64encode(claim.checkpoint).decode()

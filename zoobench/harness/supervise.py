@@ -22,7 +22,7 @@ from zoobench.harness.messages import (
     ReferenceMessage,
     ReferenceWantedMessage,
 )
-from zoobench.harness.process import GRACE_SECONDS, ChildProcess, End, Event, LogLine, Process, Refused
+from zoobench.harness.process import GRACE_SECONDS, MOST_LOG_LINES, ChildProcess, End, Event, LogLine, Process, Refused
 
 COMMIT_SECONDS = 1.0
 CHECKPOINT_SECONDS = 0.5  # between commits that a checkpoint asks for: iterations of a second are stored one by one
@@ -31,7 +31,6 @@ REFERENCE_SECONDS = 600.0  # that a run waits for a reference score which anothe
 _POLL_SECONDS = 0.1
 _MEMORY_SECONDS = 0.5  # between two looks at the memory of a child
 _MOST_LOOK_SECONDS = 1.0  # between looks whether another run has computed it; the first come sooner
-_MOST_LOG_LINES = 10_000  # of one attempt
 
 
 @dataclass(frozen=True)
@@ -184,9 +183,9 @@ class _Supervisor:
     def _log(self, text: str) -> None:
         self._log_lines += 1
         self._last_log = text or self._last_log
-        if self._log_lines < _MOST_LOG_LINES:
+        if self._log_lines < MOST_LOG_LINES:
             self._batch.log(text)
-        elif self._log_lines == _MOST_LOG_LINES:
+        elif self._log_lines == MOST_LOG_LINES:
             self._batch.log("(more lines were printed; they are not kept)")
 
     def _enforce(self, now: float) -> None:
