@@ -99,3 +99,14 @@ def test_doctor_finds_a_changed_number(zoobench: Command, database: Path) -> Non
     assert code == 1
     assert "the results of run 1 have changed; " in checks["database"]["detail"]
     assert "; and 2 more" in checks["database"]["detail"]
+
+
+def test_doctor_mends_what_can_be(zoobench: Command, database: Path) -> None:
+    """It says what it has done, and finds the database intact."""
+    with sqlite3.connect(database) as connection:
+        connection.execute("UPDATE finals SET value = value * 2 WHERE run_id = 1 AND name = 'score'")
+    connection.close()
+    reply = zoobench("doctor", "--mend", "--format", "json")
+    assert reply.code == 0
+    assert "run 1, whose results had changed, is queued to be done again" in reply.err
+    assert "nothing to mend" in zoobench("doctor", "--mend", "--format", "json").err

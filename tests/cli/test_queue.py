@@ -1,5 +1,6 @@
 """Queueing, workers, and what is done with runs as a whole, on the command line."""
 
+import sqlite3
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -130,6 +131,12 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
     assert "run 1 here and run 1 there differ in finals" in reply.err
     assert zoobench("merge", "a.db", "./a.db").code == 2
     assert zoobench("merge", "new.db", "a.db").code == 0
+    with sqlite3.connect("a.db") as connection:
+        connection.execute("UPDATE runs SET digest = NULL WHERE id = 1")
+    connection.close()
+    reply = zoobench("merge", "newer.db", "a.db")
+    assert reply.code == 0
+    assert "Without a digest, so that nothing proves their results: 1, here 1" in reply.err
     reply = zoobench("merge", "other.db", "none.db")
     assert reply.code == 2
     assert reply.err.strip().endswith("There is no database none.db to take runs from. Name one that exists.")

@@ -69,6 +69,7 @@ def test_a_machine_that_sleeps_loses_nobody(store: Store, clock: FakeClock, slee
     """Who looks has slept, too, and gives the other the time to renew its lease."""
     claim = _claim(store, ELSEWHERE)
     for _ in range(3):
+        clock.go_on(LEASE_SECONDS + 1.0)
         assert store.recover() == []
         clock.go_on(sleep)
         assert store.recover() == []
