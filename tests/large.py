@@ -16,7 +16,8 @@ from sqlalchemy import insert, text
 from zoobench import registry
 from zoobench.db.models import AttemptRecord, FinalRecord, ProvenanceRecord, RunRecord, SpecRecord
 from zoobench.db.rows import RunState
-from zoobench.db.store import Store, _spec_values
+from zoobench.db.specs import spec_columns
+from zoobench.db.store import Store
 from zoobench.registry import Kind
 from zoobench.report.learning_curves import COLUMNS
 from zoobench.spec import Budget, Ref, RunSpec, canonical_json
@@ -122,7 +123,7 @@ def _rows(number: int, spec: RunSpec) -> dict[Any, list[dict[str, Any]]]:
             {"run_id": number, "name": name, "value": value, "kind": "finite", "unit": unit}
             for name, value, unit in values
         ]
-    found = {SpecRecord: [_spec_values(key, spec)], RunRecord: [run], AttemptRecord: made, FinalRecord: finals}
+    found = {SpecRecord: [spec_columns(key, spec)], RunRecord: [run], AttemptRecord: made, FinalRecord: finals}
     return {table: rows for table, rows in found.items() if rows}
 
 

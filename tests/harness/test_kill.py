@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from tests.harness.helpers import fake, numbers, work_on_fakes
-from zoobench.db.lifecycle import MAX_STRIKES
+from zoobench.db.lifecycle import CHILD_STRIKES, MAX_STRIKES
 from zoobench.db.rows import RunState
 from zoobench.db.store import Store
 
@@ -88,9 +88,9 @@ def _survives(tmp_path: Path, seed: int, kills: int, iterations: int) -> None:
 def test_a_few_kills_lose_nothing(tmp_path: Path) -> None:
     """Every run is done once, with the numbers of an undisturbed one.
 
-    One kill fewer than a run has strikes: on a busy machine all may hit the same run before its first checkpoint.
+    One kill fewer than a run bears: on a busy machine all may hit the same run before its first checkpoint.
     """
-    _survives(tmp_path, seed=1, kills=MAX_STRIKES - 1, iterations=300)
+    _survives(tmp_path, seed=1, kills=MAX_STRIKES // CHILD_STRIKES - 1, iterations=300)
 
 
 @pytest.mark.slow

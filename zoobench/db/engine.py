@@ -130,25 +130,6 @@ class Database:
         """A column to order by that gives the same order everywhere, whatever a server's language is."""
         return column.collate("BINARY" if self._path else "C")
 
-    def refuse_strange_objects(self) -> None:
-        """Refuse an SQLite file with triggers or views, which no zoobench makes and which may change what is stored.
-
-        Raises:
-            StorageError: it has some.
-        """
-        if self._path is None:
-            return
-        with self.read() as session:
-            found = session.connection().exec_driver_sql(
-                "SELECT type, name FROM sqlite_master WHERE type IN ('trigger', 'view') ORDER BY name"
-            )
-            strange = [f"{kind} {ascii(name)[:60]}" for kind, name in found]
-        if strange:
-            raise StorageError(
-                f"{self.name} has the {strange[0]}, which no zoobench makes: it may change results. Remove it, or name "
-                "another database with --db."
-            )
-
     def copy_to(self, path: Path) -> None:
         """Write an SQLite file as it is now, what others are writing at it left out, to a new one.
 

@@ -27,6 +27,8 @@ def prepare(database: Database) -> None:
     """
     with database.read() as session:
         revision = _revision(session, database.name)
+        if database.path is not None:
+            _refuse_additions(session, database.name)
     if revision not in (None, *_REVISIONS):
         raise StorageError(
             f"{database.name} has schema {revision}, and this zoobench knows schemas up to {HEAD}. "
@@ -37,7 +39,6 @@ def prepare(database: Database) -> None:
             f"{database.name} has schema {revision or 'none'}, and cannot be brought to {HEAD} where it is read-only. "
             "Copy it to a writable place, and name the copy with --db."
         )
-    database.refuse_strange_objects()
     database.use_log()
     if revision != HEAD:
         with database.write(alone=True) as session:  # another process may be at it too
@@ -55,6 +56,17 @@ def _revision(session: Session, name: str) -> str | None:
     if "alembic_version" not in tables or "specs" not in tables:
         raise StorageError(f"{name} holds the tables of another program. Give another path with --db.")
     return str(session.scalar(text("SELECT version_num FROM alembic_version")))
+
+
+def _refuse_additions(session: Session, name: str) -> None:
+    """Refuse a file with triggers or views, which no zoobench makes and which may change what is stored."""
+    statement = "SELECT type, name FROM sqlite_master WHERE type IN ('trigger', 'view') ORDER BY name"
+    added = session.execute(text(statement)).first()
+    if added is not None:
+        raise StorageError(
+            f"{name} has the {added[0]} {ascii(added[1])[:60]}, which no zoobench makes: it may change results. Remove "
+            "it, or name another database with --db."
+        )
 
 
 def _tell(database: Database, revision: str) -> None:
