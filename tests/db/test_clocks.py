@@ -92,10 +92,13 @@ def test_a_silent_worker_elsewhere_is_lost_soon_after_its_lease(store: Store, cl
     assert not store.has_overdue()
 
 
-def test_a_lost_attempt_took_no_time_before_it_began(store: Store, clock: FakeClock) -> None:
-    """Its worker is gone, and the clock was set back: nobody knows how long it took."""
+@pytest.mark.parametrize("jump", [86_400.0, -300.0])
+def test_a_lost_attempt_took_what_its_worker_stored_last(store: Store, clock: FakeClock, jump: float) -> None:
+    """Its worker is gone, and the clock was set: nobody else knows how long it took."""
     claim = _claim(store, Owner(ME.host, ME.place, ME.pid, ME.thread, ME.start - 1))
-    clock.set_by(-300.0)
+    clock.go_on(20.0)
+    store.commit(claim, Batch())
+    clock.set_by(jump)
     assert store.recover() == [claim.run_id]
-    assert store.attempts(claim.run_id)[0].wall_seconds == 0.0
-    assert store.run(str(claim.run_id)).seconds == 0.0
+    assert store.attempts(claim.run_id)[0].wall_seconds == pytest.approx(20.0)
+    assert store.run(str(claim.run_id)).seconds == pytest.approx(20.0)

@@ -3,7 +3,7 @@
 import time
 from dataclasses import replace
 
-from sqlalchemy import Update, case, update
+from sqlalchemy import Update, func, update
 from sqlalchemy.orm import Session
 
 from zoobench.db.models import AttemptRecord, RunRecord
@@ -61,16 +61,15 @@ def close_attempt(
     """Record the ending of an attempt and move its run on; the caller holds the write lock and the claim.
 
     `ended_at` is given for an attempt that ended before now. Its wall time in `seconds` [s] is known to its worker
-    alone; else it is what the clock tells.
+    alone; else it is what that has stored last.
     """
     ending = replace(ending, reason=storable(ending.reason), traceback=storable(ending.traceback))
     now = time.time()
     end = now if ended_at is None else ended_at
-    by_clock = end - AttemptRecord.started_at
     columns = {
         "outcome": ending.outcome,
         "ended_at": end,
-        "wall_seconds": case((by_clock > 0.0, by_clock), else_=0.0) if seconds is None else seconds,
+        "wall_seconds": func.coalesce(AttemptRecord.wall_seconds, 0.0) if seconds is None else seconds,
         "exit_code": ending.exit_code,
         "signal": ending.signal,
         "reason": ending.reason,

@@ -85,7 +85,7 @@ class ProvenanceRecord(Base):
 
 
 class AttemptRecord(Base):
-    """One attempt at a run; written when it starts and when it ends, and never again."""
+    """One attempt at a run; what it took so far, in `wall_seconds`, is written with every renewal of its lease."""
 
     __tablename__ = "attempts"
     __table_args__ = (UniqueConstraint("run_id", "number"),)

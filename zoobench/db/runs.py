@@ -1,6 +1,5 @@
 """Runs with their settings, and the outcomes of cells, read as tuples: there may be a hundred thousand of them."""
 
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from itertools import chain
@@ -57,12 +56,8 @@ def fetch_runs(session: Session, chosen: Choice | None = None, *conditions: Colu
 @cache
 def _runs() -> Select[Any]:
     """What is asked of runs, by id. A launcher asks twice a second, and this takes longer to build than to answer."""
-    since = select(func.max(AttemptRecord.started_at)).where(
-        AttemptRecord.run_id == RunRecord.id, AttemptRecord.ended_at.is_(None)
-    )
-    running_since = since.correlate(RunRecord).scalar_subquery()
     own = tuple(getattr(RunRecord, name) for name in _OWN)
-    columns = (*own, RunRecord.state, last_former_attempt(), _finished_seconds(), running_since)
+    columns = (*own, RunRecord.state, last_former_attempt(), _seconds())
     return _with_specs(columns).order_by(RunRecord.id)
 
 
@@ -87,7 +82,7 @@ def fetch_cells(session: Session, chosen: Choice, names: Sequence[str]) -> Itera
 def fetch_past(session: Session, *conditions: ColumnElement[bool]) -> Iterator[PastRun]:
     """The runs that are DONE, fulfil the conditions and have taken time, by id."""
     forward, backward = aliased(FinalRecord), aliased(FinalRecord)
-    statement = _past(_with_specs((_finished_seconds(), forward.value, backward.value)), forward, backward)
+    statement = _past(_with_specs((_seconds(), forward.value, backward.value)), forward, backward)
     cell_of = _reader(session).cell
     for row in _rows(session, statement.where(*conditions).order_by(RunRecord.id)):
         key, seed, long = row[:3]
@@ -102,7 +97,7 @@ def fetch_totals(session: Session) -> list[PastTotal]:
     columns = (
         SpecRecord.env,
         SpecRecord.fidelity,
-        _finished_seconds().label("seconds"),
+        _seconds().label("seconds"),
         func.coalesce(forward.value, 0.0).label("forward"),
         func.coalesce(backward.value, 0.0).label("backward"),
     )
@@ -148,12 +143,12 @@ def _reader(session: Session) -> SpecReader:
     return SpecReader(document)
 
 
-def _finished_seconds() -> ScalarSelect[float | None]:
-    """Wall time of the outer statement's run in all ended attempts that its present result came from [s]."""
-    ended = aliased(AttemptRecord)
-    total = select(func.sum(ended.wall_seconds))
+def _seconds() -> ScalarSelect[float | None]:
+    """Wall time of the outer statement's run in all attempts that its present result comes from [s]."""
+    attempt = aliased(AttemptRecord)
+    total = select(func.sum(attempt.wall_seconds))
     return (
-        total.where(ended.run_id == RunRecord.id, ended.number > last_former_attempt())
+        total.where(attempt.run_id == RunRecord.id, attempt.number > last_former_attempt())
         .correlate(RunRecord)
         .scalar_subquery()
     )
@@ -165,13 +160,12 @@ def _is_final(final: Any, name: str) -> ColumnElement[bool]:
 
 
 def _run_row(key: str, spec: RunSpec, columns: Sequence[Any]) -> RunRow:
-    *own, state, former, finished, running_since = columns
-    running = 0.0 if running_since is None else max(time.time() - running_since, 0.0)
+    *own, state, former, seconds = columns
     return RunRow(
         **dict(zip(_OWN, own, strict=True)),
         key=key,
         spec=spec,
         state=RunState(state),
         first_attempt=former + 1,
-        seconds=(finished or 0.0) + running,
+        seconds=seconds or 0.0,
     )

@@ -254,6 +254,8 @@ class Store(Reader):
         """
         with self._database.write() as session:
             self._hold(session, claim, lease_until=time.time() + LEASE_SECONDS)
+            seconds = time.monotonic() - claim.since
+            session.execute(attempt_update(claim.run_id, claim.attempt).values(wall_seconds=seconds))
             self._write_batch(session, claim, batch)
 
     def finish(self, claim: Claim, ending: Ending, batch: Batch) -> None:
