@@ -84,12 +84,16 @@ def test_a_changed_provenance_is_found(store: Store) -> None:
 
 
 def test_changed_settings_are_refused_in_words(store: Store) -> None:
-    """Not believed, and no traceback: the key tells what they were. Where the columns agree with it, those count."""
+    """Not believed, and no traceback: the key tells what they were. Where the columns agree with it, those count.
+
+    Among others the run is left out.
+    """
     _change(store, "UPDATE specs SET document = replace(document, 'caterpillar', 'caterpilmar') WHERE seed = 0")
     assert store.damage() == ["the settings of run 1 have changed"]
     assert store.runs()[0].spec == spec(0)
     _change(store, "UPDATE specs SET design = 'caterpilmar' WHERE seed = 0")
-    for read in (store.runs, lambda: store.run("1"), lambda: store.stored(spec(0).key())):
+    assert [run.id for run in store.runs()] == [2]
+    for read in (lambda: store.run("1"), lambda: store.stored(spec(0).key())):
         with pytest.raises(StorageError, match="are damaged: their sha256 is not its key"):
             read()
 

@@ -72,13 +72,17 @@ class Reader(ManyReader):
 
         Raises:
             UsageError: no run, or several, match.
+            StorageError: its settings are damaged.
         """
         is_id = prefix.isdecimal() and len(prefix) < 10
         if not is_id and len(prefix) < 4:
             raise UsageError(f"{prefix!r} names no run. Give its number, or 4 letters or more of its key.")
         by_key = RunRecord.spec_key.startswith(prefix.lower(), autoescape=True)
+        chosen = RunRecord.id == int(prefix) if is_id else by_key
         with self._database.read() as session:
-            found = list(fetch_runs(session, None, RunRecord.id == int(prefix) if is_id else by_key))
+            found = list(fetch_runs(session, None, chosen))
+            if not found and (key := session.scalar(select(RunRecord.spec_key).where(chosen).limit(1))):
+                spec_from(key, session.get_one(SpecRecord, key).document)
         if len(found) != 1:
             problem = "Several runs match" if found else "No run matches"
             raise UsageError(f"{problem} {prefix!r}. `zoobench status` lists the runs with their numbers.")
