@@ -1,11 +1,13 @@
-"""Files that are replaced as wholes."""
+"""Files that are read and replaced as wholes."""
 
 import multiprocessing
+import os
 from pathlib import Path
 
 import pytest
 
-from zoobench.files import replace_files
+from zoobench.errors import UsageError
+from zoobench.files import read_whole, replace_files
 
 
 def test_files_are_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
@@ -51,3 +53,37 @@ def test_processes_that_write_one_file_do_not_mix(tmp_path: Path) -> None:
         writer.join()
     assert [writer.exitcode for writer in writers] == [0, 0]
     assert [item.name for item in tmp_path.iterdir()] == ["shared"]
+
+
+@pytest.mark.parametrize("kind", ["device", "pipe", "folder", "link to a device"])
+def test_only_regular_files_are_read(kind: str, tmp_path: Path) -> None:
+    """Others are refused before they are opened: a device may have no end, and a pipe may wait for ever."""
+    path = tmp_path / "a.stl"
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.symlink_to("/dev/zero")
+    with pytest.raises(UsageError, match="Give a regular file"):
+        read_whole(Path("/dev/zero") if kind == "device" else path)
+
+
+def test_a_file_is_read_up_to_a_size(tmp_path: Path) -> None:
+    """A larger one is refused by its size, also if it does not know it, as those of the kernel."""
+    (tmp_path / "a").write_bytes(b"12345")
+    assert read_whole(tmp_path / "a", most=5) == b"12345"
+    with pytest.raises(UsageError, match="has 5 bytes. Give a file of 4 bytes at most"):
+        read_whole(tmp_path / "a", most=4)
+    with pytest.raises(UsageError, match="goes on beyond 10 bytes"):
+        read_whole(Path("/proc/self/status"), most=10)
+
+
+def test_the_ending_is_checked_first(tmp_path: Path) -> None:
+    """In any case of its letters, before the file is looked at."""
+    (tmp_path / "a.STL").write_bytes(b"x")
+    assert read_whole(tmp_path / "a.STL", endings=(".stl",)) == b"x"
+    with pytest.raises(UsageError, match=r"ends in '.iso'. Give a file that ends in .stl, .obj or .ply"):
+        read_whole(tmp_path / "nowhere.iso", endings=(".stl", ".obj", ".ply"))
+    with pytest.raises(UsageError, match="cannot be read"):
+        read_whole(tmp_path / "nowhere.stl", endings=(".stl",))

@@ -38,5 +38,5 @@ def test_a_changed_file_is_refused_and_makes_another_run(tmp_path: Path) -> None
 @pytest.mark.parametrize("name", ["nowhere.stl", "a,b.stl", "."])
 def test_a_file_that_cannot_be_a_setting_is_refused(name: str) -> None:
     """It is missing, a folder, or its name contains reserved characters."""
-    with pytest.raises(UsageError, match=r"cannot be read|cannot be a setting"):
+    with pytest.raises(UsageError, match=r"cannot be read|regular file|cannot be a setting"):
         pin(name)

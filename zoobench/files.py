@@ -1,8 +1,45 @@
-"""Atomic replacement of files, since an existing file may be the only copy."""
+"""Files that are read and replaced as wholes: what is read is a regular file of a bounded size."""
 
 import secrets
-from collections.abc import Mapping
+import stat
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+from zoobench.errors import UsageError, reason
+
+MOST_BYTES = 1 << 28
+"""Of a file that is read into memory: a mesh of five million triangles."""
+
+
+def read_whole(path: Path, *, endings: Sequence[str] = (), most: int = MOST_BYTES) -> bytes:
+    """The content of a regular file; devices, pipes and folders are refused before they are opened.
+
+    Args:
+        endings: that the name may have, in lower case as in `.stl`; any if there are none.
+        most: bytes that the file may have.
+
+    Raises:
+        UsageError: it has another ending, is not a regular file, is too large, or cannot be read.
+    """
+    if endings and path.suffix.lower() not in endings:
+        raise UsageError(
+            f"{path.name!r} ends in {path.suffix!r}. Give a file that ends in {', '.join(endings[:-1])}"
+            f"{' or ' if endings[1:] else ''}{endings[-1]}."
+        )
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise UsageError(f"{str(path)!r} is a folder, a device or a pipe. Give a regular file.")
+        if found.st_size > most:
+            raise UsageError(f"{str(path)!r} has {found.st_size:,} bytes. Give a file of {most:,} bytes at most.")
+        with path.open("rb") as file:
+            content = file.read(most + 1)  # a file may grow, or not know its size
+    except (OSError, ValueError) as error:
+        words = reason(error) if isinstance(error, OSError) else str(error)
+        raise UsageError(f"The file {str(path)!r} cannot be read: {words}. Check the name.") from None
+    if len(content) > most:
+        raise UsageError(f"{str(path)!r} goes on beyond {most:,} bytes. Give a smaller file.")
+    return content
 
 
 def replace_files(contents: Mapping[Path, bytes], *, make_folders: bool = False) -> None:

@@ -10,17 +10,20 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
-from zoobench.errors import UsageError, reason
+from zoobench.errors import UsageError
+from zoobench.files import read_whole
 from zoobench.spec import Ref, RunSpec
 
 _DIGITS = 16  # 64 bits: unique in practice, short enough for a table
 
 
 class InputFile(str):
-    """Annotation of a parameter that names a file."""
+    """Annotation of a parameter that names a file; a subclass has the `endings` that it may have, as in `.stl`."""
 
     __slots__ = ()
+    endings: ClassVar[tuple[str, ...]] = ()
 
 
 NO_FILE = InputFile("")
@@ -28,17 +31,20 @@ NO_FILE = InputFile("")
 _MARK = "@sha256-"
 
 
-def pin(name: str) -> str:
+def pin(name: str, endings: tuple[str, ...] = ()) -> str:
     """The name with the digest of the file's content; a name with a digest is returned unchanged.
 
+    Args:
+        endings: that the file may have; any if there are none.
+
     Raises:
-        UsageError: the file cannot be read, or its name contains reserved characters.
+        UsageError: the file cannot be read, has another ending, or its name contains reserved characters.
     """
     if _MARK in name:
         return name
     if any(sign in name for sign in ",[]="):
         raise UsageError(f"The file name {name!r} cannot be a setting: it contains one of , [ ] =. Rename the file.")
-    return f"{name}{_MARK}{_digest(_bytes(name))}"
+    return f"{name}{_MARK}{_digest(read_whole(Path(name), endings=endings))}"
 
 
 def path_of(pinned: str) -> Path:
@@ -53,20 +59,13 @@ def read(name: str) -> bytes:
         UsageError: the file cannot be read, or has another digest.
     """
     path, _, digest = name.partition(_MARK)
-    content = _bytes(path)
+    content = read_whole(Path(path))
     if digest and _digest(content) != digest:
         raise UsageError(
             f"The file {path!r} has changed: its sha256 begins with {_digest(content)}, {digest} was expected. "
             f"Restore the old file, or give its name without {_MARK}... to make a new run."
         )
     return content
-
-
-def _bytes(path: str) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise UsageError(f"The file {path!r} cannot be read: {reason(error)}. Check the name.") from None
 
 
 def _digest(content: bytes) -> str:

@@ -154,8 +154,8 @@ _components: dict[Kind, dict[str, dict[int, Component]]] = {kind: {} for kind in
 _discovered: set[Kind] = set()
 _failures: list[PluginFailure] = []
 
-_TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, InputFile: pin, StoredRun: checked_run_name}
-"""Types of text parameters, with the function that turns input into a setting."""
+_TEXTS: Mapping[Any, Callable[[str], str]] = {str: str, StoredRun: checked_run_name}
+"""Types of text parameters other than files, with the function that turns input into a setting."""
 
 _TYPE_NOUNS: Mapping[Any, str] = {bool: "true or false", int: "a whole number", float: "a finite number"}
 """Types of other parameters, in words."""
@@ -363,6 +363,8 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
         raise UsageError(f"{component.name}[{key}={value}] is not offered. Choose one of {choices}.")
     if expected in _TEXTS:
         return _TEXTS[expected](str(value))
+    if names_file(expected):
+        return pin(str(value), expected.endings)
     if isinstance(value, bool):
         if expected is bool:
             return value
@@ -373,6 +375,11 @@ def _coerce(component: Component, key: str, value: Scalar) -> Scalar:
             return int(value)
     noun = _TYPE_NOUNS.get(expected, str(expected))
     raise UsageError(f"{component.name}[{key}={value}]: {key!r} must be {noun}.")
+
+
+def names_file(expected: Any) -> bool:
+    """Whether the annotation of a parameter says that it names a file."""
+    return isinstance(expected, type) and issubclass(expected, InputFile)
 
 
 def load_own() -> None:

@@ -10,7 +10,6 @@ from zoobench.designs.base import Body, Design
 from zoobench.designs.parts import EVERYTHING, Optimised, parts_of
 from zoobench.designs.space import DesignSpace
 from zoobench.errors import UsageError
-from zoobench.inputs import InputFile
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.scene import uniform_arrays
@@ -30,7 +29,7 @@ def base_design(base: str) -> Design:
     ref = Ref.parse(base)
     pinned = registry.resolve(Kind.DESIGN, ref).kwargs
     parameters = registry.get(Kind.DESIGN, ref.name, ref.version).parameters
-    files = {name: pinned[name] for name, expected in parameters.items() if expected is InputFile}
+    files = {name: pinned[name] for name, expected in parameters.items() if registry.names_file(expected)}
     if files and not files.items() <= ref.kwargs.items():
         whole = Ref(ref.name, ref.version, tuple(sorted({**ref.kwargs, **files}.items())))
         raise UsageError(f"The base {base!r} must name its file with the digest of the content. Write base={whole}.")

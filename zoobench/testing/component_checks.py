@@ -8,7 +8,7 @@ import numpy as np
 
 from zoobench import registry
 from zoobench.controllers.base import Controller, OpenLoop
-from zoobench.inputs import InputFile, StoredRun
+from zoobench.inputs import StoredRun
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
 from zoobench.spec import FRAME_SECONDS, Ref
@@ -32,7 +32,8 @@ def check_documentation(kind: Kind, name: str) -> None:
     assert len(component.summary) > 10, f"The first line of the docstring is {component.summary!r}. Say what it is."
     for missing in component.required:
         wanted = component.parameters[missing]
-        assert wanted in (InputFile, StoredRun), f"The parameter {missing!r} has no default, so that {name} cannot run."
+        is_users = registry.names_file(wanted) or wanted is StoredRun
+        assert is_users, f"The parameter {missing!r} has no default, so that {name} cannot run."
     for parameter in inspect.signature(component.factory).parameters.values():
         assert parameter.kind is parameter.KEYWORD_ONLY, f"Make {parameter.name!r} keyword-only."
         assert parameter.name in component.parameters.keys() | component.groups.keys()
