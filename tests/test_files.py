@@ -73,7 +73,7 @@ def test_a_file_is_read_up_to_a_size(tmp_path: Path) -> None:
     """A larger one is refused by its size, also if it does not know it, as those of the kernel."""
     (tmp_path / "a").write_bytes(b"12345")
     assert read_whole(tmp_path / "a", most=5) == b"12345"
-    with pytest.raises(UsageError, match="has 5 bytes. Give a file of 4 bytes at most"):
+    with pytest.raises(UsageError, match=r"has 5 bytes\. Give a file of 4 bytes at most"):
         read_whole(tmp_path / "a", most=4)
     with pytest.raises(UsageError, match="goes on beyond 10 bytes"):
         read_whole(Path("/proc/self/status"), most=10)

@@ -5,9 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from zoobench import registry
 from zoobench.designs.caterpillar import Caterpillar
-from zoobench.errors import UsageError
+from zoobench.errors import SceneError, UsageError
+from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.spec import Ref
 
 
 @cache
@@ -58,3 +61,13 @@ def test_a_size_of_zero_is_refused() -> None:
     """With the remedy."""
     with pytest.raises(UsageError, match="positive"):
         Caterpillar(width=0.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["caterpillar[height=0.001,length=0.002,width=0.001]", "block[height=0.01,length=0.03,width=0.01]",
+             "panda[length=0.03]", "tuna[length=0.03]"]
+)  # fmt: skip
+def test_a_body_shorter_than_two_cells_is_refused(name: str) -> None:
+    """Of every design, with the remedy: one of four particles was scored."""
+    with pytest.raises(SceneError, match=r"shorter than 2 cells of 0\.01562 m.*finer fidelity or a larger body"):
+        registry.create(Kind.DESIGN, Ref.parse(name)).body(Fidelity(1 / 64))

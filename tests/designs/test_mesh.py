@@ -11,7 +11,7 @@ from tests.designs.meshes import TRUNK, design, fish
 from zoobench import registry
 from zoobench.cell.problem import Problem
 from zoobench.designs.mesh import MeshDesign
-from zoobench.designs.solid_mesh import FORMATS, load
+from zoobench.designs.mesh_file import FORMATS, load
 from zoobench.errors import SceneError, UsageError
 from zoobench.registry import Kind
 from zoobench.sim.model.fidelity import PARTICLES_PER_CELL, Fidelity
@@ -51,7 +51,7 @@ def test_every_format_is_read_as_the_same_solid(name: str, kind: str, tmp_path: 
     """The volume is trimesh's, and the inside is the closed form up to the facets' error."""
     mesh = shape(name)
     mesh.export(tmp_path / f"a.{kind}")
-    found = load(str(tmp_path / f"a.{kind}"))
+    found = load(str(tmp_path / f"a.{kind}")).mesh
     assert found.volume() == pytest.approx(mesh.volume, rel=1e-6)
     points = np.random.default_rng(0).uniform(*mesh.bounds, size=(3000, 3))
     low, high = mesh.bounds
@@ -66,7 +66,7 @@ def test_a_body_from_a_file_is_whole(particles_per_cell: int, tmp_path: Path) ->
     shape("sphere").export(path)
     made = registry.create(Kind.DESIGN, Ref("mesh", params=(("muscles", 8), ("path", str(path)))))
     body = made.body(Fidelity(1 / 64, particles_per_cell=particles_per_cell))
-    assert body.masses(1000.0).sum() == pytest.approx(1000.0 * load(str(path)).volume() * 1e-9, rel=1e-5)
+    assert body.masses(1000.0).sum() == pytest.approx(1000.0 * load(str(path)).mesh.volume() * 1e-9, rel=1e-5)
     assert body.positions[:, 1].min() >= 0.0
     assert np.ptp(body.positions[:, 0]) == pytest.approx(0.1, abs=1 / 64)
     assert body.muscles[:2] == ("row-1-left-bottom", "row-1-left-top")
@@ -103,21 +103,23 @@ def test_groups_do_not_depend_on_the_resolution(tmp_path: Path) -> None:
 def test_what_is_no_mesh_is_refused(name: str, content: bytes, tmp_path: Path) -> None:
     """Empty files and other contents, without a traceback."""
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(UsageError, match=r"cannot be read|can be read|no triangles|a\.stl"):
+    with pytest.raises(UsageError, match=r"cannot be read|can be read|no triangles|no whole STL"):
         load(str(tmp_path / name))
 
 
 def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
-    """The message has the known formats."""
+    """The message has the known formats; the registry does not read it."""
     (tmp_path / "a.docx").write_bytes(b"x")
     with pytest.raises(UsageError, match="stl, obj, ply, glb"):
         load(str(tmp_path / "a.docx"))
+    with pytest.raises(UsageError, match=r"ends in '.docx'.*\.stl, \.obj, \.ply or \.glb"):
+        registry.resolve(Kind.DESIGN, Ref("mesh", params=(("path", str(tmp_path / "a.docx")),)))
 
 
 def test_the_wrong_unit_is_named(tmp_path: Path) -> None:
     """Millimetres read as metres give a robot of 100 m."""
     with pytest.raises(SceneError, match="unit"):
-        design(shape("sphere"), tmp_path / "a.stl", length=0.0)
+        design(shape("sphere"), tmp_path / "a.stl", unit="m")
     with pytest.raises(SceneError, match=r"is 0\.5 m long, 1\.25 m high and 0\.5 m wide"):
         design(shape("capsule"), tmp_path / "upright.stl", length=0.5)
 
@@ -213,11 +215,42 @@ def test_the_file_decides_which_axis_is_up(tmp_path: Path) -> None:
     turned.vertices = turned.vertices[:, [1, 2, 0]]
     found = design(turned, tmp_path / "b.stl", up="auto").body(DRAFT)
     np.testing.assert_allclose(found.positions, made.positions, atol=1e-9)
-    assert "z was taken as ahead and y as up" in found.notes[0]
+    assert "z was taken as ahead and y as up" in found.notes[1]
 
 
-@pytest.mark.parametrize("params", [{"muscles": 0}, {"muscles": 6}, {"length": -1.0}, {"ahead": "z"}])
+def test_what_was_assumed_of_a_file_is_said(tmp_path: Path) -> None:
+    """Its size, the length that it was given, and its directions; what was given is no assumption."""
+    box = trimesh.creation.box(extents=(120.0, 40.0, 30.0))
+    size, pose = design(box, tmp_path / "a.stl").notes
+    assert "is 120 x 30 x 40 in its file" in size
+    assert "its unit is not known, so it was scaled by 0.0008333 to a length of 0.1 m" in size
+    assert "x was taken as ahead and z as up, as most CAD tools have it" in pose
+    made = design(box, tmp_path / "a.stl", unit="mm", ahead="x", up="z")
+    assert made.notes == ("The body is 120 x 30 x 40 in its file (length, height, width), in mm.",)
+    assert made.body(DRAFT).masses(1000.0).sum() == pytest.approx(0.144)
+    given = design(box, tmp_path / "a.stl", length=0.06, ahead="x", up="z")
+    assert given.notes[0].endswith("scaled by 0.0005 to a length of 0.06 m.")
+
+
+def test_glb_has_y_up(tmp_path: Path) -> None:
+    """As its format says; the same body in STL has z up."""
+    box = trimesh.creation.box(extents=(120.0, 40.0, 30.0))
+    assert np.ptp(design(box, tmp_path / "a.glb").mesh.vertices, axis=0) == pytest.approx([0.1, 0.1 / 3, 0.025])
+    assert np.ptp(design(box, tmp_path / "a.stl").mesh.vertices, axis=0) == pytest.approx([0.1, 0.025, 0.1 / 3])
+    assert "y as up, as the format has it" in design(box, tmp_path / "a.glb").notes[1]
+
+
+def test_pieces_are_counted(tmp_path: Path) -> None:
+    """Two boxes that do not touch are one body in a file, and two in a simulation."""
+    boxes = [trimesh.creation.box(bounds=[(n, 0, 0), (n + 40, 50, 50)]) for n in (0, 60)]
+    made = design(trimesh.util.concatenate(boxes), tmp_path / "a.stl")
+    assert made.notes[-1] == "The body is in 2 pieces that do not touch, the smaller ones of 50 %."
+
+
+@pytest.mark.parametrize(
+    "params", [{"muscles": 0}, {"muscles": 6}, {"length": -1.0}, {"ahead": "z"}, {"length": 0.1, "unit": "mm"}]
+)
 def test_values_without_sense_are_refused(params: dict[str, Any], tmp_path: Path) -> None:
-    """No muscle, muscles without a pair, a negative length, two parallel directions."""
-    with pytest.raises(UsageError, match=r"cannot be|one line"):
+    """No muscle, muscles without a pair, a negative length, two parallel directions, two scales."""
+    with pytest.raises(UsageError, match=r"cannot be|one line|both give the scale"):
         design(shape("sphere"), tmp_path / "a.stl", **params)

@@ -1,52 +1,23 @@
-"""Files of point clouds: their columns, checked, and colours as body parts."""
+"""Point clouds in files: reading their columns."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+import re
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.arrays import Array
 from zoobench.designs.claimed_size import check_npz, check_pcd
-from zoobench.designs.grouping import main_axis
+from zoobench.designs.cloud_points import Points, check_columns, one_each, painted, placed, without_crumbs
 from zoobench.designs.mesh_repair import trimesh_or_advice
-from zoobench.designs.thin_parts import NEAR, clumps
 from zoobench.errors import UsageError, extra
 from zoobench.inputs import path_of, read
 
-_MOST_COLOURS = 64
-_REGULAR = 1.2  # most of the distances of neighbours on a lattice, relative to their median
-_SCATTERED = 2.0  # of the same: a cube so wide around each of randomly scattered points leaves no holes
-
-
-@dataclass(frozen=True)
-class Points:
-    """The checked columns of a file; see `CloudDesign`.
-
-    Attributes:
-        fill: the share of each point's cube that is solid.
-        muscle: the number of each point's muscle, or -1; None if the file has neither muscles nor colours.
-        notes: what was made of colours, as sentences.
-    """
-
-    positions: Array
-    muscle: NDArray[np.int64] | None
-    fibres: Array
-    stiffness: Array
-    density_ratio: Array
-    fill: Array
-    notes: tuple[str, ...] = ()
-
-    @cached_property
-    def edge(self) -> float:
-        """Edge of the cube that a point represents, in the file's unit."""
-        from scipy.spatial import KDTree
-
-        gaps = KDTree(self.positions).query(self.positions, k=2)[0][:, 1]
-        usual, most = np.quantile(gaps, (0.5, 0.95))
-        return float(most if most <= _REGULAR * usual else _SCATTERED * most)
+ENDINGS = (".ply", ".pcd", ".npz")
+_MUSCLE = re.compile(rb"^(?:comment|#) muscle (\d{1,4}) (\S{1,80})\s*$", re.MULTILINE)
+_WORDS = 200  # letters of a reader's reason
+_OLD = re.compile(rb"^VERSION +0?\.[56] *\r?$", re.MULTILINE)  # of PCD files, with the same columns
+_HEADER = 100_000  # [bytes] in which the names of muscles are looked for
 
 
 def load_points(name: str) -> Points:
@@ -55,95 +26,54 @@ def load_points(name: str) -> Points:
     Raises:
         UsageError: the file cannot be read, or its columns are invalid.
     """
-    path, content = path_of(name), read(name)
+    path = path_of(name)
     reader = {".npz": _npz, ".pcd": _pcd, ".ply": _ply}.get(path.suffix.lower())
     if reader is None:
         raise UsageError(f"{path.name!r} ends in {path.suffix!r}. Give a point cloud as .ply, .pcd or .npz.")
+    content = read(name)
     try:
         columns = reader(content)
-        positions = np.array(columns["positions"], float)
-        ones = np.ones(len(positions))
+        found = _points(columns, content)
         colours = _colours(columns)
-        found = Points(
-            positions,
-            _whole(columns["muscle"]) if "muscle" in columns else None,
-            np.array(columns.get("fibres", np.tile([1.0, 0.0, 0.0], (len(positions), 1))), float),
-            np.array(columns.get("stiffness", ones), float),
-            np.array(columns.get("density_ratio", ones), float),
-            np.array(columns.get("fill", ones), float),
-        )
-        for column, other in (("muscle", "fibres"), ("fibres", "muscle")):
-            if column in columns and other not in columns:
-                raise ValueError(f"it has {column} but no {other}")
     except UsageError:
         raise
     except Exception as error:  # readers raise errors of many types
-        reason = str(error).partition("\n")[0]
+        reason = " ".join(str(error).split())[:_WORDS]
         raise UsageError(
             f"{path.name!r} is no point cloud with the required columns: {reason}. See `zoobench show cloud`."
         ) from None
-    _check(found, path.name)
-    if found.muscle is None and colours is not None:
-        found = _painted(found, colours, path.name)
+    check_columns(found, path.name)
+    if found.shares is None and colours is not None:
+        found = painted(found, colours, path.name)
     lengths = np.linalg.norm(found.fibres, axis=1, keepdims=True)
     found.fibres[:] = np.where(lengths > 0.0, found.fibres / np.maximum(lengths, 1e-300), (1.0, 0.0, 0.0))
-    return found
+    return without_crumbs(placed(found, path.name))
 
 
-def _check(points: Points, name: str) -> None:
-    count = len(points.positions)
-    if count < 2:
-        raise UsageError(f"The column 'positions' of {name!r} has {count} points. Give those of a body, two at least.")
-    shapes = {"positions": (count, 3), "fibres": (count, 3), "stiffness": (count,), "density_ratio": (count,)}
-    shapes["fill"] = (count,)
-    shapes |= {} if points.muscle is None else {"muscle": (count,)}
-    for column, shape in shapes.items():
-        values = getattr(points, column)
-        if values.shape != shape or not np.isfinite(values).all():
-            raise UsageError(
-                f"The column {column!r} of {name!r} has shape {values.shape}; {shape} and finite values were expected."
-            )
-    if not points.edge > 0.0:
-        raise UsageError(f"Most points of {name!r} lie on each other. Give each of them once.")
-    if min(points.stiffness.min(), points.density_ratio.min()) <= 0.0:
-        raise UsageError(f"{name!r} has a stiffness or density_ratio that is not positive. Give positive ones.")
-    if not 0.0 < points.fill.min() <= points.fill.max() <= 1.0:
-        raise UsageError(f"{name!r} has a fill that is not a share of a cube. Give numbers above 0, up to 1.")
-    if points.muscle is None:
-        return
-    numbers = np.unique(points.muscle)
-    if numbers[0] < -1 or not np.array_equal(numbers[numbers >= 0], np.arange((numbers >= 0).sum())):
-        raise UsageError(f"The muscles of {name!r} are not numbered 0, 1, 2, ... with -1 for none. Renumber them.")
-    if numbers[-1] < 0:
-        raise UsageError(f"{name!r} has no muscle. Give some points a muscle from 0 on.")
-
-
-def _painted(points: Points, colours: NDArray[np.int64], name: str) -> Points:
-    """Points with a muscle for every colour `[n, 3]` but black, which is passive, and fibres along it.
-
-    The convention of the published benchmark (SoftZoo's `AnnotatedPCD`): colours in the order of red, green and blue;
-    the fibres of a colour are the first principal axis of the largest clump of its points.
-
-    Raises:
-        UsageError: there is no colour but black, or more than a few.
-    """
-    found, own = np.unique(colours, axis=0, return_inverse=True)
-    own = own.ravel()
-    active = found.any(axis=1)
-    if not active.any() or active.sum() > _MOST_COLOURS:
-        raise UsageError(
-            f"{name!r} has points of {active.sum()} colours other than black; 1 to {_MOST_COLOURS} were expected, one "
-            "for each muscle. Paint the parts, or leave the colours out and give grouping=paired."
-        )
-    muscle = np.where(active, np.cumsum(active) - 1, -1)[own]
-    fibres, near = points.fibres.copy(), NEAR * points.edge
-    for number in range(int(active.sum())):
-        part = points.positions[muscle == number]
-        labels = clumps(part, near)
-        fibres[muscle == number], _ = main_axis(part[labels == np.bincount(labels).argmax()])
-    passive = f", {100 * (muscle < 0).mean():.0f} % of the points are black and passive" if (muscle < 0).any() else ""
-    note = f"The muscles are the {active.sum()} colours of the points, in the order of red, green, blue{passive}."
-    return replace(points, muscle=muscle, fibres=fibres, notes=(note,))
+def _points(columns: dict[str, Any], content: bytes) -> Points:
+    """The columns by their meaning, as yet unchecked."""
+    for column, other in (("muscle", "fibres"), ("fibres", "muscle")):
+        if column in columns and other not in columns and "shares" not in columns:
+            raise ValueError(f"it has {column} but no {other}")
+    positions = np.array(columns["positions"], float)
+    ones = np.ones(len(positions))
+    shares, names = None, tuple(str(name) for name in columns.get("names", ()))
+    if "shares" in columns:
+        shares = np.array(columns["shares"], float)
+    elif "muscle" in columns:
+        numbers = _whole(columns["muscle"])
+        shares = one_each(numbers)
+        written = {int(number): word.decode("ascii", "replace") for number, word in _MUSCLE.findall(content[:_HEADER])}
+        names = tuple(written.get(number, f"muscle-{number + 1}") for number in range(shares.shape[1]))
+    return Points(
+        positions,
+        shares,
+        names,
+        np.array(columns.get("fibres", np.tile([1.0, 0.0, 0.0], (len(positions), 1))), float),
+        np.array(columns.get("stiffness", ones), float),
+        np.array(columns.get("density_ratio", ones), float),
+        np.array(columns.get("fill", ones), float),
+    )
 
 
 def _colours(columns: dict[str, Any]) -> NDArray[np.int64] | None:
@@ -173,29 +103,44 @@ def _whole(values: Any) -> NDArray[np.int64]:
 def _npz(content: bytes) -> dict[str, Any]:
     check_npz(content)
     with np.load(BytesIO(content), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
+        columns = {name: file[name] for name in file.files}
+    if "muscle_membership" not in columns:
+        return columns
+    # as `zoobench design export` writes a body
+    return {
+        "positions": columns["sites"],
+        "shares": columns["muscle_membership"],
+        "names": columns["muscles"],
+        "fibres": columns["fibres"],
+        "stiffness": columns["stiffness"],
+        "density_ratio": columns["density_ratio"],
+        "fill": columns["occupancy"] * columns["volumes"] / columns["edge"] ** 3,
+    }
 
 
 def _ply(content: bytes) -> dict[str, Any]:
     cloud = trimesh_or_advice().load(BytesIO(content), file_type="ply")
-    return _columns(cloud.metadata["_ply_raw"]["vertex"]["data"])
+    vertices = cloud.metadata["_ply_raw"]["vertex"]
+    columns = {name: np.ravel(vertices["data"][name]) for name in vertices["properties"]}
+    if any(len(column) != vertices["length"] for column in columns.values()):
+        raise ValueError(f"its header declares {vertices['length']} points, and it has fewer")
+    return _with_vectors(columns)
 
 
 def _pcd(content: bytes) -> dict[str, Any]:
     with extra("meshes", "PCD files need"):
         from pypcd4 import PointCloud
     check_pcd(content)
-    cloud: Any = PointCloud.from_fileobj(BytesIO(content))
+    cloud: Any = PointCloud.from_fileobj(BytesIO(_OLD.sub(b"VERSION 0.7", content, count=1)))
     rows, promised = cloud.pc_data, cloud.metadata.points
     if len(rows) != promised:  # the library accepts truncated files
         raise ValueError(f"its header declares {promised} points, but it has {len(rows)}")
-    return _columns(rows)
+    return _with_vectors({name: rows[name] for name in rows.dtype.names or ()})
 
 
-def _columns(rows: NDArray[np.void]) -> dict[str, Any]:
-    """The columns of a table by name, with `positions` and `fibres` as vectors."""
-    columns: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
-    columns["positions"] = np.stack([rows[name] for name in ("x", "y", "z")], axis=1)
+def _with_vectors(columns: dict[str, Any]) -> dict[str, Any]:
+    """The columns of a table with `positions` and `fibres` as vectors."""
+    columns["positions"] = np.stack([columns[name] for name in ("x", "y", "z")], axis=1)
     if all(name in columns for name in ("fx", "fy", "fz")):
-        columns["fibres"] = np.stack([rows[name] for name in ("fx", "fy", "fz")], axis=1)
+        columns["fibres"] = np.stack([columns[name] for name in ("fx", "fy", "fz")], axis=1)
     return columns

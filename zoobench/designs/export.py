@@ -19,7 +19,7 @@ def export(body: Body, path: Path) -> None:
 
     * `npz`: the arrays of `Body` by name.
     * `ply`: the cubes of the existing particles as vertices x, y, z (their centres), muscle (-1 for none), fx, fy, fz,
-      stiffness, density_ratio, fill (the share of a cube that is solid).
+      stiffness, density_ratio, fill (the share of a cube that is solid; above 1 where slivers have joined it).
     * `pcd`: the same columns as fields of the Point Cloud Library's format 0.7, in binary.
     * `stl`: the closed surface around them, which encloses the body's volume.
 
@@ -83,8 +83,7 @@ def _rows(body: Body) -> "np.ndarray[tuple[int, ...], np.dtype[np.void]]":
         rows[f"f{name}"] = body.fibres[own, number]
     rows["muscle"] = np.where(active, shares.argmax(axis=1), -1) if shares.shape[1] else -1
     rows["stiffness"], rows["density_ratio"] = body.stiffness[own], body.density_ratio[own]
-    # the sliver that a full cube has taken over finds no place in it
-    rows["fill"] = np.minimum(body.volumes[own] / body.edge**3, 1.0)
+    rows["fill"] = (body.occupancy * body.volumes)[own] / body.edge**3
     return rows
 
 
@@ -127,7 +126,7 @@ def surface(body: Body) -> tuple[Array, "np.ndarray[tuple[int, ...], np.dtype[np
     for _ in range(12):
         level = (low + high) / 2
         vertices, faces, *_ = marching_cubes(field, level, spacing=(edge,) * 3, gradient_direction="descent")
-        volume = Mesh(vertices.astype(np.float64), faces).volume()
+        volume = Mesh(vertices.astype(np.float64), faces).signed_volume()
         low, high = (level, high) if abs(volume) > target else (low, level)
     found: Array = vertices.astype(np.float64) + lower
     turned = faces if volume > 0.0 else faces[:, ::-1]

@@ -2,98 +2,136 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar, Literal
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.designs.base import Body, sampled_once
 from zoobench.designs.grouping import Grouping, Scheme, check_count, check_used, group
-from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_notes, turned
+from zoobench.designs.mesh_file import FORMATS, FileMesh, load
+from zoobench.designs.pose import Direction, check_directions, directions, mirror_symmetry, pose_note, turned
 from zoobench.designs.sampling import Shape
-from zoobench.designs.solid_mesh import Mesh, load
-from zoobench.designs.thin_parts import Thickness, lattice_within, whole_sample
-from zoobench.errors import SceneError, UsageError
-from zoobench.inputs import InputFile
+from zoobench.designs.scale import METRES, Unit, check_scale, checked_size, scale_note
+from zoobench.designs.solid_mesh import Mesh
+from zoobench.designs.thin_parts import Thickness, lattice_within, pieces_note, whole_sample
+from zoobench.inputs import InputFile, path_of
 from zoobench.registry import Kind, register
 from zoobench.sim.model.fidelity import Fidelity
 
-_SMALLEST, _LARGEST = 0.01, 1.0  # [m] range of the body's length
+_ASSUMED = 0.10  # [m] length of a body of which neither length nor unit is given
 _POINTS = 1_000_000  # by which a mesh is sampled: some of them lie in a fin of a millimetre
 _END = 0.25  # of the length: head and tail
 
 
-@register(Kind.DESIGN, "mesh", version=3, tags=("file",))
+class MeshPath(InputFile):
+    """Annotation of a parameter that names a mesh."""
+
+    __slots__ = ()
+    endings: ClassVar[tuple[str, ...]] = tuple(f".{kind}" for kind in FORMATS)
+
+
+@register(Kind.DESIGN, "mesh", version=4, tags=("file",))
 @dataclass(frozen=True, kw_only=True)
 class MeshDesign:
     """A body from a mesh in a file (STL, OBJ, PLY or GLB), with muscles derived from its shape.
 
     The mesh is rotated by `ahead` and `up`, scaled, and placed on the ground. Holes are closed; what cannot be closed
-    is filled with voxels. Its volume is divided into muscle groups, which do not depend on the resolution.
+    is filled with voxels. Parts may overlap: what they share counts once. A part within another is a cavity if it is
+    turned inwards. Pieces that touch nothing and hardly have a volume are left out. The body is divided into muscle
+    groups, which do not depend on the resolution. `zoobench show` and `run` say what was repaired and assumed.
 
     * `path`: of the file; its content becomes part of the run's key.
-    * `length`: of the body along `ahead` [m]; 0 if the file is in metres.
+    * `length`: of the body along `ahead` [m]; 0 for what `unit` makes of it.
+    * `unit`: of the file; with `auto` and no length, the body is 0.10 m long.
     * `muscles`: number of groups; for `paired` a multiple of four.
     * `grouping`: `paired` for rows of equal volume from the tail to the head, each with a muscle left and right at the
       bottom and at the top, so that the body can bend to all sides, with fibres along it; `k-means` for compact groups
       and `axis` for slices of equal length along the longest axis, whose fibres run along the group's longest
       direction, or the body's if it has none, and change smoothly.
-    * `ahead`, `up`: directions in the file; most CAD tools have z up. With `up=auto`, the axis along which the body is
-      most symmetric goes from side to side, the longer of the others ahead, the last up, z among equals. With
-      `ahead=auto`, the longest axis other than `up` is ahead, x among equals. A body that then faces the wrong way
-      needs `ahead=-x`.
+    * `ahead`, `up`: directions in the file. With `up=format`, y is up in GLB, whose format says so, and z in others, as
+      in most CAD tools. With `up=auto`, the axis along which the body is most symmetric goes from side to side, the
+      longer of the others ahead, the last up, z among equals. With `ahead=auto`, the longest axis other than `up` is
+      ahead, x among equals. A body that then faces the wrong way needs `ahead=-x`.
 
     What is thinner than a particle is there with its mass, in particles of small volume; a body that is too thin for
     the grid in more than half of its volume is refused.
     """
 
-    path: InputFile
-    length: float = 0.10
+    path: MeshPath
+    length: float = 0.0
+    unit: Unit = "auto"
     muscles: int = 12
     grouping: Scheme = "paired"
     ahead: Direction = "auto"
-    up: Direction = "z"
+    up: Literal["format", "auto", "x", "y", "z", "-x", "-y", "-z"] = "format"
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.length < np.inf:
-            raise UsageError(
-                f"A mesh of length {self.length:g} m cannot be. Give a length of 0 (as in the file) or more."
-            )
+        check_scale(self.length, self.unit)
         check_count(self.grouping, self.muscles)
-        check_directions(self.ahead, self.up)
+        check_directions(self.ahead, self._up)
         _ = self.mesh  # checks the file
 
     @cached_property
-    def _raw(self) -> Mesh:
+    def _file(self) -> FileMesh:
         return load(self.path)
+
+    @property
+    def _up(self) -> Direction:
+        if self.up != "format":
+            return self.up
+        return "y" if path_of(self.path).suffix.lower() == ".glb" else "z"
 
     @cached_property
     def _directions(self) -> tuple[str, str]:
         """The directions ahead and up in the file."""
-        raw = self._raw
+        raw = self._file.mesh
         points = raw.vertices
-        if self.up == "auto" and len(within := lattice_within(_shape(raw), abs(raw.volume()))[0]):
+        if self._up == "auto" and len(within := lattice_within(_shape(raw), raw.volume())[0]):
             points = within  # a wire may lie between all of them
         size = np.ptp(raw.vertices, axis=0)
-        return directions(self.ahead, self.up, size, lambda axis: mirror_symmetry(points, raw.inside, axis))
+        return directions(self.ahead, self._up, size, lambda axis: mirror_symmetry(points, raw.inside, axis))
+
+    @cached_property
+    def _turned(self) -> Mesh:
+        """The surface with x ahead, y up, in the file's unit, the lowest point at y = 0, the middle at x = z = 0."""
+        vertices = turned(self._file.mesh.vertices, *self._directions)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        foot = ((low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2)
+        return Mesh(vertices - foot, self._file.mesh.faces)
+
+    @cached_property
+    def _size(self) -> Array:
+        """Length, height and width in the file's unit `[3]`."""
+        size: Array = np.ptp(self._turned.vertices, axis=0)
+        return size
+
+    @property
+    def _scale(self) -> float:
+        """Metres per unit of the file."""
+        return METRES[self.unit] if self.unit != "auto" else (self.length or _ASSUMED) / float(self._size[0])
 
     @cached_property
     def mesh(self) -> Mesh:
-        """The surface in place: x ahead, y up, the lowest point at y = 0, the middle at x = z = 0 [m]."""
-        vertices = turned(self._raw.vertices, *self._directions)
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        vertices = vertices - ((low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2)
-        scale = self.length / (high[0] - low[0]) if self.length else 1.0
-        size = (high - low) * scale
-        if not _SMALLEST <= size.max() <= _LARGEST:
-            raise SceneError(
-                f"The body of {self.path!r} is {size[0]:g} m long, {size[1]:g} m high and {size[2]:g} m wide; "
-                f"{_SMALLEST:g} to {_LARGEST:g} m was expected of the largest. The file's unit may not be the metre: "
-                "give the intended length, such as length=0.1."
-            )
-        return Mesh(vertices * scale, self._raw.faces, self._raw.repairs)
+        """The surface in place, like `_turned` [m]."""
+        checked_size(self.path, self._size * self._scale)
+        return Mesh(self._turned.vertices * self._scale, self._turned.faces)
 
     @cached_property
     def _volume(self) -> float:
-        return self.mesh.volume()
+        return self._file.mesh.volume() * self._scale**3
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What was made of the file, as sentences."""
+        assumed = f"its unit is not known, so it was scaled by {self._scale:.4g} to a length of {_ASSUMED:g} m"
+        why = "as the format has it" if self._up == "y" else "as most CAD tools have it"
+        return (
+            scale_note(self._size, self._scale, self.length, self.unit, assumed),
+            *pose_note(self.ahead, self.up, self._directions, why),
+            *self._file.notes,
+            *pieces_note(self.shape, self._volume),
+        )
 
     @cached_property
     def shape(self) -> Shape:
@@ -128,7 +166,7 @@ class MeshDesign:
             self.groups.names,
             **sample.ends((1.0 - 2.0 * _END) * self.shape.upper[0]),
             fibres=self.groups.fibres(sample.positions),  # they vary smoothly
-            notes=(*pose_notes(self.up, self._directions), *self.mesh.repairs, *sample.notes),
+            notes=(*self.notes, *sample.notes),
         )
 
 

@@ -1,112 +1,140 @@
-"""Repair of meshes: holes are closed, normals turned outwards, and what stays open is filled with voxels."""
+"""Repair of meshes: holes are closed, parts turned outwards, and what stays open is filled with voxels."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from zoobench.designs.triangles import points_on
+from zoobench.designs.shells import Indices, edges_of, is_closed, shells_of, turned_outwards, without_crumbs
+from zoobench.designs.solid_mesh import Mesh
+from zoobench.designs.voxel_fill import filled
 from zoobench.errors import UsageError, extra
 
-_VOXELS = 100  # along the longest edge of a body that is filled
-_LEAST_INSIDE = 0.05  # of the filled voxels that are not its surface
 _NO_VOLUME = 1e-6  # of the box around the body
+_MOST_CLOSED = 0.7  # of its own area that may be added to a surface
+_MOST_INVERTED = 0.01  # of the volume that parts inside out may enclose
+_SAID = 0.001  # share of a volume from which it is said that parts share it
 
 
-def repaired(mesh: Any, name: str) -> tuple[Any, tuple[str, ...]]:
+def repaired(mesh: Any, name: str) -> tuple[Mesh, tuple[str, ...]]:
     """A mesh of trimesh as a closed surface with normals outwards, and what was done, as sentences.
 
-    Equal corners are merged and inward normals turned without a word. Holes are closed by fans of triangles. If some
-    edge then still has more faces on one side than on the other, the surface is filled with voxels.
+    Equal corners are merged. A surface that is not closed is closed by fans of triangles, or else filled with voxels.
+    The first of the three is taken that encloses a volume and is not inside out anywhere.
 
     Raises:
         UsageError: it encloses no volume, or none of its triangles has an area.
     """
-    trimesh = trimesh_or_advice()
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
+    mesh.update_faces(mesh.nondegenerate_faces())
+    mesh.remove_unreferenced_vertices()
     if not len(mesh.faces):
         raise UsageError(
             f"The corners of {name!r} lie on each other, or too far away to be told apart. Export it in another unit, "
             "near the origin."
         )
-    notes: list[str] = []
-    if is_closed(mesh):
-        trimesh.repair.fix_normals(mesh)
-    else:
-        trimesh.repair.fix_winding(mesh)
-        notes += _close_holes(mesh, trimesh)
-    if not is_closed(mesh):
-        mesh, words = _filled(mesh, name, trimesh)
-        notes = [words]
-    if abs(mesh.volume) <= _NO_VOLUME * np.prod(np.maximum(mesh.extents, 1e-3 * mesh.extents.max())):
-        raise UsageError(_nothing_inside(name))
-    if mesh.volume < 0.0:
-        mesh.invert()
-    return mesh, tuple(notes)
+    for closed, words in _attempts(mesh):
+        found, cavities, crumbs = _outwards(closed)
+        if _is_solid(found):
+            return found, (*words, *_said(found, cavities, crumbs))
+    solid, word = filled(np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64), name)
+    return solid, (word,)
 
 
-def is_closed(mesh: Any) -> bool:
-    """Whether every edge is passed as often in one direction as in the other, so that all points have a winding number.
+def _attempts(mesh: Any) -> Iterator[tuple[Mesh, tuple[str, ...]]]:
+    """The surface as it is, if it is closed, and with its holes closed."""
+    faces = np.array(mesh.faces, np.int64)
+    if is_closed(faces):
+        yield Mesh(np.array(mesh.vertices, np.float64), faces), ()
+    mesh.update_faces(mesh.unique_faces())
+    wound = _wound(mesh)
+    holed = Mesh(np.array(mesh.vertices, np.float64), wound)
+    if (closed := _closed(holed)) is not None:
+        yield closed
 
-    Edges with four faces, as where two solids touch, are closed as well.
+
+def _wound(mesh: Any) -> Indices:
+    """The faces, turned so that neighbours agree, as most of each part were in the file."""
+    trimesh = trimesh_or_advice()
+    before = np.array(mesh.faces, np.int64)
+    wound = mesh.copy()
+    trimesh.repair.fix_winding(wound)
+    after = np.array(wound.faces, np.int64)
+    shells = shells_of(after)
+    same = (after == before).all(axis=1)
+    turned = np.bincount(shells, np.where(same, -1.0, 1.0)) > 0.0
+    return np.where(turned[shells][:, None], after[:, ::-1], after)
+
+
+def _closed(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]] | None:
+    """The surface with a fan of triangles from the middle of every hole's rim, and a word; None if it is hardly one.
+
+    The rim is where an edge is passed more often in one direction than in the other. With the fans it no longer is,
+    whatever the rim looks like.
     """
-    if not len(mesh.faces):
-        return False
-    _, owner = np.unique(mesh.edges_sorted, axis=0, return_inverse=True)
-    sense = np.where(mesh.edges[:, 0] < mesh.edges[:, 1], 1.0, -1.0)
-    return not np.bincount(owner.ravel(), weights=sense).any()
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    number, sense = edges_of(mesh.faces)
+    excess = np.bincount(number.ravel(), sense.ravel())
+    if not excess.any():
+        return mesh, ()
+    ends = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    _, first = np.unique(number.ravel(), return_index=True)
+    rim, times = ends[first][excess != 0.0], excess[excess != 0.0].astype(int)
+    count = len(mesh.vertices)
+    graph = coo_array((np.ones(len(rim)), (rim[:, 0], rim[:, 1])), shape=(count, count))
+    hole = np.unique(connected_components(graph, directed=False)[1][rim[:, 0]], return_inverse=True)[1]
+    ways = np.bincount(hole)
+    middles = np.stack([np.bincount(hole, mesh.vertices[rim, axis].mean(axis=1)) / ways for axis in range(3)], axis=1)
+    turned = np.where((times > 0)[:, None], rim[:, ::-1], rim)
+    fans = np.repeat(np.column_stack([turned, count + hole]), np.abs(times), axis=0)
+    vertices = np.concatenate([mesh.vertices, middles])
+    if _area(vertices, fans) > _MOST_CLOSED * _area(vertices, mesh.faces):
+        return None
+    reach = np.max([np.ptp(mesh.vertices[rim[hole == n]].reshape(-1, 3), axis=0).max() for n in range(len(ways))])
+    share = 100.0 * float(reach) / float(np.ptp(mesh.vertices, axis=0).max())
+    holes = f"{len(ways)} holes" if len(ways) > 1 else "a hole"
+    said = f"The mesh was open: {holes} with {len(rim)} edges, up to {share:.0f} % of its length wide, closed flat."
+    return Mesh(vertices, np.concatenate([mesh.faces, fans])), (said,)
 
 
-def _close_holes(mesh: Any, trimesh: Any) -> list[str]:
-    """Close the holes as far as possible, and say how large they were."""
-    _, owner, counts = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
-    is_open = counts[owner.ravel()] == 1
-    if not is_open.any():
-        return []
-    rim = mesh.edges_sorted[is_open]
-    holes = trimesh.graph.connected_components(rim)
-    widest = max(float(np.ptp(mesh.vertices[hole], axis=0).max()) for hole in holes)
-    trimesh.repair.fill_holes(mesh, use_fan=True)
-    trimesh.repair.fix_normals(mesh)
-    number = f"{len(holes)} holes" if len(holes) > 1 else "a hole"
-    share = 100.0 * widest / float(mesh.extents.max())
-    return [f"The mesh was open: {number} with {len(rim)} edges, up to {share:.0f} % of its length wide, closed flat."]
+def _area(vertices: Any, faces: Indices) -> float:
+    a, b, c = (vertices[faces[:, n]] for n in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
-def _filled(mesh: Any, name: str, trimesh: Any) -> tuple[Any, str]:
-    """The surface of the voxels on and within a mesh.
-
-    Raises:
-        UsageError: hardly any lie within.
-    """
-    from scipy.ndimage import binary_closing, binary_fill_holes
-
-    pitch = float(mesh.extents.max()) / _VOXELS
-    corner = np.array(mesh.bounds[0]) - 3.5 * pitch
-    skin = np.zeros(np.ceil(mesh.extents / pitch).astype(int) + 8, bool)
-    places = points_on(np.array(mesh.vertices), np.array(mesh.faces), pitch / 2)
-    skin[tuple(((places - corner) / pitch).astype(int).T)] = True
-    for width in (0, 1, 2):
-        tight = binary_closing(skin, iterations=width) if width else skin
-        solid = binary_fill_holes(tight)
-        if solid.sum() - tight.sum() >= _LEAST_INSIDE * solid.sum():
-            break
-    else:
-        raise UsageError(_nothing_inside(name))
-    with extra("meshes", "Open meshes need"):
-        filled = trimesh.voxel.ops.matrix_to_marching_cubes(solid, pitch=pitch)
-    filled.apply_translation(corner + pitch / 2)  # the middle of the first voxel
-    return filled, (
-        f"The mesh could not be closed, so it was filled with voxels of 1/{_VOXELS} of its length: details finer than "
-        "that are gone."
-    )
+def _outwards(mesh: Mesh) -> tuple[Mesh, int, str]:
+    """The surface with its shells turned and without crumbs, the number of cavities, and a word about the crumbs."""
+    found, cavities = turned_outwards(mesh, shells_of(mesh.faces))
+    found, crumbs = without_crumbs(found, shells_of(found.faces))
+    return found, cavities, crumbs
 
 
-def _nothing_inside(name: str) -> str:
-    return (
-        f"{name!r} encloses no volume: it is open, or flat. Give it walls of some thickness and close its holes in a "
-        "modeller, then export it again."
-    )
+def _is_solid(mesh: Mesh) -> bool:
+    extents = np.ptp(mesh.vertices, axis=0)
+    least = _NO_VOLUME * float(np.prod(np.maximum(extents, 1e-3 * extents.max())))
+    volume = mesh.volume()
+    return volume > least and mesh.inverted <= _MOST_INVERTED * volume
+
+
+def _said(mesh: Mesh, cavities: int, crumbs: str) -> Iterator[str]:
+    """What was made of parts, as sentences."""
+    if crumbs:
+        yield crumbs
+    if cavities:
+        yield (
+            f"{cavities} parts lie within others and are turned inwards: cavities."
+            if cavities > 1
+            else "A part lies within another and is turned inwards: a cavity."
+        )
+    volume = mesh.volume()
+    for share, words in (
+        (mesh.repeated / volume, "is enclosed by several parts at once: it counts once"),
+        (mesh.inverted / volume, "is enclosed by parts inside out: it does not count"),
+    ):
+        if share > _SAID:
+            yield f"{100.0 * share:.2g} % of the volume {words}."
 
 
 def trimesh_or_advice() -> Any:

@@ -64,17 +64,33 @@ def mirror_symmetry(points: Array, inside: Callable[[Array], Mask], axis: int) -
     return float(inside(mirrored).mean())
 
 
-def pose_notes(up: Direction, chosen: tuple[str, str]) -> tuple[str, ...]:
-    """The directions ahead and up that `up=auto` has chosen, as a sentence."""
-    if up != "auto":
+def pose_note(ahead: str, up: str, chosen: tuple[str, str], why: str) -> tuple[str, ...]:
+    """The directions ahead and up that were not given, as a sentence; none if both were.
+
+    Args:
+        ahead, up: as they were given.
+        chosen: those that were taken.
+        why: of the direction up, if it is not `auto`.
+    """
+    if ahead == chosen[0] and up == chosen[1]:
         return ()
-    return (f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up. If wrong, give both.",)
+    reason = "" if up in ("auto", chosen[1]) else f", {why}"
+    return (
+        f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up{reason}. If wrong, give both.",
+    )
 
 
 def turned(points: Array, ahead: str, up: str) -> Array:
     """Points `[n, 3]` of a file with x ahead, y up and z to the right."""
     forward, upward = _axis(ahead), _axis(up)
     found: Array = points @ np.stack([forward, upward, np.cross(forward, upward)], axis=1)
+    return found
+
+
+def turned_back(points: Array, ahead: str, up: str) -> Array:
+    """Points `[n, 3]` in the directions of the file, of those with x ahead, y up and z to the right."""
+    forward, upward = _axis(ahead), _axis(up)
+    found: Array = points @ np.stack([forward, upward, np.cross(forward, upward)])
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array, Mask
+from zoobench.errors import SceneError
 from zoobench.sim.model.fidelity import Fidelity
 from zoobench.sim.model.lattice import cell_points, fill_box, too_small
 
@@ -23,6 +24,7 @@ one, and change nothing."""
 _NEXT = 1.13  # [edges] to the next cubes, those of the face-centred lattice included
 _WHOLE = 0.98  # share of a cube that counts as full
 _AROUND = 1.8  # [edges] to the cubes around a cube
+_LEAST_CELLS = 2.0  # of the grid along the longest edge of a body: a shorter one does not bend
 _THIN = 0.05  # share of a body that is thinner than two particles, above which it is said
 
 
@@ -133,8 +135,15 @@ class Shape:
         clearance are those of the solid at every resolution. Slivers join the next cube.
 
         Raises:
-            SceneError: nothing of the solid was found.
+            SceneError: the solid is shorter than two cells, or nothing of it was found.
         """
+        size = np.subtract(self.upper, self.lower)
+        if size.max() < _LEAST_CELLS * fidelity.grid_spacing:
+            edges = " x ".join(f"{edge:.3g}" for edge in size)
+            raise SceneError(
+                f"A body of {edges} m is shorter than {_LEAST_CELLS:g} cells of {fidelity.grid_spacing:.4g} m. Use a "
+                "finer fidelity or a larger body."
+            )
         sites, edge = self.lattice(fidelity), fidelity.particle_edge
         points, weights, owner = self._points(sites, fidelity)
         if not len(points):

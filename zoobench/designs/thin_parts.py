@@ -30,6 +30,7 @@ _LOST = 0.10  # share of a body's extent whose loss is the loss of an end
 _SIDES = (("rear", "front"), ("bottom", "top"), ("left", "right"))
 _MEASURING_POINTS = 30_000  # about, from which thickness and symmetry are measured
 _FINEST = 1 / 200  # of the longest edge: the least spacing of such points
+_NAMED = 4  # pieces whose shares are said
 _SPANS = range(1, 65)  # [voxels] edges of the cubes that are tried
 
 
@@ -89,7 +90,20 @@ def lattice_within(shape: Shape, volume: float) -> tuple[Array, float]:
     counts = np.maximum(np.ceil(size / spacing - 1e-9), 1).astype(int)
     cells = np.indices(tuple(counts)).reshape(3, -1).T + 0.5
     points = (np.array(shape.lower) + np.array(shape.upper)) / 2 + (cells - counts / 2) * spacing
-    return points[shape.inside(points)], spacing
+    return points[np.asarray(shape.inside(points), float) > 0.0], spacing
+
+
+def pieces_note(shape: Shape, volume: float) -> tuple[str, ...]:
+    """That a solid of this volume [m^3] is in several pieces, as a sentence; none if it is in one."""
+    points, spacing = lattice_within(shape, volume)
+    if len(points) < 2:
+        return ()
+    sizes = np.sort(np.bincount(clumps(points, NEAR * spacing)))[::-1]
+    shares = [f"{100.0 * size / sizes.sum():.2g} %" for size in sizes[1:_NAMED]]
+    if not shares:
+        return ()
+    more = " and less" if len(sizes) > _NAMED else ""
+    return (f"The body is in {len(sizes)} pieces that do not touch, the smaller ones of {', '.join(shares)}{more}.",)
 
 
 def reach(fidelity: Fidelity) -> float:
