@@ -67,7 +67,7 @@ def placed(points: Points, name: str) -> Points:
         UsageError: hardly any are left.
     """
     count = len(points.positions)
-    finite = np.isfinite(points.positions).all(axis=1)
+    finite: Mask = np.asarray(np.isfinite(points.positions).all(axis=1))
     if not finite.all():
         points = points.only(finite, f"{count - int(finite.sum()):,} of {count:,} points have no place: left out.")
     count = len(points.positions)
