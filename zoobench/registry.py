@@ -393,6 +393,12 @@ def has_plugins() -> bool:
     return not importlib.metadata.entry_points().groups.isdisjoint(f"zoobench.{kind}" for kind in Kind)
 
 
+def distributions() -> dict[str, str]:
+    """The names of the installed packages that offer components, by the top-level module of an entry point."""
+    points = (point for kind in Kind for point in _entry_points().select(group=f"zoobench.{kind}"))
+    return {point.module.partition(".")[0]: point.dist.name for point in points if point.dist is not None}
+
+
 def look_again() -> None:
     """Look for plug-ins anew where a component is asked for next, as they may have been installed meanwhile."""
     _discovered.clear()

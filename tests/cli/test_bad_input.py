@@ -37,7 +37,7 @@ def digest(path: Path) -> str:
         ([*RUN, "--seeds", "-1"], "negative"),
         ([*RUN, "--seeds", "0,-2"], "negative"),
         ([*RUN, "--seeds", "many"], "Cannot read 'many' as seeds"),
-        ([*RUN, "--seeds", "0"], "no seed at all"),
+        ([*RUN, "--seeds", "0"], "Write how many, as in 1 for seed 0 alone"),
         ([*RUN, "--seeds", ""], "no seed at all"),
         ([*RUN, "--budget", ""], "Cannot read '' as a budget"),
         ([*RUN, "--seeds", "1000000000"], "means 1,000,000,000 seeds, and 10,000 are the most"),

@@ -118,6 +118,7 @@ def test_waves_are_slower_under_weak_gravity() -> None:
         ("ocean[poissons_ratio=-1]", "between -1 and 0.5"),
         ("ground[density=-5]", "density is -5"),
         ("ground[muscle_strength=-1]", "muscle_strength is -1"),
+        ("ocean[muscle_strength=0]", "moves nothing"),
         ("ground[damping=-1]", "robot's viscosity is -1"),
         ("desert[medium_poissons_ratio=0.7]", "medium's Poisson's ratio 0.7"),
         ("clay[medium_youngs_modulus=-1]", "medium's youngs_modulus"),

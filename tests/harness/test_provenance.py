@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.test_architecture import ROOT, imports_of
-from zoobench import rounding
+from zoobench import registry, rounding
 from zoobench.db import published
 from zoobench.harness import provenance
 
@@ -135,3 +135,18 @@ def test_every_library_that_makes_numbers_is_named() -> None:
     without_numbers = {"typing-extensions", "pyarrow", "pygame"}  # files for other programs, and a window
     assert distributions - without_numbers <= {name.lower() for name in provenance.PACKAGES}
     assert {"cma", "neat-python", "ribs", "stable-baselines3", "gymnasium", "roma", "scipy"} <= distributions
+
+
+def test_a_plug_in_in_a_checkout_has_its_name_and_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`pip install -e` lists none of its modules; its entry point tells whose they are."""
+    info = tmp_path / "zoo_climb-0.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: zoo-climb\nVersion: 0.3\n")
+    (info / "RECORD").write_text("__editable__.zoo_climb-0.3.pth,,\n")
+    (info / "entry_points.txt").write_text("[zoobench.methods]\nclimb = zoo_climb.method\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry._entry_points.cache_clear()
+    try:
+        assert provenance._distribution_of("zoo_climb") == {"distribution": "zoo-climb", "version": "0.3"}
+    finally:
+        registry._entry_points.cache_clear()

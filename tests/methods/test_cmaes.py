@@ -3,6 +3,7 @@
 import numpy as np
 
 from tests.methods.toy import OPTIMUM, Context, Quadratic
+from zoobench.arrays import Array
 from zoobench.cell.episode import Evaluation
 from zoobench.methods.cmaes import CmaEs, Strategies
 from zoobench.spec import Budget
@@ -22,3 +23,19 @@ def test_a_failed_episode_costs_more_than_the_worst_that_did_not_fail() -> None:
     told = strategies.digest([Evaluation(score, {}, np.zeros(0)) for score in scores])
     assert (told[0], told[2]) == (7.0, -0.5)
     assert min(told[1], told[3]) > 7.0
+
+
+class Given(Quadratic):
+    """A robot without parameters."""
+
+    parameter_count = 0
+
+    def _one(self, params: Array) -> tuple[Evaluation, Array]:
+        return super()._one(OPTIMUM)
+
+
+def test_a_robot_without_parameters_is_evaluated_once() -> None:
+    """There is nothing to be found, and its score is the result."""
+    problem = Given(Budget("episodes", 2500))
+    solution = CmaEs().run(problem, Context(1))  # type: ignore[arg-type]
+    assert (solution.evaluation.score, len(solution.params), problem.meter.episodes) == (1.0, 0, 1)

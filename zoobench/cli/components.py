@@ -1,12 +1,12 @@
 """`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
 from zoobench.cli import completion
+from zoobench.cli.kinds import KindName, kind_named
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, emit, emit_facts, print_text, say
 from zoobench.cli.solutions import may_be_run, names_published, names_run
@@ -16,24 +16,6 @@ from zoobench.spec import AXES, Ref, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.registry import Component
-
-
-class KindName(StrEnum):
-    """The kinds of components on the command line."""
-
-    ENVS = "envs"
-    TASKS = "tasks"
-    DESIGNS = "designs"
-    CONTROLLERS = "controllers"
-    METHODS = "methods"
-    FIDELITIES = "fidelities"
-    SUITES = "suites"
-    PRESETS = "presets"
-
-    @property
-    def singular(self) -> str:
-        """The word for one of them, which `zoobench list` takes as well."""
-        return f"{self[:-3]}y" if self.endswith("ies") else self[:-1]
 
 
 def _kinds(incomplete: str) -> list[str]:
@@ -60,7 +42,7 @@ def list_components(
     from zoobench import registry
     from zoobench.harness import suites
 
-    kind = _kind_named(name) if name else None
+    kind = kind_named(name) if name else None
     if kind is KindName.PRESETS:
         emit(_presets(), form)
         return
@@ -76,19 +58,6 @@ def list_components(
         found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
         rows += [(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
     emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
-
-
-def _kind_named(text: str) -> KindName:
-    """The kind of that name, in the plural, the singular or in full: `envs`, `env`, `environment`.
-
-    Raises:
-        UnknownNameError: there is none.
-    """
-    found = {name: kind for kind in KindName for name in (kind.value, kind.singular)}
-    found |= {"environment": KindName.ENVS, "environments": KindName.ENVS}
-    if text not in found:
-        raise UnknownNameError("kind", text, [kind.value for kind in KindName])
-    return found[text]
 
 
 def show(

@@ -1,37 +1,43 @@
 """`zoobench new`: a package of your own that adds a component."""
 
-from enum import StrEnum
 from pathlib import Path
 from shlex import quote
 from typing import Annotated
 
 from typer import Argument, Option
 
+from zoobench.cli import completion
+from zoobench.cli.kinds import KindName, kind_named
 from zoobench.cli.output import say
 
+_OFFERED = (KindName.ENVS, KindName.TASKS, KindName.DESIGNS, KindName.CONTROLLERS, KindName.METHODS)
 
-class NewKind(StrEnum):
-    """The kinds of components that can be begun."""
 
-    ENVIRONMENT = "environment"
-    TASK = "task"
-    DESIGN = "design"
-    METHOD = "method"
+def _kinds(incomplete: str) -> list[str]:
+    return completion.starting((kind.singular for kind in _OFFERED), incomplete)
 
 
 def new(
-    kind: Annotated[NewKind, Argument(help="What the package adds.")],
+    kind: Annotated[
+        str,
+        Argument(
+            metavar="KIND",
+            help=f"What the package adds: {', '.join(kind.singular for kind in _OFFERED)}.",
+            autocompletion=_kinds,
+        ),
+    ],
     name: Annotated[str, Argument(help="Name of the component, in kebab-case: wet-rock.")],
     into: Annotated[Path, Option("--into", help="The folder in which the package's folder is made.")] = Path(),
 ) -> None:
     """Begin a package of your own with a component.
 
-    It holds an environment, a task, a design or a method and works as it is: with an entry point, by which zoobench
-    finds it once it is installed, and tests from `zoobench.testing`, which check what every component owes.
+    It works as it is: with an entry point, by which zoobench finds it once it is installed, and tests from
+    `zoobench.testing`, which check what every component owes.
     """
-    from zoobench.plugins.package import OFFERED, write_package
+    wanted = kind_named(kind, _OFFERED)
+    from zoobench.plugins.package import write_package
+    from zoobench.registry import Kind
 
-    (wanted,) = (each for each in OFFERED if each.noun == kind)
-    package = write_package(wanted, name, into)
+    package = write_package(Kind(wanted), name, into)
     say(f"Next: cd {quote(str(package))} && pip install -e '.[test]' && python -m pytest")
     print(package)

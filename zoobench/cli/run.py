@@ -92,6 +92,10 @@ def run(
     if engine is not None and on.startswith("ray"):
         engine = partial(engine, memory=expected_memory(cell for cell in cells if not isinstance(cell, Skip)))
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
+    if all(isinstance(cell, Skip) for cell in cells):
+        raise UsageError(
+            "Nothing was run, as none of this can be, for the reasons above. Choose another method, controller or design."
+        )
     if no_wait:
         _tell_sweep(queued, db)
     else:

@@ -16,7 +16,7 @@ class Physics:
     * `youngs_modulus`: E of the robot [Pa].
     * `poissons_ratio`: nu of the robot [-], above -1 and below 0.5.
     * `density`: of the robot [kg/m^3].
-    * `muscle_strength`: active stress of a muscle at full activity [Pa]; it does not change with `youngs_modulus`.
+    * `muscle_strength`: active stress of a muscle at full activity [Pa], above 0; it does not change with `youngs_modulus`.
     * `damping`: viscosity eta of the robot's stress 2 eta D [Pa s]; 0 is undamped.
     """
 
@@ -35,6 +35,11 @@ class Physics:
     def __post_init__(self) -> None:
         if self.gravity < 0.0:
             raise UsageError(f"A gravity of {self.gravity:g} m/s^2 would point upward. Give 0 or more.")
+        if self.muscle_strength == 0.0:
+            raise UsageError(
+                "A muscle_strength of 0 Pa moves nothing. Give a positive strength; what a robot at rest "
+                "scores is the reading idle_score of every run."
+            )
 
     @property
     def robot(self) -> ElasticMaterial:

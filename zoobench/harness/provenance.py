@@ -121,8 +121,9 @@ def changed_plugins(specs: Iterable[RunSpec], stored: Collection[Mapping[str, An
 
 
 def _distribution_of(module: str) -> dict[str, str | None]:
-    name = next(iter(_distributions().get(module, [])), None)
-    return {"distribution": name, "version": None if name is None else _version(name)}
+    """Name and version of a top-level module's distribution, which one in a checkout has by its entry point alone."""
+    found = registry.distributions().get(module) or next(iter(_distributions().get(module, [])), None)
+    return {"distribution": found, "version": None if found is None else _version(found)}
 
 
 @cache

@@ -167,5 +167,8 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     if len(words) == 1:
         numbers = list(range(numbers[0])) if numbers else []
     if not numbers:
-        raise UsageError(f"{text!r} means no seed at all. Give at least 1.")
+        raise UsageError(
+            f"{text!r} means no seed at all. Write how many, as in 1 for seed 0 alone, or with commas which, as in 7, for "
+            "seed 7."
+        )
     return tuple(dict.fromkeys(numbers))

@@ -43,12 +43,15 @@ def evolve(
 ) -> Solution:
     """Evolve until the budget does not suffice for another generation, or for `generations` if that is not 0.
 
-    `create` makes the optimiser; all its random numbers come from the context's generator.
+    `create` makes the optimiser; all its random numbers come from the context's generator. A robot without parameters
+    is evaluated once.
 
     Raises:
         DivergenceError: every evaluation failed.
         BudgetExhaustedError: the budget does not suffice for the first generation.
     """
+    if not problem.parameter_count:
+        create, population, generations = _Fixed, 1, 1
     stored = context.restore()
     state = {} if stored is None else unpack(stored)
     if state:
@@ -93,6 +96,23 @@ def goes_on(problem: Problem, evaluations: int, iterations: int, *, gradient: bo
     if done == 0 or done == iterations:
         return done == 0
     return problem.affords(evaluations, gradient=gradient)
+
+
+class _Fixed:
+    """An `AskAndTell` where nothing is to be found: there are no parameters."""
+
+    def ask(self) -> list[Array]:
+        return [np.zeros(0)]
+
+    def digest(self, evaluations: Sequence[Evaluation]) -> Told:
+        return scores_of(evaluations)
+
+    def tell(self, told: Told) -> None: ...
+
+    def readings(self) -> dict[str, float]:
+        return {}
+
+    facts = readings
 
 
 def _readings(evaluations: Sequence[Evaluation]) -> dict[str, float]:

@@ -11,13 +11,14 @@ from zoobench.errors import UsageError, reason
 from zoobench.files import replace_files
 from zoobench.registry import Kind
 
-OFFERED = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.METHOD)
+OFFERED = (Kind.ENV, Kind.TASK, Kind.DESIGN, Kind.CONTROLLER, Kind.METHOD)
 """The kinds of components for which there are templates."""
 
 _RUNS = {
     Kind.ENV: "zoobench run --env {} --task movement-speed --smoke",
     Kind.TASK: "zoobench run --env ground --task {} --smoke",
     Kind.DESIGN: "zoobench run --env ground --task movement-speed --design {} --smoke",
+    Kind.CONTROLLER: "zoobench run --env ground --task movement-speed --controller {} --smoke",
     Kind.METHOD: "zoobench run --env ground --task movement-speed --method {} --smoke",
 }
 

@@ -146,7 +146,10 @@ def _plugins(documents: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     codes: dict[str, set[str]] = {}
     for document in documents:
         for name, facts in document.get("plugins", {}).items():
-            whole = f"{name} of {facts['distribution']} {facts['version']}"
+            package = "a package that is not known"  # as of runs by an earlier zoobench in a checkout
+            if facts["distribution"]:
+                package = f"{facts['distribution']} {facts['version']}"
+            whole = f"{name} of {package}"
             codes.setdefault(whole, set()).add(str(facts["code"])[:12])
     for name, found in codes.items():
         yield f"{name}, code {' and '.join(sorted(found))}{' (CHANGED between runs)' * (len(found) > 1)}"
