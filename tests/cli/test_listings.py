@@ -58,12 +58,12 @@ def test_table_shows_settings_origin_and_no_smoke(zoobench: Command, database: P
 
 def test_table_as_markdown_has_the_winner_in_bold(zoobench: Command, database: Path) -> None:
     """Diffphysics on the desert."""
-    assert "| **1.001 ± 0.0025 m/s (n=3)** |" in zoobench("table", "--format", "md").out
+    assert "| **1.0010 ± 0.0025** |" in zoobench("table", "--format", "md").out
 
 
 def test_the_winner_has_a_star_where_bold_cannot_be_seen(zoobench: Command, database: Path) -> None:
     """Off a terminal the one winner is marked in the text."""
-    starred = [line for line in zoobench("table").out.splitlines() if "(n=3) *" in line]
+    starred = [line for line in zoobench("table").out.splitlines() if "0.0025 *" in line]
     assert len(starred) == 1
     assert starred[0].startswith("desert")
 
@@ -95,7 +95,7 @@ def test_status_counts_and_shows_runs_in_progress(zoobench: Command, database: P
     document = json.loads(zoobench("status", "--format", "json").out)
     assert document["counts"]["done"] == 9
     (run,) = document["running"]
-    assert (run["run"], run["attempt"], run["progress"], run["score"]) == (11, 1, "25%", 0.05)
+    assert (run["run"], run["attempt"], run["progress"], run["score"]) == (11, 1, 0.25, 0.05)
 
 
 def test_status_watch_ends_when_nothing_is_left(zoobench: Command, tmp_path: Path) -> None:
@@ -162,8 +162,8 @@ def test_escape_sequences_of_a_run_reach_no_terminal(zoobench: Command, database
 def test_a_table_as_latex_has_a_caption_and_its_origin(zoobench: Command, database: Path) -> None:
     """The winner is bold, and what does not belong on paper is a comment."""
     out = zoobench("table", "--format", "latex").out
-    assert r"\caption{Score: fidelity draft, budget 1000 substeps, 10 frames}" in out
-    assert r"\textbf{1.001 $\pm$ 0.0025 m/s (n=3)}" in out
+    assert r"\caption{Score [m/s]: fidelity draft, budget 1000 substeps, 10 frames, 3 seeds}" in out
+    assert r"\bfseries 1.0010 \pm 0.0025" in out
     tail = out[out.index(r"\end{table}") :].splitlines()[2:]
     assert all(line.startswith("% ") for line in tail)
 
@@ -171,11 +171,10 @@ def test_a_table_as_latex_has_a_caption_and_its_origin(zoobench: Command, databa
 def test_a_pivot_has_environments_side_by_side(zoobench: Command, database: Path) -> None:
     """The same cells, with the winner, in a row for each method; the command that repeats it says so."""
     out = zoobench("table", "--pivot", "--format", "md").out
-    assert "| task | design | method | desert | ice |" in out
+    assert "| task | design | method | desert [m/s] | ice [m/s] |" in out
     first = next(line for line in out.splitlines() if line.startswith("| turning"))
     assert first == (
-        "| turning | caterpillar | diffphysics | **1.001 ± 0.0025 m/s (n=3)** "
-        "| 0.5 m/s (n=2 of 3, all equal, diverged 1/3) |"
+        "| turning | caterpillar | diffphysics | **1.0010 ± 0.0025** | 0.5 (n=2 of 3, all equal, diverged 1/3) |"
     )
     assert "made by: zoobench table --pivot --format md" in out
 
@@ -187,5 +186,6 @@ def test_methods_are_compared_over_all_rows(zoobench: Command, database: Path) -
     assert "Agarwal et al. 2021" in reply.out
     assert "zoobench table --aggregate" in reply.out
     (over,) = json.loads(zoobench("table", "--aggregate", "-f", "json").out)["over_rows"]
-    assert over[0]["method"] == "diffphysics"
+    assert over[0]["statistic"] == "improvement"
+    assert over[0]["method"].startswith("diffphysics")
     assert zoobench("table", "--aggregate", "-f", "csv").code == 2

@@ -57,7 +57,7 @@ def test_the_page_says_whether_the_order_stands(tmp_path: Path, finer: dict[int,
     text = markdown_page(board)
     assert line in text
     assert "### On a finer grid: fine" in text
-    assert ("m/s § (n=2)" in text) == ("- overturned: § wins here" in text) == line.endswith("another |")
+    assert (" §** |" in text) == ("- overturned: § wins here" in text) == line.endswith("another |")
     assert f"in {int(line.endswith('stands |'))} of 1 pairs." in text
     assert markdown_page(from_text(to_text(board), "mine.json")) == text
 

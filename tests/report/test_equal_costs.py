@@ -36,8 +36,8 @@ def _fill(path: Path, early: float, budget: str = "1000 substeps", costs: tuple[
 
 def _winners(tables: list[Table]) -> list[str]:
     (table,) = tables
-    pairs = zip(table.methods, table.rows[0].cells, strict=True)
-    return [method.name for method, cell in pairs if cell is not None and cell.is_winner]
+    pairs = zip(table.entries, table.rows[0].cells, strict=True)
+    return [entry.method.name for entry, cell in pairs if cell is not None and cell.is_winner]
 
 
 def _marked(path: Path) -> list[str]:

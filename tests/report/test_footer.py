@@ -22,7 +22,7 @@ def test_it_says_what_is_not_known_of_agents_of_others(tmp_path: Path) -> None:
         found = choose_results(store, RunSelection())
         lines = footer(score_tables(found), origins(store, found), ["zoobench", "table"]).lines()
     assert [line for line in lines if line.startswith("external")] == [
-        "external: mine was trained elsewhere at a cost that is not known"
+        "external: ¶ mine was trained elsewhere at a cost that is not known: it wins and loses nothing"
     ]
 
 

@@ -25,10 +25,10 @@ def test_the_page_shows_what_is_missing_and_why_others_have_no_score(tmp_path: P
     text = markdown_page(board(tmp_path))
     assert text.startswith("# mine\n\nA test of pages.\n")
     assert "- Runs: 1 queued, 1 running, 8 done, 1 failed, 1 diverged, 1 skipped, 15 missing, of 28;" in text
-    assert "- Rows (environment, task, design, controller): 2 of 3; the others have no run yet." in text
+    assert "- Rows (environment, task, design): 2 of 3; the others have no run yet." in text
     assert "`zoobench run --suite mine.yaml` does what is left." in text
-    assert "## Score: fidelity draft, budget 1000 substeps, 10 frames" in text
-    assert "| desert | turning | caterpillar | missing | 1.001 ± 0.0025 m/s (n=3) | 0.101 ± 0.0025 m/s (n=3) |" in text
+    assert "## Score [m/s]: fidelity draft, budget 1000 substeps, 10 frames, 3 seeds" in text
+    assert "| desert | turning | caterpillar | missing | 1.0010 ± 0.0025 | 0.1010 ± 0.0025 |" in text
     assert "| ice | turning | caterpillar | sine-basis | diffphysics | 2 | diverged | det F is -1. |" in text
     assert "| ice | turning | caterpillar | sine-basis | random | 0 | failed | ValueError: boom |" in text
     assert "| desert | turning | caterpillar | sine-basis | neat | 0 | skipped | needs a space |" in text
@@ -51,7 +51,7 @@ def test_a_complete_leaderboard_says_so(tmp_path: Path) -> None:
     found = board(tmp_path)
     text = markdown_page(replace(found, rows=tuple(run for run in found.rows if run.state is RunState.DONE)))
     assert "- Runs: 8 done, of 8;" in text
-    assert "- Rows (environment, task, design, controller): 2 of 2.\n" in text
+    assert "- Rows (environment, task, design): 2 of 2.\n" in text
     assert "what is left" not in text
 
 

@@ -10,6 +10,7 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.learning_curves import curves, curves_overview, points_listing, spending_tables
+from zoobench.report.listing import cell_text
 from zoobench.report.run_results import RunResult, choose_results
 from zoobench.report.table_forms import long_listing, table_listing
 from zoobench.report.tables import Table, score_tables
@@ -32,9 +33,9 @@ def tables_at(path: Path, kind: BudgetKind, amount: float | None = None) -> list
 def cell_texts(table: Table) -> dict[str, str]:
     """The cells of a table by method."""
     return {
-        method.name: cell.text()
+        entry.method.name: cell_text(cell.estimate())
         for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
+        for entry, cell in zip(table.entries, row.cells, strict=True)
         if cell is not None
     }
 
@@ -71,12 +72,12 @@ def test_runs_of_different_budgets_stand_in_one_table_that_says_so(path: Path) -
     (table,) = tables_at(path, "substeps")
     assert table.title == (
         "fidelity draft, best so far at equal substeps, of runs with a budget of 1000 substeps and 2000 substeps, "
-        "10 frames"
+        "10 frames, 2 seeds"
     )
     assert table.rows[0].amount == 1000.0
     assert [cell.interval.mean for cell in table.rows[0].cells if cell and cell.interval] == pytest.approx([1.3, 0.3])
     assert table_listing(table).columns == ("env", "task", "design", "at [substeps]", "diffphysics", "random")
-    assert table_listing(table).rows[0][3] == "1000"
+    assert table_listing(table).reading()[0][3] == "1000"
 
 
 def test_a_run_that_its_method_ended_reaches_no_further_than_it_went(tmp_path: Path) -> None:
@@ -112,7 +113,7 @@ def test_the_largest_amount_that_all_have_reached_is_the_default(path: Path, kin
     """Four iterations of either, whatever an iteration of each costs in substeps."""
     (table,) = tables_at(path, kind)
     assert table.rows[0].amount == amount
-    assert cell_texts(table)["random"] == "0.3 m/s (n=2, all equal)"
+    assert cell_texts(table)["random"] == "0.3 (n=2, all equal)"
 
 
 def test_a_run_that_never_reached_the_amount_is_missing_and_said_to_be(path: Path) -> None:
@@ -120,7 +121,7 @@ def test_a_run_that_never_reached_the_amount_is_missing_and_said_to_be(path: Pat
     (table,) = tables_at(path, "substeps", 1500.0)
     assert cell_texts(table) == {
         "diffphysics": "no score (n=0 of 2, spent less 2/2)",
-        "random": "0.3 m/s (n=2, all equal)",
+        "random": "0.3 (n=2, all equal)",
     }
     assert "at 1500 substeps" in table.title
     assert "at [substeps]" not in table_listing(table).columns
@@ -131,7 +132,7 @@ def test_before_its_first_score_a_run_has_none(path: Path) -> None:
     """At 350 substeps diffphysics has made an iteration and met nothing that did not diverge."""
     assert cell_texts(tables_at(path, "substeps", 350.0)[0]) == {
         "diffphysics": "no score (n=0 of 2, no score yet 2/2)",
-        "random": "0.1 m/s (n=2, all equal)",
+        "random": "0.1 (n=2, all equal)",
     }
 
 
@@ -142,7 +143,7 @@ def test_unfinished_runs_and_those_without_curves_are_told_apart(tmp_path: Path)
         add_ended(store, make_spec(seed=1), Ending(RunState.DIVERGED, "det F is -1."))
         add_done(store, make_spec(seed=2), 9.0)
     (table,) = tables_at(tmp_path / "runs.db", "episodes")
-    assert cell_texts(table)["diffphysics"] == "0.5 m/s (n=1 of 3, diverged 1/3, kept no curve 1/3)"
+    assert cell_texts(table)["diffphysics"] == "0.5 (n=1 of 3, diverged 1/3, kept no curve 1/3)"
 
 
 def test_of_runs_that_differ_by_the_budget_the_longest_counts(tmp_path: Path) -> None:
@@ -152,9 +153,9 @@ def test_of_runs_that_differ_by_the_budget_the_longest_counts(tmp_path: Path) ->
         add_curve(store, make_spec(budget="5 iterations"), [0.1, 0.2, 0.3, 0.4, 0.5])
         add_curve(store, make_spec(budget="3 iterations"), [0.1, 0.2, 0.3])
     (table,) = tables_at(tmp_path / "runs.db", "substeps")
-    assert cell_texts(table)["diffphysics"] == "0.5 m/s (n=1)"
+    assert cell_texts(table)["diffphysics"] == "0.5 (n=1)"
     assert table.rows[0].amount == 500.0
-    assert cell_texts(tables_at(tmp_path / "runs.db", "substeps", 250.0)[0])["diffphysics"] == "0.2 m/s (n=1)"
+    assert cell_texts(tables_at(tmp_path / "runs.db", "substeps", 250.0)[0])["diffphysics"] == "0.2 (n=1)"
 
 
 def test_fidelities_are_never_mixed_and_smoke_is_never_shown(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import choose_results, origins
 from zoobench.report.table_forms import long_listing, table_listing
 from zoobench.report.tables import score_tables
-from zoobench.report.views import results_listing, results_overview, results_records, run_card
+from zoobench.report.views import results_listing, results_overview, results_record, run_card
 from zoobench.spec import Ref, RunSelection
 
 LAND, MUD = make_spec(), make_spec(env="wetland-v5")
@@ -49,7 +49,7 @@ def test_results_tables_and_cards_say_so(tmp_path: Path) -> None:
         foot = footer(tables, origins(store, found), ["zoobench", "table"])
     assert [row[1] for row in results_overview(found).rows] == ["desert", "wetland †"]
     assert [record["provisional"] for record in results_listing(found).records()] == [False, True]
-    reasons = [record["provisional"] for record in results_records(found)]
+    reasons = [record["provisional"] for record in map(results_record, found)]
     assert reasons == [None, footnotes([MUD.env])[0]]
     assert run_card(found[1], ())["provisional"] == reasons[1]
     assert [row[0] for row in table_listing(tables[0]).rows] == ["desert", "wetland †"]

@@ -1,6 +1,7 @@
 """Tables of scores, from databases whose content is known."""
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -12,10 +13,11 @@ from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.report.cells import read_cells
 from zoobench.report.footer import footer
+from zoobench.report.listing import cell_text
 from zoobench.report.run_results import choose_results, origins
 from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
 from zoobench.report.tables import Table, score_tables, tables_of_cells
-from zoobench.spec import RunSelection
+from zoobench.spec import Ref, RunSelection
 
 
 def tables_of(path: Path) -> list[Table]:
@@ -27,9 +29,9 @@ def tables_of(path: Path) -> list[Table]:
 def cell_texts(table: Table) -> dict[tuple[str, str], str]:
     """The cells of a table by environment and method."""
     return {
-        (row.env.name, method.name): cell.text()
+        (row.env.name, entry.method.name): cell_text(cell.estimate())
         for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
+        for entry, cell in zip(table.entries, row.cells, strict=True)
         if cell is not None
     }
 
@@ -43,13 +45,13 @@ def filled(tmp_path: Path) -> Path:
 def test_a_cell_is_mean_interval_unit_and_count(filled: Path) -> None:
     """Three seeds at 1.000, 1.001, 1.002: mean 1.001, half width 4.303 * 0.001 / sqrt(3)."""
     (table,) = tables_of(filled)
-    assert cell_texts(table)["desert", "diffphysics"] == "1.001 ± 0.0025 m/s (n=3)"
+    assert cell_texts(table)["desert", "diffphysics"] == "1.0010 ± 0.0025 (n=3)"
 
 
 def test_missing_seeds_and_unsuccessful_runs_are_shown_as_shares(filled: Path) -> None:
     """A cell with fewer seeds than asked for says so, and what became of the others."""
     cells = cell_texts(tables_of(filled)[0])
-    assert cells["ice", "diffphysics"] == "0.5 m/s (n=2 of 3, all equal, diverged 1/3)"
+    assert cells["ice", "diffphysics"] == "0.5 (n=2 of 3, all equal, diverged 1/3)"
     assert cells["ice", "random"] == "no score (n=0 of 3, failed 1/3, queued 1/3, running 1/3)"
 
 
@@ -60,7 +62,7 @@ def test_a_method_with_fewer_seeds_than_its_rival_is_marked(tmp_path: Path) -> N
             add_done(store, make_spec(seed=seed), 1.0)
         add_done(store, make_spec(method="random-v1"), 0.5)
     (table,) = tables_of(tmp_path / "runs.db")
-    assert cell_texts(table)["desert", "random"] == "0.5 m/s (n=1 of 3)"
+    assert cell_texts(table)["desert", "random"] == "0.5 (n=1 of 3)"
 
 
 def test_smoke_runs_are_never_shown(filled: Path) -> None:
@@ -117,18 +119,63 @@ def test_a_done_run_without_a_finite_score_is_not_averaged(tmp_path: Path) -> No
         add_ended(store, make_spec(seed=1), Ending(RunState.DONE, finals=finals))
     (table,) = tables_of(tmp_path / "runs.db")
     text = cell_texts(table)["desert", "diffphysics"]
-    assert text == "2 m/s (n=1 of 2, done without a finite score 1/2)"
+    assert text == "2 (n=1 of 2, done without a finite score 1/2)"
 
 
-def test_the_controller_is_a_column_only_where_it_tells_rows_apart(tmp_path: Path) -> None:
-    """One controller needs no column, two do."""
+def test_controllers_stand_side_by_side(tmp_path: Path) -> None:
+    """A method has a column for each controller, which the heading names where there are several; one of them wins."""
     with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_done(store, make_spec(seed=seed), 1.0 + 0.001 * seed)
+        (table,) = score_tables(choose_results(store, RunSelection()))
+        assert table_listing(table.parts()[0]).columns[3:] == ("diffphysics [m/s]",)
+        for seed in range(3):
+            add_done(store, make_spec(controller="trajectory-v1", seed=seed), 2.0 + 0.001 * seed)
+        (table,) = score_tables(choose_results(store, RunSelection()))
+    listing = table_listing(table.parts()[0])
+    assert listing.columns[3:] == ("diffphysics (sine-basis) [m/s]", "diffphysics (trajectory) [m/s]")
+    assert listing.bold == {(0, 4)}
+
+
+def test_errors_are_positive_and_stand_apart(tmp_path: Path) -> None:
+    """Of a path less is better, which the title says, and the winner is the least; programs get the score."""
+    task = Ref("waypoint-following", 1)
+    with Store(tmp_path / "runs.db") as store:
+        for seed in range(3):
+            add_done(store, replace(make_spec(seed=seed), task=task), -0.01 - 1e-4 * seed, unit="m")
+            add_done(store, replace(make_spec(method="random-v1", seed=seed), task=task), -0.05, unit="m")
         add_done(store, make_spec(), 1.0)
         (table,) = score_tables(choose_results(store, RunSelection()))
-        assert "controller" not in table_listing(table).columns
-        add_done(store, make_spec(controller="trajectory-v1"), 1.0)
-        (table,) = score_tables(choose_results(store, RunSelection()))
-        assert "controller" in table_listing(table).columns
+    speed, error = (table_listing(part) for part in table.parts())
+    assert speed.title.startswith("Score [m/s]: ")
+    assert error.title.startswith("Error [m], less is better: ")
+    assert error.columns[3:] == ("diffphysics [m]", "random [m]")
+    assert error.reading()[0][3:] == ["0.01010 ± 0.00025", "0.05 (all equal)"]
+    assert long_listing([table]).records()[1]["mean"] == pytest.approx(-0.0101)
+
+
+def test_an_agent_from_outside_stands_beside_the_methods(tmp_path: Path) -> None:
+    """In the rows of its cell, whatever their budget, marked as of unknown cost; it wins nothing and takes nothing."""
+    (tmp_path / "agent.py").write_text("")
+    outside = f"external[policy={tmp_path / 'agent.py'},agent=mine]"
+    agent = make_spec(method=outside, controller="trajectory-v1[frames=10]", budget="2 episodes")
+    with Store(tmp_path / "runs.db") as store:
+        for budget, seed in product(("1000 substeps", "2000 substeps"), range(3)):
+            add_done(store, make_spec(seed=seed, budget=budget), 1.0 + 0.001 * seed)
+            add_done(store, make_spec(method="random-v1", seed=seed, budget=budget), 0.1 + 0.001 * seed)
+        add_done(store, agent, 5.0)
+        add_done(store, replace(agent, env=Ref("ice", 1)), 4.0)
+        tables = score_tables(choose_results(store, RunSelection()))
+    first, second, alone = (table_listing(table.parts()[0]) for table in tables)
+    assert first.columns[3:] == second.columns[3:] == ("diffphysics [m/s]", "random [m/s]", "mine ¶ [m/s]")
+    assert first.reading()[0][3:] == ["1.0010 ± 0.0025", "0.1010 ± 0.0025", "5 (n=1)"]
+    assert first.bold == {(0, 3)}
+    assert "trained elsewhere" in alone.title
+    assert [row[0] for row in alone.rows] == ["ice"]
+    records = [record for record in long_listing(tables).records() if record["method"].startswith("external")]
+    assert [(record["env"], record["budget_amount"], record["used"]) for record in records] == [
+        ("desert-v1", 2.0, None), ("ice-v1", 2.0, None)
+    ]  # fmt: skip
 
 
 def test_the_footer_names_everything_that_the_numbers_depend_on(filled: Path) -> None:
@@ -164,7 +211,7 @@ def test_what_is_wanted_and_does_not_exist_is_shown_as_missing(tmp_path: Path) -
     missing += [make_spec(env="ice-v1")]
     (table,) = score_tables(found, missing)
     cells = cell_texts(table)
-    assert cells["desert", "cmaes"] == "0.5 m/s (n=1 of 3, missing 2/3)"
+    assert cells["desert", "cmaes"] == "0.5 (n=1 of 3, missing 2/3)"
     assert cells["desert", "random"] == cells["ice", "diffphysics"] == "missing"
     assert [row.is_empty for row in table.rows] == [False, True]
     counts = {(row["env"], row["method"]): row["missing"] for row in long_listing([table]).records()}
@@ -260,7 +307,7 @@ def test_a_method_that_does_not_depend_on_the_seed_neither_wins_nor_loses(tmp_pa
                 add_done(store, make_spec(method="random-v1", seed=seed), 0.1 + other * seed)
         (table,) = tables_of(tmp_path / name)
         assert not any(cell.is_winner for cell in table.rows[0].cells if cell)
-    assert cell_texts(table)["desert", "random"] == "0.1 m/s (n=3, all equal)"
+    assert cell_texts(table)["desert", "random"] == "0.1 (n=3, all equal)"
     assert long_listing([table]).records()[1]["low"] is None
 
 
@@ -292,4 +339,4 @@ def test_gradients_that_were_not_finite_stand_at_the_score(
     with Reader(tmp_path / "runs.db") as reader:
         (cell,) = tables_of_cells(read_cells(reader, RunSelection()))[0].rows[0].cells
     assert cell is not None
-    assert cell.text() == text
+    assert cell_text(cell.estimate()) == text

@@ -7,9 +7,11 @@ import pytest
 
 from tests.report.content import make_spec
 from zoobench.db.rows import RunState
+from zoobench.report.entries import Entry
 from zoobench.report.statistics import t_interval
+from zoobench.report.table_cell import TableCell
 from zoobench.report.table_forms import table_listing
-from zoobench.report.tables import Row, Table, TableCell
+from zoobench.report.tables import Row, Table
 from zoobench.report.undecided import footnotes, mark_undecided
 from zoobench.spec import Ref
 
@@ -27,9 +29,10 @@ class Known:
 def table(*means: float) -> Table:
     """A table of one row."""
     cells = tuple(TableCell(t_interval([mean]), "m/s", 1, {RunState.DONE: 1}, spent=100.0) for mean in means)
-    methods = tuple(Ref(f"method-{number}") for number in range(len(means)))
-    row = Row(SPEC.env, SPEC.task, SPEC.design, SPEC.controller, (*cells, None))
-    return Table(SPEC.fidelity, 100, SPEC.budget, (*methods, Ref("other")), (row,))
+    names = (*(f"method-{number}" for number in range(len(means))), "other")
+    entries = tuple(Entry(SPEC.controller, Ref(name)) for name in names)
+    row = Row(SPEC.env, SPEC.task, SPEC.design, (*cells, None))
+    return Table(SPEC.fidelity, 100, SPEC.budget, entries, (row,))
 
 
 @pytest.mark.parametrize(
@@ -58,7 +61,7 @@ def test_a_mark_is_explained() -> None:
     (note,) = footnotes(found, lambda *place: Known(1.5))
     assert note.startswith("‡ desert x turning: draft cannot tell from the best what is within 1.5 times of it")
     assert note.endswith("(measured on baby-seal, panda)")
-    assert " ‡" in table_listing(found[0]).rows[0][-2]
+    assert " ‡" in table_listing(found[0]).reading()[0][-2]
     assert footnotes(mark_undecided([table(3.0, 1.0)], lambda *place: Known(1.5)), lambda *place: Known(1.5)) == ()
 
 

@@ -15,8 +15,9 @@ from zoobench.report.views import (
     duration,
     results_listing,
     results_overview,
-    results_records,
+    results_record,
     running_listing,
+    running_overview,
 )
 from zoobench.spec import Budget, RunSelection, repeat_command
 
@@ -51,13 +52,13 @@ def test_the_overview_says_in_what_runs_differ(tmp_path: Path) -> None:
     assert {"budget", "frames"} <= set(listing.columns)
     assert "controller" not in listing.columns
     last = listing.records()[-1]
-    assert (last["frames"], last["budget"], last["score"]) == ("33", "7 episodes", 2.0)
+    assert (last["frames"], last["budget"], last["score"]) == (33, "7 episodes", 2.0)
 
 
 def test_records_mark_smoke_runs(tmp_path: Path) -> None:
     """Programs that read results can leave them out, too."""
     with Store(fill(tmp_path / "runs.db"), create=False) as store:
-        records = results_records(choose_results(store, RunSelection()))
+        records = [results_record(result) for result in choose_results(store, RunSelection())]
     assert [record["run"] for record in records if record["is_smoke"]] == [13]
 
 
@@ -69,7 +70,8 @@ def test_runs_in_progress_show_their_age_and_lease(tmp_path: Path) -> None:
     record = running_listing([run], now=run.progress_at + 20.0).records()[0]
     assert record["metric_age_s"] == 20
     assert 30 <= record["lease_s"] <= 41
-    assert (record["progress"], record["score"], record["attempt"]) == ("25%", 0.05, 1)
+    assert (record["progress"], record["score"], record["attempt"]) == (0.25, 0.05, 1)
+    assert running_overview([run]).reading()[0][8] == "25%"
 
 
 def test_the_repeat_command_states_every_axis() -> None:

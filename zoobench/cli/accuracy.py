@@ -20,12 +20,12 @@ from zoobench.cli.options import (
     parse_names,
     takes,
 )
-from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.output import Format, choose, emit_several, say
 from zoobench.cli.plan import known_runs
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
 from zoobench.errors import UsageError
-from zoobench.report.listing import Listing
+from zoobench.report.listing import Listing, listing_of
 
 if TYPE_CHECKING:
     from zoobench.spec import Ref, RunSpec

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Option
 
 from zoobench.cli.options import FormatOption, parse_counts, parse_names
-from zoobench.cli.output import Format, choose, emit, emit_several, listing_of, say
+from zoobench.cli.output import Format, choose, emit_json, emit_several, say
 from zoobench.cli.steps import Steps
 from zoobench.errors import UsageError, reason
-from zoobench.report.listing import Listing, cell_text, to_json
+from zoobench.report.listing import Estimate, Listing, listing_of, to_json
 
 if TYPE_CHECKING:
     from zoobench.verify.bench.bench import BenchCase
@@ -151,31 +151,32 @@ def _print(results: "BenchResults", old: "BenchResults | None", chosen: Sequence
     listings = {name: listing_of(*found[name]) for name in chosen}
     if form is Format.JSON and len(chosen) > 1:
         records = {name: listing.records() for name, listing in listings.items()}
-        emit(listings["rates"], form, records={"machine": dict(results.machine), **records})
+        emit_json({"machine": dict(results.machine), **records})
         return
-    if form in (Format.TABLE, Format.MD) and "rates" in chosen:
+    if form not in (Format.CSV, Format.JSON) and "rates" in chosen:
         listings["rates"] = _rates_for_people(results.rates)
     shown = {name: listing for name, listing in listings.items() if listing.rows or len(chosen) == 1}
     emit_several(shown, form)
 
 
 def _rates_for_people(rows: "Sequence[RateRow]") -> Listing:
+    """Rates with the least and the largest of their repeats."""
     columns = (
-        "scene", "particles", "worlds", "bits", "forward M/s", "reverse M/s", "both M/s", "backward/forward",
-        "recomputed", "forward CPU s", "wall s", "both CPU s", "wall s", "C++ M/s",
+        "scene", "particles", "worlds", "bits", "forward [M/s]", "reverse [M/s]", "both [M/s]", "backward/forward",
+        "recomputed", "forward, CPU [s]", "forward, wall [s]", "both, CPU [s]", "both, wall [s]", "C++ [M/s]",
     )  # fmt: skip
 
-    def spread(row: "RateRow", name: str) -> str:
+    def rate(row: "RateRow", name: str) -> Estimate | None:
         middle, low, high = (getattr(row, f"{name}_mps{end}") for end in ("", "_min", "_max"))
-        return "" if middle is None else f"{cell_text(middle)} ({low:.3g} to {high:.3g})"
+        return None if middle is None else Estimate(middle, low, high)
 
     return Listing(
         columns,
         tuple(
             (
-                row.scene, row.particle_count, row.worlds, row.precision, spread(row, "forward"),
-                spread(row, "reverse"), spread(row, "both"), row.backward_over_forward, row.recomputed,
-                row.forward_cpu_s, row.forward_wall_s, row.both_cpu_s, row.both_wall_s, row.reference_mps,
+                row.scene, row.particle_count, row.worlds, row.precision, rate(row, "forward"), rate(row, "reverse"),
+                rate(row, "both"), row.backward_over_forward, row.recomputed, row.forward_cpu_s, row.forward_wall_s,
+                row.both_cpu_s, row.both_wall_s, row.reference_mps,
             )
             for row in rows
         ),

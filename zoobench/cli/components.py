@@ -1,5 +1,6 @@
 """`zoobench list` and `zoobench show`: all components, and one component or run in full."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,10 +9,10 @@ from typer import Argument, Option
 from zoobench.cli import completion
 from zoobench.cli.kinds import KindName, kind_named
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, emit, emit_facts, print_text, say
+from zoobench.cli.output import Format, emit, emit_facts, emit_json, print_text, say
 from zoobench.cli.solutions import may_be_run, names_published, names_run
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.report.listing import Listing, cell_text, to_json
+from zoobench.report.listing import Listing, cell_text, listing_of
 from zoobench.spec import AXES, Ref, RunSpec
 
 if TYPE_CHECKING:
@@ -44,20 +45,53 @@ def list_components(
 
     kind = kind_named(name) if name else None
     if kind is KindName.PRESETS:
-        emit(_presets(), form)
+        _emit_presets(form)
         return
-    rows: list[tuple[str, str, int | None, str]] = []
+    rows = []
     for each in registry.Kind:
         if kind in (None, KindName(each)):
             found = (registry.get(each, name) for name in registry.names(each))
             rows += [
-                (str(item.kind), item.name, item.version, f"{item.summary}{' (provisional)' * bool(item.provisional)}")
+                _Listed(str(item.kind), item.name, item.version, item.summary, item.provisional or None)
                 for item in found
             ]
     if kind in (None, KindName.SUITES):
         found_suites = (item for name in suites.names() for item in suites.summaries(name).items())
-        rows += [(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
-    emit(Listing(("kind", "name", "version", "summary"), tuple(rows)), form)
+        rows += [_Listed(str(KindName.SUITES), name, None, summary) for name, summary in found_suites]
+    people = (
+        (row.kind, row.name, row.version, f"{row.summary}{' (provisional)' * (row.provisional is not None)}")
+        for row in rows
+    )
+    listing = Listing(("kind", "name", "version", "summary"), tuple(people))
+    emit(listing, form, programs=listing_of(_Listed, rows))
+
+
+@dataclass(frozen=True)
+class _Listed:
+    """A component or a suite, which has no version; `provisional` says why its scores are."""
+
+    kind: str
+    name: str
+    version: int | None
+    summary: str
+    provisional: str | None = None
+
+
+@dataclass(frozen=True)
+class _Preset:
+    """The settings of a preset; components are separated by commas, as on the command line."""
+
+    name: str
+    summary: str
+    fidelity: str
+    frames: int
+    budget_kind: str
+    budget_amount: float
+    seeds: int
+    designs: str
+    controllers: str
+    methods: str
+    envs: str
 
 
 def show(
@@ -93,27 +127,32 @@ def show(
     if picture is not None:
         _draw(name, found, db, picture)
     if form is Format.JSON:
-        print(to_json(card))
+        emit_json(card)
     elif isinstance(card, list):
         _print_components(card)
     else:
         _print_run(card)
 
 
-def _presets() -> Listing:
-    """The settings of each preset, as they are written on the command line."""
+def _emit_presets(form: Format) -> None:
+    """Print the settings of each preset."""
     from zoobench.harness import presets
 
     rows = []
     for preset in map(presets.get, presets.names()):
         axes = (preset.designs, preset.controllers, preset.methods, preset.envs)
-        lists = (",".join(str(ref) for ref in refs) for refs in axes)
+        budget, lists = preset.budget, (",".join(str(ref) for ref in refs) for refs in axes)
         rows.append(
-            (preset.name, preset.summary, str(preset.fidelity), preset.frames, str(preset.budget), len(preset.seeds),
-             *lists)
+            _Preset(preset.name, preset.summary, str(preset.fidelity), preset.frames, budget.kind, budget.amount,
+                    len(preset.seeds), *lists)
         )  # fmt: skip
+    shown = [
+        (row.name, row.summary, row.fidelity, row.frames, f"{row.budget_amount:.10g} {row.budget_kind}", row.seeds,
+         row.designs, row.controllers, row.methods, row.envs)
+        for row in rows
+    ]  # fmt: skip
     columns = ("name", "summary", "fidelity", "frames", "budget", "seeds", "designs", "controllers", "methods", "envs")
-    return Listing(columns, tuple(rows))
+    emit(Listing(columns, tuple(shown)), form, programs=listing_of(_Preset, rows))
 
 
 def _components(text: str) -> list["Component"]:

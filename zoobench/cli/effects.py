@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Option
 
 from zoobench.cli.options import EnvOption, FormatOption, OneFidelityOption
-from zoobench.cli.output import Format, choose, emit_next, emit_several, listing_of
+from zoobench.cli.output import Format, choose, emit_next, emit_several
 from zoobench.cli.steps import Steps
+from zoobench.report.listing import listing_of
 
 if TYPE_CHECKING:
     from zoobench.report.listing import Listing

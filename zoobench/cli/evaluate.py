@@ -6,7 +6,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Annotated
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, DoneRunsArgument, FormatOption, component_option
-from zoobench.cli.output import Format, emit, say
+from zoobench.cli.output import Format, emit, emit_several, say
 from zoobench.cli.solutions import NamedSolution, names_published, solution_named, solution_of_run
 from zoobench.cli.steps import Steps
 from zoobench.cli.studies import save_each
@@ -43,7 +43,7 @@ def evaluate(
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.registry import Kind
-    from zoobench.report.listing import Listing
+    from zoobench.report.transfer_table import episode_listing, episode_overview
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import TransferTargets, stored
 
@@ -63,13 +63,8 @@ def evaluate(
             steps.end(f"{row.title} in {Ref.parse(row.env).name}: {row.result}")
     if published:
         say("Scores of published solutions are shown and not stored: the database does not have their runs.")
-    columns = ("run", "found_in", "env", "task", "fidelity", "score", "unit")
-    body = tuple(
-        (row.run, *(Ref.parse(text).name for text in (row.home[0], row.env, row.task, row.fidelity)), row.score,
-         row.unit)
-        for row in found
-    )  # fmt: skip
-    emit(Listing(columns, body), form, records=[asdict(row) for row in found])
+    documents = [asdict(row) for row in found]
+    emit(episode_overview(documents), form, programs=episode_listing(documents))
 
 
 def _refs(text: str, kind: "Kind") -> "list[Ref] | None":
@@ -85,7 +80,7 @@ def _show(db: str, form: Format, others: list[str]) -> None:
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
     from zoobench.report.provisional import footnotes
-    from zoobench.report.transfer_table import transfer_matrix
+    from zoobench.report.transfer_table import transfer_cells, transfer_matrices, tried
     from zoobench.spec import Ref
 
     if others:
@@ -93,17 +88,16 @@ def _show(db: str, form: Format, others: list[str]) -> None:
     with Store(db, create=False) as store:
         documents = [row.document for study in store.studies(TRANSFER) for row in study.rows]
         specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
-    found = transfer_matrix(
-        {**document, "controller": str(spec.controller), "budget": str(spec.budget)}
-        for document in documents
-        for spec in [specs[document["run"]]]
-    )
-    emit(found, form)
+    found = tried(documents, specs)
+    if form in (Format.CSV, Format.JSON):
+        emit(transfer_cells(found), form)
+    else:
+        emit_several({listing.title: listing for listing in transfer_matrices(found)}, form)
     for note in footnotes(Ref.parse(env) for document in documents for env in (document["env"], document["home"][0])):
         say(note)
-    if documents and not found.rows:
+    if documents and not found:
         say("All that was evaluated was found or tried at fidelity smoke, whose numbers no table shows.")
-    elif not found.rows:
+    elif not found:
         say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
     elif form in (Format.TABLE, Format.MD):
         say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")

@@ -14,8 +14,9 @@ from zoobench.cli.options import (
     component_option,
     parse_counts,
 )
-from zoobench.cli.output import Format, choose, emit_several, listing_of, say
+from zoobench.cli.output import Format, choose, emit_several, say
 from zoobench.cli.steps import Steps
+from zoobench.report.listing import listing_of
 
 TABLES = ("rows", "summary")
 

@@ -9,7 +9,7 @@ from typer import Argument, Exit, Option
 
 from zoobench.cli import completion
 from zoobench.cli.app import App
-from zoobench.cli.listings import print_tables
+from zoobench.cli.listings import TableStyle, print_tables
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
 from zoobench.cli.output import Format, say
 from zoobench.cli.steps import Steps
@@ -42,7 +42,7 @@ def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: Form
     tables = without_empty_rows(every)
     command = ["zoobench", "leaderboard", "show", suite, "--format", str(form)]
     origins = board.attempts(run for table in tables for run in table.runs)
-    print_tables(tables, footer(tables, origins, command), form)
+    print_tables(tables, footer(tables, origins, command), form, TableStyle())
     left_out = sum(len(table.rows) for table in every) - sum(len(table.rows) for table in tables)
     say(f"{len(board.missing()):,} runs of the suite are missing; {left_out:,} rows without any run are not shown.")
 

@@ -3,22 +3,24 @@
 import math
 from datetime import datetime
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from typer import Option
 
 from zoobench.cli.curves import Currency
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, RunArgument, selection, takes
-from zoobench.cli.output import Format, emit, print_text, say
+from zoobench.cli.output import Format, emit, emit_json, print_text, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Sequence
 
     from zoobench.db.many_rows import OriginRow
     from zoobench.db.store import Store
     from zoobench.report.footer import Footer
+    from zoobench.report.listing import Listing
+    from zoobench.report.look import Look
     from zoobench.report.run_results import RunResult
     from zoobench.report.tables import Table
     from zoobench.spec import Ref
@@ -35,38 +37,44 @@ def results(
     The table gives the score; csv, json and md give every final value and all settings.
     """
     from zoobench.db.store import Store
-    from zoobench.report.run_results import choose_results
-    from zoobench.report.views import results_listing, results_overview, results_records
+    from zoobench.report.run_results import OVERVIEW, iterate_results
+    from zoobench.report.views import results_listing, results_overview, results_record
 
+    noted = _Noted()
     with Store(db, create=False) as store:
-        if form is Format.CSV:
-            _stream_results(store, chosen)
-            return
-        found = choose_results(store, chosen)
-    listing = results_overview(found) if form in (Format.TABLE, Format.LATEX) else results_listing(found)
-    emit(listing, form, records=results_records(found))
-    _note_results({result.spec.env for result in found}, has_smoke=any(result.is_smoke for result in found))
+        if form in (Format.TABLE, Format.LATEX):
+            emit(results_overview(noted.each(iterate_results(store, chosen, OVERVIEW))), form)
+        elif form is Format.CSV:
+            _stream_csv(store.final_names(chosen), noted.each(iterate_results(store, chosen)))
+        elif form is Format.JSON:
+            emit_json([results_record(result) for result in noted.each(iterate_results(store, chosen))])
+        else:
+            emit(results_listing(list(noted.each(iterate_results(store, chosen)))), form)
+    _note_results(noted.envs, has_smoke=noted.has_smoke)
 
 
-def _stream_results(store: "Store", chosen: RunSelection) -> None:
-    """Print the selected runs as CSV, a line at a time: there may be any number of them."""
-    from zoobench.report.listing import csv_lines
-    from zoobench.report.run_results import iterate_results
-    from zoobench.report.views import results_columns, results_rows
+class _Noted:
+    """What is to be said of results that are read one by one."""
 
-    finals = store.final_names(chosen)
-    envs, has_smoke = set(), False
+    def __init__(self) -> None:
+        self.envs: set[Ref] = set()
+        self.has_smoke = False
 
-    def noted() -> "Iterator[RunResult]":
-        nonlocal has_smoke
-        for result in iterate_results(store, chosen):
-            envs.add(result.spec.env)
-            has_smoke = has_smoke or result.is_smoke
+    def each(self, results: "Iterator[RunResult]") -> "Iterator[RunResult]":
+        """The results as they come."""
+        for result in results:
+            self.envs.add(result.spec.env)
+            self.has_smoke = self.has_smoke or result.is_smoke
             yield result
 
-    for line in csv_lines(results_columns(finals), results_rows(noted(), finals)):
+
+def _stream_csv(finals: "Sequence[tuple[str, str]]", results: "Iterator[RunResult]") -> None:
+    """Print runs as CSV, a line at a time: there may be any number of them."""
+    from zoobench.report.listing import csv_lines
+    from zoobench.report.views import results_columns, results_rows
+
+    for line in csv_lines(results_columns(finals), results_rows(results, finals)):
         print(line)
-    _note_results(envs, has_smoke=has_smoke)
 
 
 def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
@@ -79,9 +87,27 @@ def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
         say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
 
 
-@takes(selection)
+def _look(
+    columns: Annotated[
+        str, Option("--columns", help="Only these columns, in this order, as in env,design,cmaes.")
+    ] = "",
+    rename: Annotated[
+        list[str] | None, Option("--rename", help="Another name: lion='Lion (ours)'; can be given several times.")
+    ] = None,
+    unit: Annotated[str, Option("--unit", help="Show scores in this unit, as mm/s for m/s.")] = "",
+    caption: Annotated[str, Option("--caption", help="Caption of a LaTeX table.")] = "",
+    label: Annotated[str, Option("--label", help="Label of a LaTeX table, as in tab:speeds.")] = "",
+) -> "Look":
+    """How tables for people look."""
+    from zoobench.report.look import Look
+
+    return Look.of(columns, rename or (), unit, caption, label)
+
+
+@takes(selection, _look)
 def table(
     chosen: RunSelection,
+    look: "Look",
     normalised: Annotated[
         bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
     ] = False,
@@ -102,9 +128,10 @@ def table(
 ) -> None:
     """Compare the methods, with 95 % intervals.
 
-    Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget and
-    episode length, and below it where the numbers come from; with --by, runs of all budgets stand in one, each with
-    its best score at an equal amount spent. Smoke runs are left out. A normalised score is 0 where a
+    Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget, episode
+    length and quantity, and below it where the numbers come from. Of errors less is better. For a paper there is
+    --format latex, with --columns, --rename, --unit, --caption and --label. With --by, runs of all budgets stand in
+    one, each with its best score at an equal amount spent. Smoke runs are left out. A normalised score is 0 where a
     method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row. A mean
     marked ‡ is so near to the row's best that its fidelity cannot tell which is better.
     """
@@ -117,6 +144,8 @@ def table(
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import orders
 
+    if look.options() and form in (Format.CSV, Format.JSON):
+        raise UsageError(f"{look.options()[0]} is for people, and {form} gives everything as it is. Leave it out.")
     if aggregated and form is Format.CSV:
         raise UsageError("CSV holds one table. Leave --aggregate out, or choose another --format.")
     switches = {"--normalised": normalised, "--pivot": pivot, "--aggregate": aggregated}
@@ -127,12 +156,14 @@ def table(
         else:
             tables = _spending_tables(store, choose_results(store, chosen), by, at)
         tables = mark_undecided(tables, orders)
-        command = ["zoobench", "table", *chosen.options(), *flags, "--format", str(form)]
+        command = ["zoobench", "table", *chosen.options(), *flags, *look.options(), "--format", str(form)]
         origins = store.origins([run for item in tables for run in item.runs])
         foot = replace(footer(tables, origins, command), undecided=footnotes(tables, orders))
         for note in _changed_code(store, tables, origins):
             say(note)
-    print_tables(tables, foot, form, normalised, pivot, aggregated)
+    style = TableStyle(normalised, pivot, aggregated)
+    look.check([(part, style.listing(part)) for item in tables for part in item.parts()])
+    print_tables(tables, foot, form, style, look)
     if not tables:
         say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
 
@@ -194,44 +225,68 @@ def _spending_tables(store: "Store", results: "list[RunResult]", by: Currency, a
 
 
 def print_tables(
-    tables: "list[Table]",
-    foot: "Footer",
-    form: Format,
-    normalised: bool = False,
-    pivot: bool = False,
-    aggregated: bool = False,
+    tables: "Sequence[Table]", foot: "Footer", form: Format, style: "TableStyle", look: "Look | None" = None
 ) -> None:
-    """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment."""
+    """Print tables of scores and the footer below them; in JSON one object with both, in LaTeX it is a comment.
+
+    Raises:
+        UsageError: the look asks for what is not there.
+    """
     from dataclasses import asdict
 
-    from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
+    from zoobench.report.aggregate import HOW, aggregate, aggregate_listing, aggregate_records
     from zoobench.report.foreign_text import in_markdown
-    from zoobench.report.listing import latex_text, to_json
-    from zoobench.report.table_forms import long_listing, pivot_listing, table_listing
+    from zoobench.report.latex import PREAMBLE
+    from zoobench.report.table_forms import long_listing
 
-    over_rows = [aggregate_listing(aggregate(item)) for item in tables] if aggregated else []
+    over_rows = [aggregate(item) for item in tables] if style.aggregated else []
     if form is Format.JSON:
-        more = {"over_rows": [found.records() for found in over_rows]} if aggregated else {}
-        print(to_json({"cells": long_listing(tables).records(), **more, "provenance": asdict(foot)}))
+        more = {"over_rows": [aggregate_records(found).records() for found in over_rows]} if over_rows else {}
+        emit_json({"cells": long_listing(tables).records(), **more, "provenance": asdict(foot)})
         return
     if form is Format.CSV:
         emit(long_listing(tables), form)
         for line in foot.lines():
             say(line)
         return
-    listing = pivot_listing if pivot else table_listing
-    for item, over in zip_longest(tables, over_rows):
-        if form is Format.LATEX:
-            print_text(f"\\begin{{table}}\n\\caption{{Score: {latex_text(item.title)}}}")
-            emit(listing(item, normalised), form)
-            print("\\end{table}\n")
-        else:
-            print_text(f"{'### ' if form is Format.MD else ''}Score: {item.title}\n")
-            emit(listing(item, normalised), form)
-            print()
-        if over is not None:
-            emit(over, form)
-            print()
+    shown = [style.listings(item, look) for item in tables]
+    if form is Format.LATEX and tables:
+        print(PREAMBLE)
+    for listings, over in zip_longest(shown, over_rows):
+        for listing in (*listings, *([] if over is None else [aggregate_listing(over)])):
+            _print_part(listing, form, look)
     mark = {Format.MD: "- ", Format.LATEX: "% "}.get(form, "")
     for line in (*([HOW] if over_rows else []), *foot.lines()) if tables else ():
-        print_text(f"{mark}{in_markdown(line) if form is Format.MD else line}")
+        text = in_markdown(line) if form is Format.MD else line.replace("\n", " ")
+        print_text(f"{mark}{text}")
+
+
+def _print_part(listing: "Listing", form: Format, look: "Look | None") -> None:
+    from zoobench.report.latex import to_latex
+
+    if form is Format.LATEX:
+        caption, label = ("", "") if look is None else (look.caption, look.label)
+        print(to_latex(listing, caption=caption or listing.title, label=label))
+    else:
+        emit(listing, form)
+    print()
+
+
+class TableStyle(NamedTuple):
+    """What tables show: normalised scores, environments as columns, methods over all rows."""
+
+    normalised: bool = False
+    pivot: bool = False
+    aggregated: bool = False
+
+    def listings(self, table: "Table", look: "Look | None" = None) -> "list[Listing]":
+        """The listings of a table, one for each quantity, as the look wants them."""
+        parts = [(part, 1.0) if look is None else look.in_units(part) for part in table.parts()]
+        listings = [(self.listing(part), factor) for part, factor in parts]
+        return [listing if look is None else look.apply(listing, factor) for listing, factor in listings]
+
+    def listing(self, part: "Table") -> "Listing":
+        """The listing of a table of one quantity."""
+        from zoobench.report.table_forms import pivot_listing, table_listing
+
+        return (pivot_listing if self.pivot else table_listing)(part, self.normalised)

@@ -24,7 +24,7 @@ from zoobench.cli.leaderboard import leaderboard
 from zoobench.cli.listings import logs, results, table
 from zoobench.cli.machine import doctor
 from zoobench.cli.new import new
-from zoobench.cli.output import say
+from zoobench.cli.output import replace_unknown_signs, say
 from zoobench.cli.picture import picture
 from zoobench.cli.plan import plan
 from zoobench.cli.queue import cancel, merge, remove
@@ -109,6 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not is_heard:
         say("Error: Standard output is closed. Leave it open, or send it to a file or to /dev/null.")
         return 2
+    replace_unknown_signs()
     gc.set_threshold(_GARBAGE_EVERY)  # reports keep all that they read: a fifth of their time went into looking it over
     try:
         try:

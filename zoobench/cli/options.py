@@ -187,18 +187,20 @@ def coarsest_fidelity(
     return choose(env, task, tolerance, decide, designs)
 
 
-def takes(build: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of `build`, whose result is the command's first argument."""
+def takes(*builds: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options of these functions, whose results are the command's first arguments."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        shared = signature(build).parameters
-        _, *own = signature(command).parameters.values()
+        groups = [(build, signature(build).parameters) for build in builds]
+        own = [*signature(command).parameters.values()][len(builds) :]
 
         def run(**values: Any) -> None:
-            command(build(**{name: values.pop(name) for name in shared}), **values)
+            built = [build(**{name: values.pop(name) for name in shared}) for build, shared in groups]
+            command(*built, **values)
 
         run.__doc__, run.__name__ = command.__doc__, command.__name__
-        run.__signature__ = Signature([*shared.values(), *own])  # type: ignore[attr-defined]  # what Typer reads
+        shared_options = [option for _, shared in groups for option in shared.values()]
+        run.__signature__ = Signature([*shared_options, *own])  # type: ignore[attr-defined]  # what Typer reads
         return run
 
     return decorate

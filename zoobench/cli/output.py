@@ -1,8 +1,8 @@
 """Output of commands: data on standard output, messages on standard error."""
 
+import io
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
 from enum import StrEnum
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -44,18 +44,47 @@ def print_text(text: str) -> None:
     print(visible(text))
 
 
-def emit(listing: "Listing", form: Format, *, records: Any = None) -> None:
-    """Print a listing as data; `records` replaces its rows in the JSON form."""
-    from zoobench.report.listing import to_csv, to_json, to_latex, to_markdown
+def replace_unknown_signs() -> None:
+    """Let standard output replace what its encoding does not have, as of a terminal with code page 1252."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
+
+
+def emit(listing: "Listing", form: Format, *, programs: "Listing | None" = None) -> None:
+    """Print a listing, or in the forms for programs what they get instead, with its title for people."""
+    from zoobench.report.listing import csv_lines, flattened
 
     if form is Format.JSON:
-        print(to_json(listing.records() if records is None else records))
+        emit_json((programs or listing).records())
     elif form is Format.CSV:
-        print(to_csv(listing))
-    elif form is Format.MD:
+        found = flattened(programs or listing)
+        for line in csv_lines(found.columns, found.rows):
+            print(line)
+    else:
+        _print_for_people(listing, form)
+
+
+def emit_json(value: Any) -> None:
+    """Print plain data as JSON, with escapes for what the stream cannot show."""
+    from zoobench.report.listing import to_json
+
+    text = to_json(value)
+    encoding = sys.stdout.encoding or "utf-8"
+    print(text if text.encode(encoding, "replace").decode(encoding) == text else to_json(value, only_ascii=True))
+
+
+def _print_for_people(listing: "Listing", form: Format) -> None:
+    from zoobench.report.foreign_text import in_markdown
+    from zoobench.report.latex import PREAMBLE, to_latex
+    from zoobench.report.listing import to_markdown
+
+    if form is Format.LATEX:
+        print(f"{PREAMBLE}\n{to_latex(listing)}")
+        return
+    if listing.title:
+        print_text(f"### {in_markdown(listing.title)}\n" if form is Format.MD else f"{listing.title}\n")
+    if form is Format.MD:
         print(to_markdown(listing))
-    elif form is Format.LATEX:
-        print(to_latex(listing))
     else:
         _print_table(listing)
 
@@ -75,18 +104,10 @@ def choose(name: str, all_names: Sequence[str], form: Format) -> list[str]:
     return list(all_names) if name == "all" else [name]
 
 
-def listing_of(kind: type[Any], rows: Sequence[Any]) -> "Listing":
-    """Dataclass objects as a listing with a column for each field; properties are left out."""
-    from zoobench.report.listing import Listing
-
-    return Listing(tuple(field.name for field in fields(kind)), tuple(tuple(asdict(row).values()) for row in rows))
-
-
-def emit_several(listings: Mapping[str, "Listing"], form: Format) -> None:
+def emit_several(listings: "Mapping[str, Listing]", form: Format) -> None:
     """Print tables below each other; in JSON one object with a list for each, or the list alone if there is one."""
     if form is Format.JSON and len(listings) > 1:
-        records = {name: listing.records() for name, listing in listings.items()}
-        emit(next(iter(listings.values())), form, records=records)
+        emit_json({name: listing.records() for name, listing in listings.items()})
         return
     for number, listing in enumerate(listings.values()):
         emit_next(listing, form, is_first=not number)
@@ -104,7 +125,7 @@ def _print_table(listing: "Listing") -> None:
     out = console()
     drawn = rich_table(listing) if out.is_terminal else None
     if drawn is None or out.measure(drawn, options=out.options.update(max_width=_UNLIMITED)).minimum > out.width:
-        for line in plain_lines(_with_stars(listing), out.width):
+        for line in plain_lines(listing, out.width):
             print(line)
         return
     with out.capture() as captured:
@@ -117,22 +138,21 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
     """The lines that `rich_table` gives where nothing is folded or styled, for listings of any length.
 
     A row longer than `limit` goes on in the line below, indented, with the column that does not fit any more; a text
-    that fits no line is folded between its words.
+    that fits no line is folded between its words. Bold cells have a star, as bold cannot be seen.
     """
     from rich.cells import cell_len
 
-    from zoobench.report.listing import cell_text
-
-    rows = [[_folded(cell_text(cell), limit - _INDENT) for cell in row] for row in listing.rows]
-    widths = [
-        max(cell_len(line) for lines in ([name], *column) for line in lines)
-        for name, column in zip(listing.columns, _transposed(rows, len(listing.columns)), strict=True)
-    ]
+    reading = listing.reading()
+    for number, place in listing.bold:
+        reading[number][place] += " *"
+    widths = [cell_len(heading) for heading in listing.headings]
+    for row in reading:
+        for place, text in enumerate(row):
+            if text:
+                longest = max(map(cell_len, _folded(text, limit - _INDENT)))
+                widths[place] = max(widths[place], longest)
     groups = _groups(widths, limit)
-    are_numbers = [
-        any(isinstance(cell, int | float) for cell in column)
-        for column in _transposed(listing.rows, len(listing.columns))
-    ]
+    are_numbers = listing.are_numbers
 
     def lines_of(row: Sequence[Sequence[str]]) -> Iterator[str]:
         for group in groups:
@@ -147,10 +167,10 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
                 elif line:
                     yield " " * _INDENT + line
 
-    yield from lines_of([[name] for name in listing.columns])
+    yield from lines_of([[heading] for heading in listing.headings])
     yield "─" * min(limit, sum(widths) + _GAP * (len(widths) - 1))
-    for row in rows:
-        yield from lines_of(row)
+    for row in reading:
+        yield from lines_of([_folded(text, limit - _INDENT) for text in row])
 
 
 def _folded(text: str, width: int) -> list[str]:
@@ -171,23 +191,6 @@ def _groups(widths: Sequence[int], limit: int) -> list[list[int]]:
         groups[-1].append(place)
         room -= width + _GAP
     return groups
-
-
-def _transposed(rows: Sequence[Sequence[Any]], columns: int) -> list[Sequence[Any]]:
-    return [*zip(*rows, strict=True)] if rows else [()] * columns
-
-
-def _with_stars(listing: "Listing") -> "Listing":
-    """The listing with a star after each bold cell, for where bold cannot be seen."""
-    from dataclasses import replace
-
-    from zoobench.report.listing import cell_text
-
-    rows = tuple(
-        tuple(f"{cell_text(cell)} *" if (number, place) in listing.bold else cell for place, cell in enumerate(row))
-        for number, row in enumerate(listing.rows)
-    )
-    return replace(listing, rows=rows)
 
 
 def emit_facts(facts: Iterable[tuple[str, str]]) -> None:
@@ -214,14 +217,10 @@ def rich_table(listing: "Listing") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from zoobench.report.listing import cell_text
-
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for index, name in enumerate(listing.columns):
-        cells = [row[index] for row in listing.rows]
-        is_number = any(isinstance(cell, int | float) for cell in cells)
-        table.add_column(Text(name), justify="right" if is_number else "left")
-    for number, row in enumerate(listing.rows):
+    for heading, is_number in zip(listing.headings, listing.are_numbers, strict=True):
+        table.add_column(Text(heading), justify="right" if is_number else "left")
+    for number, row in enumerate(listing.reading()):
         styles = ["bold" if (number, place) in listing.bold else "" for place in range(len(row))]
-        table.add_row(*(Text(cell_text(cell), style) for cell, style in zip(row, styles, strict=True)))
+        table.add_row(*(Text(text, style) for text, style in zip(row, styles, strict=True)))
     return table

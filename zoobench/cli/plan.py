@@ -40,7 +40,7 @@ def plan(
     from zoobench.harness.grid import Skip
     from zoobench.report.estimate import basis_text, total_seconds
     from zoobench.report.provisional import footnotes
-    from zoobench.report.views import duration, plan_listing
+    from zoobench.report.views import duration, plan_listing, plan_overview
     from zoobench.verify.accuracy.rates import origin, rate
 
     cells = asked.cells(db, coarsest_fidelity, say)
@@ -50,7 +50,8 @@ def plan(
         say(note)
     known = [str(states.get(spec.key(), "new")) for spec in specs]
     estimates = [estimator(spec) for spec in specs]
-    emit(plan_listing(specs, known, [each and each.seconds for each in estimates]), form)
+    planned = specs, known, [each and each.seconds for each in estimates]
+    emit(plan_overview(*planned), form, programs=plan_listing(*planned))
 
     to_do = [(spec, each) for spec, each, state in zip(specs, estimates, known, strict=True) if state in _TO_DO]
     skips = [cell for cell in cells if isinstance(cell, Skip)]

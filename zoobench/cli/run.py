@@ -94,7 +94,8 @@ def run(
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
     if all(isinstance(cell, Skip) for cell in cells):
         raise UsageError(
-            "Nothing was run, as none of this can be, for the reasons above. Choose another method, controller or design."
+            "Nothing was run, as none of this can be, for the reasons above. Choose another method, controller or "
+            "design."
         )
     if no_wait:
         _tell_sweep(queued, db)

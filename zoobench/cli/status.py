@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption
-from zoobench.cli.output import Format, console, emit, rich_table, say
+from zoobench.cli.output import Format, console, emit, emit_json, rich_table, say
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -37,19 +37,19 @@ def status(
 
 def _print_once(store: "Store", form: Format) -> None:
     from zoobench.db.rows import RunState
-    from zoobench.report.views import counts_text, running_listing
+    from zoobench.report.views import counts_text, running_listing, running_overview
 
     counts = store.counts()
-    listing = running_listing(store.runs(states=[RunState.RUNNING]))
+    runs = store.runs(states=[RunState.RUNNING])
     if form is Format.JSON:
-        emit(listing, form, records={"counts": counts, "running": listing.records()})
+        emit_json({"counts": counts, "running": running_listing(runs).records()})
         return
     if form is Format.TABLE:
         print(counts_text(counts))
     else:
         say(counts_text(counts))
-    if listing.rows or form is not Format.TABLE:
-        emit(listing, form)
+    if runs or form is not Format.TABLE:
+        emit(running_overview(runs), form, programs=running_listing(runs))
 
 
 def _watch(store: "Store") -> None:
@@ -68,8 +68,8 @@ def _picture(store: "Store") -> "RenderableType":
     from rich.text import Text
 
     from zoobench.db.rows import RunState
-    from zoobench.report.views import counts_text, running_listing
+    from zoobench.report.views import counts_text, running_overview
 
-    listing = running_listing(store.runs(states=[RunState.RUNNING]))
+    listing = running_overview(store.runs(states=[RunState.RUNNING]))
     counts = Text(counts_text(store.counts()))
     return Group(counts, rich_table(listing)) if listing.rows else counts

@@ -47,8 +47,11 @@ class ManyReader:
             found = [run for part in parts for run in fetch_runs(session, None, *conditions, part)]
             return sorted(found, key=lambda run: run.id)
 
-    def selected(self, selection: RunSelection) -> Iterator[tuple[RunRow, list[FinalRow]]]:
-        """The selected runs in the order of their creation, with their final results; read as they are asked for.
+    def selected(
+        self, selection: RunSelection, names: Collection[str] | None = None
+    ) -> Iterator[tuple[RunRow, list[FinalRow]]]:
+        """The selected runs in the order of their creation, with their final results, of these names if any are given;
+        read as they are asked for.
 
         Raises:
             UsageError: a selector fits no run, as `RunSelection.among`.
@@ -59,7 +62,7 @@ class ManyReader:
             if not some:
                 refuse_nothing(session, selection)
             while some:
-                finals = _finals_of(self._database, session, [run.id for run in some])
+                finals = _finals_of(self._database, session, [run.id for run in some], names)
                 yield from ((run, finals.get(run.id, [])) for run in some)
                 some = list(islice(rows, AT_ONCE))
 
@@ -190,7 +193,9 @@ class ManyReader:
         return [OriginRow(*times[key], document_of(document)) for key, document in documents.items()]
 
 
-def _finals_of(database: Database, session: Session, ids: Collection[int]) -> dict[int, list[FinalRow]]:
+def _finals_of(
+    database: Database, session: Session, ids: Collection[int], names: Collection[str] | None = None
+) -> dict[int, list[FinalRow]]:
     """The final results of these runs by run id and name."""
     table = FinalRecord
     statement = (
@@ -199,6 +204,8 @@ def _finals_of(database: Database, session: Session, ids: Collection[int]) -> di
         .where(RunRecord.state == RunState.DONE, among(table.run_id, ids))
         .order_by(table.run_id, database.alphabetical(table.name))
     )
+    if names is not None:
+        statement = statement.where(table.name.in_(list(names)))
     finals: dict[int, list[FinalRow]] = {}
     for run_id, name, value, kind, unit in session.execute(statement):
         finals.setdefault(run_id, []).append(FinalRow(name, decode_value(value, kind), unit))

@@ -16,7 +16,8 @@ class Physics:
     * `youngs_modulus`: E of the robot [Pa].
     * `poissons_ratio`: nu of the robot [-], above -1 and below 0.5.
     * `density`: of the robot [kg/m^3].
-    * `muscle_strength`: active stress of a muscle at full activity [Pa], above 0; it does not change with `youngs_modulus`.
+    * `muscle_strength`: active stress of a muscle at full activity [Pa], above 0; it does not change with
+      `youngs_modulus`.
     * `damping`: viscosity eta of the robot's stress 2 eta D [Pa s]; 0 is undamped.
     """
 

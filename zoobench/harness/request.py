@@ -168,7 +168,7 @@ def parse_seeds(text: str) -> tuple[int, ...]:
         numbers = list(range(numbers[0])) if numbers else []
     if not numbers:
         raise UsageError(
-            f"{text!r} means no seed at all. Write how many, as in 1 for seed 0 alone, or with commas which, as in 7, for "
-            "seed 7."
+            f"{text!r} means no seed at all. Write how many, as in 1 for seed 0 alone, or which, with a comma as in 7, "
+            "for seed 7."
         )
     return tuple(dict.fromkeys(numbers))

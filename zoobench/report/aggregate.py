@@ -12,11 +12,11 @@ from itertools import permutations
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.report.labels import labels
-from zoobench.report.listing import Listing
+from zoobench.report.entries import Entry, entry_labels
+from zoobench.report.listing import Estimate, Listing, listing_of
 from zoobench.report.statistics import CONFIDENCE
-from zoobench.report.tables import Row, Table, TableCell
-from zoobench.spec import Ref
+from zoobench.report.table_cell import TableCell
+from zoobench.report.tables import Table
 
 RESAMPLES = 2_000
 HOW = (
@@ -40,20 +40,22 @@ class Bootstrapped:
     low: float | None = None
     high: float | None = None
 
-    def __str__(self) -> str:
-        return f"{self.value:.2f}" + ("" if self.low is None else f" ({self.low:.2f} to {self.high:.2f})")
+    @property
+    def estimate(self) -> Estimate:
+        """As people are shown it."""
+        return Estimate(self.value, self.low, self.high)
 
 
 @dataclass(frozen=True)
 class PerformanceProfile:
-    """A method's performance profile.
+    """The performance profile of an entry.
 
     Attributes:
         thresholds: normalised scores.
         shares: of the runs, those whose normalised score is above each threshold.
     """
 
-    method: Ref
+    entry: Entry
     thresholds: tuple[float, ...]
     shares: tuple[Bootstrapped, ...]
 
@@ -65,57 +67,103 @@ class Aggregates:
     Attributes:
         table: what they are of.
         rows: number of rows in which every method has a normalised score from every seed.
-        means: interquartile means of normalised scores, by method; empty without such a row.
+        entries: the table's columns but agents from outside, who spent nobody knows what.
+        means: interquartile means of normalised scores, by entry; empty without such a row.
         profiles: likewise.
-        improvements: probabilities by method and the other method; without those that share no row.
+        improvements: probabilities by entry and the other entry; without those that share no row.
     """
 
     table: Table
     rows: int
-    means: dict[Ref, Bootstrapped]
+    entries: tuple[Entry, ...]
+    means: dict[Entry, Bootstrapped]
     profiles: tuple[PerformanceProfile, ...]
-    improvements: dict[tuple[Ref, Ref], Bootstrapped]
+    improvements: dict[tuple[Entry, Entry], Bootstrapped]
+
+
+@dataclass(frozen=True)
+class OverRows:
+    """A figure of a method over all rows of a table, for programs.
+
+    Attributes:
+        statistic: `IQM`, or `improvement`, the probability that it scores higher than `other`.
+        rows: in which every method has a score from every seed.
+    """
+
+    controller: str
+    method: str
+    statistic: str
+    other_controller: str | None
+    other: str | None
+    value: float
+    low: float | None
+    high: float | None
+    rows: int
 
 
 def aggregate(table: Table) -> Aggregates:
     """The methods of a table over its rows."""
-    columns = {method: [row.cells[place] for row in table.rows] for place, method in enumerate(table.methods)}
-    common = [number for number, row in enumerate(table.rows) if _is_complete(row)]
+    columns = {
+        entry: [row.cells[place] for row in table.rows]
+        for place, entry in enumerate(table.entries)
+        if not entry.is_external
+    }
+    places = range(len(table.rows))
+    common = [number for number in places if all(_is_complete(cells[number]) for cells in columns.values())]
     shares = {
-        method: [np.array(cell.shares) for number in common if (cell := cells[number]) is not None]
-        for method, cells in columns.items()
+        entry: [np.array(cell.shares) for number in common if (cell := cells[number]) is not None]
+        for entry, cells in columns.items()
     }
     improvements = {}
-    for one, other in permutations(table.methods, 2):
+    for one, other in permutations(columns, 2):
         if estimate := _improvement(columns[one], columns[other]):
             improvements[one, other] = estimate
     return Aggregates(
         table=table,
         rows=len(common),
-        means={method: _estimate(found, _interquartile_mean) for method, found in shares.items() if found},
-        profiles=tuple(_profile(method, found) for method, found in shares.items() if found),
+        entries=tuple(columns),
+        means={entry: _estimate(found, _interquartile_mean) for entry, found in shares.items() if found},
+        profiles=tuple(_profile(entry, found) for entry, found in shares.items() if found),
         improvements=improvements,
     )
 
 
 def aggregate_listing(found: Aggregates) -> Listing:
     """A row for each method: its interquartile mean, and the probability that it is better than each other one."""
-    names = labels(found.table.methods)
+    names = entry_labels(found.entries)
     rows = [
         (
-            names[method],
+            names[entry],
             found.rows,
-            str(found.means.get(method, "")),
-            *(str(found.improvements.get((method, other), "")) for other in found.table.methods),
+            _shown(found.means.get(entry)),
+            *(_shown(found.improvements.get((entry, other))) for other in found.entries),
         )
-        for method in found.table.methods
+        for entry in found.entries
     ]
-    over = (f"better than {names[other]}" for other in found.table.methods)
+    over = (f"better than {names[other]}" for other in found.entries)
     return Listing(("method", "rows", "IQM", *over), tuple(rows))
 
 
-def _is_complete(row: Row) -> bool:
-    return all(cell is not None and _is_whole(cell) and len(cell.shares) > 0 for cell in row.cells)
+def aggregate_records(found: Aggregates) -> Listing:
+    """The same for programs, a row for each figure."""
+    means = [((entry, None), mean) for entry, mean in found.means.items()]
+    rows = [
+        OverRows(
+            str(entry.controller), str(entry.method), "IQM" if other is None else "improvement",
+            other and str(other.controller), other and str(other.method),
+            value.value, value.low, value.high, found.rows,
+        )
+        for (entry, other), value in [*means, *found.improvements.items()]
+    ]  # fmt: skip
+    return listing_of(OverRows, rows)
+
+
+def _shown(found: Bootstrapped | None) -> Estimate | None:
+    return None if found is None else found.estimate
+
+
+def _is_complete(cell: TableCell | None) -> bool:
+    return cell is not None and _is_whole(cell) and len(cell.shares) > 0
 
 
 def _is_whole(cell: TableCell) -> bool:
@@ -133,13 +181,13 @@ def _improvement(cells: Sequence[TableCell | None], others: Sequence[TableCell |
     return _estimate([scores for pair in pairs for scores in pair], _probability) if pairs else None
 
 
-def _profile(method: Ref, rows: Sequence[Array]) -> PerformanceProfile:
+def _profile(entry: Entry, rows: Sequence[Array]) -> PerformanceProfile:
     above = [(row > _THRESHOLDS[:, None]).astype(float) for row in rows]
     value = _mean(*above)
     low, high = _interval(above, _mean) or (None, None)
     ends = [(None, None)] * len(value) if low is None or high is None else zip(low, high, strict=True)
     return PerformanceProfile(
-        method, tuple(_THRESHOLDS), tuple(Bootstrapped(share, *end) for share, end in zip(value, ends, strict=True))
+        entry, tuple(_THRESHOLDS), tuple(Bootstrapped(share, *end) for share, end in zip(value, ends, strict=True))
     )
 
 

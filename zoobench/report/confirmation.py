@@ -6,12 +6,15 @@ from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
+from zoobench.report.entries import entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import Lasting
 from zoobench.report.leaderboard import BoardRow, particles_per_cell
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import marked
-from zoobench.report.tables import Row, Table, TableCell
+from zoobench.report.quantities import Quantity
+from zoobench.report.table_cell import TableCell
+from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
 
 DENSE = " °"
@@ -55,16 +58,18 @@ def confirmation_listing(table: Table, rows: Sequence[BoardRow]) -> Listing:
     chosen = [(row, found) for row in table.rows if len(found := _confirmed(row, rows)) > 1]
     names = {axis: labels(getattr(row, axis) for row, _ in chosen) for axis in ("env", "task", "design")}
     names["env"] = marked(names["env"])
-    methods = labels(table.methods)
+    names_of = entry_labels(table.entries)
+    quantity = table.quantity or Quantity(False, "")
+    unit = f" [{quantity.unit}]" if quantity.unit else ""
     body = tuple(
         (
             *(names[axis][getattr(row, axis)] for axis in names),
-            *(_text(found.get(place)) for place in range(len(table.methods))),
+            *(_text(found.get(place), quantity.sign) for place in range(len(table.entries))),
             "stands" if _order(found, "home") == _order(found, "finer") else "another",
         )
         for row, found in chosen
     )
-    return Listing((*names, *(methods[method] for method in table.methods), "order"), body)
+    return Listing((*names, *(f"{names_of[entry]}{unit}" for entry in table.entries), "order"), body)
 
 
 def kept_orders(table: Table, rows: Sequence[BoardRow]) -> tuple[int, int]:
@@ -115,10 +120,10 @@ def _order(found: Mapping[int, Confirmed], where: str) -> list[int]:
     return sorted(found, key=lambda place: getattr(found[place], where), reverse=True)
 
 
-def _text(found: Confirmed | None) -> str:
+def _text(found: Confirmed | None, sign: float) -> str:
     if found is None:
         return ""
     if found.finer == -math.inf:
-        return f"{found.home:.4g} → diverged"
+        return f"{sign * found.home:.4g} → diverged"
     share = f" ({found.finer / found.home:z.0%})" if found.home > 0.0 else ""
-    return f"{found.home:.4g} → {found.finer:.4g}{share}{DENSE * found.is_dense}"
+    return f"{sign * found.home:.4g} → {sign * found.finer:.4g}{share}{DENSE * found.is_dense}"

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from zoobench.report.cells import read_cells
 from zoobench.report.curve import Curve, read_curves
 from zoobench.report.statistics import clear_winner, t_interval
-from zoobench.report.tables import Row, Table, TableCell, leader, tables_of_cells, won_by
+from zoobench.report.table_cell import TableCell, leader, rivals, won_by
+from zoobench.report.tables import Row, Table, tables_of_cells
 from zoobench.spec import BudgetKind, RunSelection
 
 if TYPE_CHECKING:
@@ -50,12 +51,12 @@ def _marked(table: Table, curves: Curves) -> Table:
 
 def _led_early(lead: TableCell, row: Row, known: Mapping[int, Curve]) -> bool:
     """Whether the interval of a row's leader lay above the others when no more had been spent than by any of them."""
-    costs = [cell.spent for cell in row.cells if cell is not None and cell.interval is not None]
+    own = rivals(row.cells)
+    costs = [cell.spent for cell in own if cell.interval is not None]
     spent = [cost for cost in costs if cost is not None]
     if len(spent) < len(costs) or not all(run in known for run in lead.runs):
         return False
     early = [known[run].at(min(spent)) for run in lead.runs]
     scores = [score for score in early if score is not None]
-    intervals = [None if cell is None else t_interval(scores) if cell is lead else cell.interval for cell in row.cells]
-    place = clear_winner(intervals)
-    return len(scores) == len(early) and place is not None and row.cells[place] is lead
+    place = clear_winner([t_interval(scores) if cell is lead else cell.interval for cell in own])
+    return len(scores) == len(early) and place is not None and own[place] is lead

@@ -12,18 +12,19 @@ from typing import Any
 from zoobench import registry
 from zoobench.db.many_rows import OriginRow
 from zoobench.registry import KINDS, Kind
+from zoobench.report.entries import UNKNOWN_COST
 from zoobench.report.lasting import WHAT
 from zoobench.report.leaderboard import Attempt
 from zoobench.report.provisional import footnotes
-from zoobench.report.tables import Table, TableCell
+from zoobench.report.table_cell import TableCell
+from zoobench.report.tables import Table
 from zoobench.spec import LEAST_WALL_GAP, Ref
 
 _PACKAGES = ("zoobench", "taichi", "torch", "numpy")
-_EXTERNAL = "external"  # tag of a method
 _LEGEND = (
     "mean over seeds ± half of the 95 % Student-t interval, none where all seeds gave the same; n: seeds behind it, "
-    "with the number asked for if fewer; bold or *: all seeds done, the interval above those of the other methods, and "
-    "what was spent less than 5 % apart, or above them already when no more had been spent than by any of them"
+    "where they are not those of the title; bold or *: all seeds done, the interval better than those of the other "
+    "methods, and what was spent less than 5 % apart, or better already when no more had been spent than by any of them"
 )
 _AT_WALL = (
     f"‖ a robot came within {LEAST_WALL_GAP:g} cells of a side of its arena, which has a part in the score: nobody "
@@ -128,17 +129,18 @@ def _walls(cells: Sequence[TableCell]) -> Iterator[str]:
 def _refs(tables: Sequence[Table]) -> set[tuple[Kind, Ref]]:
     """Every reference in the tables."""
     rows = [row for table in tables for row in table.rows]
-    found = {(KINDS[axis], getattr(row, axis)) for row in rows for axis in ("env", "task", "design", "controller")}
+    found = {(KINDS[axis], getattr(row, axis)) for row in rows for axis in ("env", "task", "design")}
     found |= {(Kind.FIDELITY, table.fidelity) for table in tables}
-    return found | {(Kind.METHOD, method) for table in tables for method in table.methods}
+    entries = {entry for table in tables for entry in table.entries}
+    return found | {(KINDS[axis], getattr(entry, axis)) for entry in entries for axis in ("controller", "method")}
 
 
 def _external(tables: Sequence[Table]) -> Iterator[str]:
     """The methods that are agents of somebody else, which no budget of training is known of."""
-    for kind, ref in _refs(tables):
-        if kind is Kind.METHOD and ref.name in registry.names(kind) and _EXTERNAL in registry.get(kind, ref.name).tags:
-            agent = ref.kwargs.get("agent") or ref.kwargs.get("policy")
-            yield f"{agent} was trained elsewhere at a cost that is not known"
+    for entry in {entry for table in tables for entry in table.entries}:
+        if entry.is_external:
+            agent = entry.agent or entry.method.kwargs.get("policy")
+            yield f"{UNKNOWN_COST} {agent} was trained elsewhere at a cost that is not known: it wins and loses nothing"
 
 
 def _plugins(documents: Iterable[Mapping[str, Any]]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Short names for components: as much of a reference as tells it from the others beside it."""
+"""Short names for components, as much of a reference as tells it from the others beside it, and their order."""
 
 from collections.abc import Iterable
 
@@ -21,3 +21,13 @@ def _label(ref: Ref, family: set[Ref]) -> str:
 
 def _differs(key: str, value: Scalar, family: set[Ref]) -> bool:
     return any(other.kwargs.get(key) != value for other in family)
+
+
+def in_order(ref: Ref) -> tuple[object, ...]:
+    """By which references are sorted: names and texts by the alphabet, versions and numbers by their size."""
+    params = ((key, *_by_size(value)) for key, value in ref.params)
+    return ref.name, ref.version, tuple(params)
+
+
+def _by_size(value: Scalar) -> tuple[int, float, str]:
+    return (0, float(value), "") if isinstance(value, int | float) else (1, 0.0, value)

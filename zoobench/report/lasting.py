@@ -19,7 +19,7 @@ COLUMN = f"{TIMES}x"
 
 WHAT = (
     f"{COLUMN}: what the best solution of each method, in their order, keeps of its score over {TIMES} times its "
-    "frames; of errors, which are below zero, the score there. at a wall: it met a side of its arena there. "
+    "frames; of errors, the error there. at a wall: it met a side of its arena there. "
     "turned away: in the last third it went against what the task asks for. torn, diverged: it has no score there. "
     "?: not evaluated"
 )
@@ -43,11 +43,14 @@ class Lasting:
     wall_gap: float | None = None
     home_gap: float | None = None
 
-    def text(self, home: float) -> str:
-        """For example `87%`, `-12% turned away` or `torn in frame 252`; `home` is the score over its own frames."""
+    def text(self, home: float, sign: float = 1.0) -> str:
+        """For example `87%`, `-12% turned away` or `torn in frame 252`.
+
+        `home` is the score over its own frames; one of no more than zero is shown times `sign`, as its `Quantity` says.
+        """
         if self.score is None:
             return self.end
-        kept = f"{self.score / home:z.0%}" if home > 0.0 else f"{self.score:.4g}"
+        kept = f"{self.score / home:z.0%}" if home > 0.0 else f"{sign * self.score:.4g}"
         return f"{kept} {self.end}".strip()
 
     def document(self) -> dict[str, Any]:

@@ -79,9 +79,9 @@ def markdown_page(board: Leaderboard) -> str:
         "",
         *_state_lines(board, every, tables),
     ]
-    for table in tables:
-        lines += ["", f"## Score: {in_markdown(table.title)}", "", to_markdown(table_listing(table))]
-        lines += _confirmation_lines(table, board)
+    for part in (part for table in tables for part in table.parts()):
+        lines += ["", f"## {in_markdown(part.title)}", "", to_markdown(table_listing(part))]
+        lines += _confirmation_lines(part, board)
     if lost := _without_score(board.rows):
         lines += ["", "## Without a score", "", to_markdown(reasons_listing(lost))]
     if tables:
@@ -121,7 +121,7 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
     lines = [
         f"- Runs: {', '.join(f'{counts[state]:,} {state}' for state in states)}, of {len(board.rows):,}; "
         f"{duration(seconds)} of computing.",
-        f"- Rows (environment, task, design, controller): {shown_rows:,} of {rows:,}{others}.",
+        f"- Rows (environment, task, design): {shown_rows:,} of {rows:,}{others}.",
     ]
     if counts[MISSING]:
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
@@ -160,7 +160,7 @@ def _repeat_lines(board: Leaderboard, tables: Sequence[Table]) -> list[str]:
     lines = ["With `--db` and the name of a new file; one method or seed of it alone is repeated as well.", "", "```sh"]
     for table in tables:
         for row, command in zip(table.rows, repeat_commands(table, exists), strict=True):
-            names = (row.env.name, row.task.name, row.design.name, row.controller.name)
+            names = (row.env.name, row.task.name, row.design.name)
             lines += [f"# {' x '.join(names)}", visible(command)]
     return [*lines, "```"]
 

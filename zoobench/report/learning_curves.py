@@ -12,14 +12,16 @@ from zoobench.db.rows import FinalRow, RunState
 from zoobench.errors import UsageError
 from zoobench.report.cells import cells_of
 from zoobench.report.curve import Curve, points, read_curves
+from zoobench.report.entries import Entry, entries_of, entry_of, is_external
 from zoobench.report.footer import machine_text
-from zoobench.report.labels import labels
+from zoobench.report.labels import in_order, labels
 from zoobench.report.listing import Listing
 from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import marked
 from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
-from zoobench.report.tables import Row, Spending, Table, TableCell, compare, in_rows, methods_of
+from zoobench.report.table_cell import TableCell, compare
+from zoobench.report.tables import Row, Spending, Table, in_places, methods_of
 from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref
 
 if TYPE_CHECKING:
@@ -101,10 +103,11 @@ def spending_tables(
     """
     tables = []
     for (fidelity, frames), members in in_settings(furthest(comparable_results(results), known)):
-        methods = methods_of(result.spec for result in members)
-        budgets = sorted({result.run.spec.budget for result in members}, key=lambda own: (own.kind, own.amount))
-        rows = tuple(Row(*key, *_row(group, methods, known, amount)) for key, group in in_rows(members))
-        tables.append(Table(fidelity, frames, Spending(kind, amount, tuple(budgets)), methods, rows))
+        entries = entries_of(result.spec for result in members)
+        own = {result.run.spec.budget for result in members if not is_external(result.spec.method)}
+        budgets = sorted(own, key=lambda budget: (budget.kind, budget.amount))
+        rows = tuple(Row(*place, *_row(group, entries, known, amount)) for place, group in in_places(members))
+        tables.append(Table(fidelity, frames, Spending(kind, amount, tuple(budgets)), entries, rows))
     return tables
 
 
@@ -154,23 +157,32 @@ def cells(results: Iterable[RunResult], known: Mapping[int, LearningCurve]) -> l
     return [group for _, members in in_settings(able) for _, group in in_rows(members)]
 
 
+def in_rows(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, ...], list[RunResult]]]:
+    """The results by environment, task, design and controller, in order."""
+    grouped: dict[tuple[Ref, ...], list[RunResult]] = {}
+    for result in results:
+        spec = result.spec
+        grouped.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(result)
+    return sorted(grouped.items(), key=lambda item: tuple(map(in_order, item[0])))
+
+
 def in_settings(results: Iterable[RunResult]) -> list[tuple[tuple[Ref, int], list[RunResult]]]:
     """The results by fidelity and episode length, which are never mixed; sorted by name."""
     settings: dict[tuple[Ref, int], list[RunResult]] = {}
     for result in results:
         settings.setdefault((result.run.spec.fidelity, result.run.spec.frames), []).append(result)
-    return sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
+    return sorted(settings.items(), key=lambda item: (in_order(item[0][0]), item[0][1]))
 
 
 def _row(
-    group: list[RunResult], methods: tuple[Ref, ...], known: Mapping[int, LearningCurve], amount: float | None
+    group: list[RunResult], entries: tuple[Entry, ...], known: Mapping[int, LearningCurve], amount: float | None
 ) -> tuple[tuple[TableCell | None, ...], float | None]:
-    """The cells of a row, and the amount at which they are compared."""
+    """The cells of a row, and the amount at which they are compared; agents from outside have their score."""
+    inside = [result for result in group if not entry_of(result.spec).is_external]
     if amount is None:
-        amount = min((known[result.run.id].reach for result in group if result.run.id in known), default=None)
-    return compare(
-        cells_of(_read(result, known.get(result.run.id), amount) for result in group), methods, is_even=True
-    ), amount
+        amount = min((known[result.run.id].reach for result in inside if result.run.id in known), default=None)
+    read = [result if result not in inside else _read(result, known.get(result.run.id), amount) for result in group]
+    return compare(cells_of(read), entries, is_even=True), amount
 
 
 def comparable_results(results: Iterable[RunResult]) -> list[RunResult]:

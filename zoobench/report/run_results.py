@@ -1,12 +1,12 @@
 """The runs of a database with their final values, as tables and listings need them."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunRow, RunState
-from zoobench.spec import RunSelection, RunSpec
+from zoobench.spec import WALL_GAP, RunSelection, RunSpec
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -46,19 +46,25 @@ class RunResult:
         return self.run.spec.method.name == PROBE
 
 
-def choose_results(reader: "Reader", selection: RunSelection) -> list[RunResult]:
-    """The selected runs with their finals, in the order of their creation.
+OVERVIEW = (SCORE, WALL_GAP)
+"""The finals that a listing for people tells of."""
+
+
+def choose_results(reader: "Reader", selection: RunSelection, names: Collection[str] | None = None) -> list[RunResult]:
+    """The selected runs with their finals of these names, with all for None, in the order of their creation.
 
     Raises:
         UsageError: a selector fits no run of the database, as `RunSelection.among`.
         StorageError: the database cannot be read.
     """
-    return list(iterate_results(reader, selection))
+    return list(iterate_results(reader, selection, names))
 
 
-def iterate_results(reader: "Reader", selection: RunSelection) -> Iterator[RunResult]:
+def iterate_results(
+    reader: "Reader", selection: RunSelection, names: Collection[str] | None = None
+) -> Iterator[RunResult]:
     """The same one by one, so that any number of them can be printed; raises with the first."""
-    for run, finals in reader.selected(selection):
+    for run, finals in reader.selected(selection, names):
         yield RunResult(run, {final.name: final for final in finals})
 
 

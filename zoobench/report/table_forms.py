@@ -1,94 +1,109 @@
 """Tables of scores in the forms in which they are printed."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from zoobench.db.rows import OPEN_STATES, RunState
+from zoobench.report.entries import Entry, entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import COLUMN
-from zoobench.report.listing import Listing
+from zoobench.report.listing import Estimate, Listing, listing_of
 from zoobench.report.provisional import footnotes, marked
-from zoobench.report.tables import Row, Spending, Table, TableCell, spent_alike
-from zoobench.spec import Budget, Ref
+from zoobench.report.table_cell import TableCell, spent_alike
+from zoobench.report.tables import Row, Spending, Table
+from zoobench.spec import Budget
+
+_AXES = ("env", "task", "design")
 
 
 def table_listing(table: Table, normalised: bool = False) -> Listing:
-    """The table as a person reads it: methods side by side, winners marked, with normalised scores if asked for."""
-    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("env", "task", "design", "controller")}
+    """The table of one quantity as a person reads it: methods side by side, winners marked, units in headings."""
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in _AXES}
     names["env"] = marked(names["env"])
-    # The controller is a column only where it tells rows apart.
-    axes = [axis for axis in names if axis != "controller" or len(names[axis]) > 1]
-    methods = labels(table.methods)
+    entries = entry_labels(table.entries)
     # The amount spent is a column only where it is not in the title.
     spent = [table.budget] if isinstance(table.budget, Spending) and table.budget.amount is None else []
     is_uneven = any(_is_uneven(table, row) for row in table.rows)
     lasts = any(_lasts(row.cells) for row in table.rows)
     rows = [
         (
-            *(names[axis][getattr(row, axis)] for axis in axes),
-            *(None if row.amount is None else spending.text(row.amount) for spending in spent),
-            *("" if cell is None else cell.text(normalised) for cell in row.cells),
-            *([_lasting_text(row.cells)] if lasts else []),
+            *(names[axis][getattr(row, axis)] for axis in _AXES),
+            *(row.amount for _ in spent),
+            *(_shown(cell, table, row, normalised) for cell in row.cells),
+            *([_lasting_text(row.cells, row.quantity.sign)] if lasts else []),
             *([] if not is_uneven else [_spent_text(row) if _is_uneven(table, row) else None]),
         )
         for row in table.rows
     ]
+    first = len(_AXES) + len(spent)
     winners = {
-        (number, len(axes) + len(spent) + place)
+        (number, first + place)
         for number, row in enumerate(table.rows)
         for place, cell in enumerate(row.cells)
         if cell is not None and cell.is_winner
     }
+    amounts = {f"at [{spending.unit}]": spending.text for spending in spent}
     columns = (
-        *axes,
-        *(f"at [{spending.unit}]" for spending in spent),
-        *(methods[method] for method in table.methods),
+        *_AXES,
+        *amounts,
+        *(_heading(entries[entry], table) for entry in table.entries),
         *([COLUMN] if lasts else []),
         *([f"spent [{table.currency}]"] if is_uneven else []),
     )
-    return Listing(columns, tuple(rows), frozenset(winners))
+    return Listing(columns, tuple(rows), frozenset(winners), amounts, table.title)
 
 
 def pivot_listing(table: Table, normalised: bool = False) -> Listing:
-    """The table with environments side by side: a row for each task, design, controller and method."""
+    """The table with environments side by side: a row for each task, design and method."""
     envs = marked(labels(row.env for row in table.rows))
-    axes = ("task", "design", "controller")
-    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in axes}
-    shown = [axis for axis in axes if axis != "controller" or len(names[axis]) > 1]
-    methods = labels(table.methods)
-    places = list(dict.fromkeys((row.task, row.design, row.controller) for row in table.rows))
-    cells = {
-        (row.task, row.design, row.controller, method, row.env): cell
-        for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
-    }
+    names = {axis: labels(getattr(row, axis) for row in table.rows) for axis in ("task", "design")}
+    entries = entry_labels(table.entries)
+    by_place = {(row.task, row.design, row.env): row for row in table.rows}
+    places = list(dict.fromkeys((row.task, row.design) for row in table.rows))
     # what was spent is told where the methods of a row differ in it, as in `table_listing`
-    uneven = {(row.env, row.task, row.design, row.controller) for row in table.rows if _is_uneven(table, row)}
+    uneven = {place for place, row in by_place.items() if _is_uneven(table, row)}
     lasts = any(_lasts(row.cells) for row in table.rows)
-    rows: list[tuple[str | None, ...]] = []
+    rows: list[tuple[str | Estimate | None, ...]] = []
     winners = set()
-    for place in places:
-        words = [names[axis][ref] for axis, ref in zip(axes, place, strict=True) if axis in shown]
-        for method in table.methods:
-            found = [cells.get((*place, method, env)) for env in envs]
-            if any(found):
-                won = (column for column, cell in enumerate(found) if cell is not None and cell.is_winner)
-                winners |= {(len(rows), len(shown) + 1 + column) for column in won}
-                told = [
-                    _amount(cell) if (env, *place) in uneven else "-" for env, cell in zip(envs, found, strict=True)
-                ]
-                spent = [None if set(told) == {"-"} else " / ".join(told)] if uneven else []
-                texts = ("" if cell is None else cell.text(normalised) for cell in found)
-                lasting = [_lasting_text(found)] if lasts else []
-                rows.append((*words, methods[method], *texts, *lasting, *spent))
+    for task, design in places:
+        sign = 1.0 if table.quantity is None else table.quantity.sign
+        own = [by_place.get((task, design, env)) for env in envs]
+        for place, entry in enumerate(table.entries):
+            found = [None if row is None else row.cells[place] for row in own]
+            if not any(found):
+                continue
+            won = (column for column, cell in enumerate(found) if cell is not None and cell.is_winner)
+            winners |= {(len(rows), len(names) + 1 + column) for column in won}
+            told = [
+                "-" if (task, design, env) not in uneven else _amount(cell)
+                for env, cell in zip(envs, found, strict=True)
+            ]
+            rows.append(
+                (
+                    names["task"][task], names["design"][design], entries[entry],
+                    *(None if row is None else _shown(cell, table, row, normalised)
+                      for row, cell in zip(own, found, strict=True)),
+                    *([_lasting_text(found, sign)] if lasts else []),
+                    *([None if set(told) == {"-"} else " / ".join(told)] if uneven else []),
+                )
+            )  # fmt: skip
     columns = (
-        *shown,
+        *names,
         "method",
-        *envs.values(),
+        *(_heading(name, table) for name in envs.values()),
         *([COLUMN] if lasts else []),
         *([f"spent [{table.currency}]"] if uneven else []),
     )
-    return Listing(columns, tuple(rows), frozenset(winners))
+    return Listing(columns, tuple(rows), frozenset(winners), title=table.title)
+
+
+def _heading(name: str, table: Table) -> str:
+    """A heading of scores, with their unit."""
+    return f"{name} [{table.quantity.unit}]" if table.quantity is not None and table.quantity.unit else name
+
+
+def _shown(cell: TableCell | None, table: Table, row: Row, normalised: bool) -> Estimate | None:
+    return None if cell is None else cell.estimate(table.seeds, sign=row.quantity.sign, normalised=normalised)
 
 
 def _is_uneven(table: Table, row: Row) -> bool:
@@ -101,15 +116,15 @@ def _lasts(cells: Sequence[TableCell | None]) -> bool:
     return any(cell is not None and cell.lasting is not None for cell in cells)
 
 
-def _lasting_text(cells: Sequence[TableCell | None]) -> str | None:
+def _lasting_text(cells: Sequence[TableCell | None], sign: float) -> str | None:
     """What the best solutions of these cells do over more frames, in their order."""
-    return " / ".join(map(_after, cells)) if _lasts(cells) else None
+    return " / ".join(_after(cell, sign) for cell in cells) if _lasts(cells) else None
 
 
-def _after(cell: TableCell | None) -> str:
+def _after(cell: TableCell | None, sign: float) -> str:
     if cell is None or cell.lasting is None or cell.best is None:
         return "?"
-    return cell.lasting.text(cell.best[1])
+    return cell.lasting.text(cell.best[1], sign)
 
 
 def _spent_text(row: Row) -> str:
@@ -121,39 +136,106 @@ def _amount(cell: TableCell | None) -> str:
     return "?" if cell is None or cell.spent is None else f"{cell.spent:,.0f}"
 
 
-def long_listing(tables: Sequence[Table]) -> Listing:
-    """All tables in long form, one row per cell, for programs; references with every parameter stated.
+@dataclass(frozen=True)
+class CellRow:
+    """A cell of a table for programs; references with every parameter stated.
 
-    Tables drawn from learning curves say what was spent in place of the budget.
+    Attributes:
+        budget_kind, budget_amount: of the runs; in tables drawn from learning curves what had been spent.
+        mean, low, high: of the scores and their 95 % interval, in `unit`; more is better.
+        n, asked: seeds behind the mean, and those asked for.
+        normalised: the mean between the references (0) and the best (1) of the row.
+        used, used_kind: what was spent, on average; None where that is not known.
+        nonfinite: share of gradients that were not finite.
+        wall_gap: smallest distance from a side of the arena [cells].
     """
-    what = "spent" if any(isinstance(table.budget, Spending) for table in tables) else "budget"
-    columns = (
-        "fidelity", "frames", f"{what}_kind", f"{what}_amount", "env", "task", "design", "controller", "method",
-        "mean", "low", "high", "unit", "n", "asked", "failed", "diverged", "timeout", "unfinished",
-        "missing", "winner", "normalised", "provisional", "undecided", "used", "used_kind", "nonfinite",
-        "wall_gap", "lasting_frames", "lasting_score", "lasting_end",
-    )  # fmt: skip
-    rows = [
-        _long_row(table, row, method, cell)
+
+    fidelity: str
+    frames: int
+    budget_kind: str
+    budget_amount: float | None
+    env: str
+    task: str
+    design: str
+    controller: str
+    method: str
+    mean: float | None
+    low: float | None
+    high: float | None
+    unit: str
+    n: int
+    asked: int
+    failed: int
+    diverged: int
+    timeout: int
+    unfinished: int
+    missing: int
+    winner: bool
+    normalised: float | None
+    provisional: bool
+    undecided: bool
+    used: float | None
+    used_kind: str | None
+    nonfinite: float
+    wall_gap: float | None
+    lasting_frames: int | None
+    lasting_score: float | None
+    lasting_end: str | None
+
+
+def long_listing(tables: Sequence[Table]) -> Listing:
+    """All tables in long form, one row per cell, for programs.
+
+    Tables drawn from learning curves say what was spent in place of the budget. An agent from outside, which stands in
+    every table of its row, comes once, with its own budget and a cost that is not known.
+    """
+    rows = (
+        _long_row(table, row, entry, cell)
         for table in tables
         for row in table.rows
-        for method, cell in zip(table.methods, row.cells, strict=True)
+        for entry, cell in zip(table.entries, row.cells, strict=True)
         if cell is not None
-    ]
-    return Listing(columns, tuple(rows))
+    )
+    listing = listing_of(CellRow, dict.fromkeys(rows))
+    if any(isinstance(table.budget, Spending) for table in tables):
+        names = {"budget_kind": "spent_kind", "budget_amount": "spent_amount"}
+        return Listing(tuple(names.get(name, name) for name in listing.columns), listing.rows)
+    return listing
 
 
-def _long_row(table: Table, row: Row, method: Ref, cell: TableCell) -> tuple[Any, ...]:
-    interval = cell.interval
-    states = cell.states
-    return (
-        str(table.fidelity), table.frames, table.budget.kind, row.amount or table.budget.amount,
-        str(row.env), str(row.task), str(row.design), str(row.controller), str(method),
-        interval and interval.mean, interval and interval.low, interval and interval.high, cell.unit,
-        cell.count, cell.asked,
-        states.get(RunState.FAILED, 0), states.get(RunState.DIVERGED, 0), states.get(RunState.TIMEOUT, 0),
-        sum(states.get(state, 0) for state in OPEN_STATES), cell.missing, cell.is_winner, cell.normalised,
-        bool(footnotes([row.env])), cell.is_undecided, cell.spent, table.currency if cell.spent is not None else None,
-        cell.nonfinite, cell.wall_gap,
-        *((None, None, None) if (last := cell.lasting) is None else (last.frames, last.score, last.end)),
-    )  # fmt: skip
+def _long_row(table: Table, row: Row, entry: Entry, cell: TableCell) -> CellRow:
+    states, mean, last = cell.states, cell.interval, cell.lasting
+    budget = cell.outside or table.budget
+    return CellRow(
+        fidelity=str(table.fidelity),
+        frames=table.frames,
+        budget_kind=budget.kind,
+        budget_amount=budget.amount if row.amount is None or cell.is_external else row.amount,
+        env=str(row.env),
+        task=str(row.task),
+        design=str(row.design),
+        controller=str(entry.controller),
+        method=str(entry.method),
+        mean=None if mean is None else mean.mean,
+        low=None if mean is None else mean.low,
+        high=None if mean is None else mean.high,
+        unit=cell.unit,
+        n=cell.count,
+        asked=cell.asked,
+        failed=states.get(RunState.FAILED, 0),
+        diverged=states.get(RunState.DIVERGED, 0),
+        timeout=states.get(RunState.TIMEOUT, 0),
+        unfinished=sum(states.get(state, 0) for state in OPEN_STATES),
+        missing=cell.missing,
+        winner=cell.is_winner,
+        normalised=cell.normalised,
+        provisional=bool(footnotes([row.env])),
+        undecided=cell.is_undecided,
+        used=cell.spent,
+        used_kind=table.currency if cell.spent is not None else None,
+        nonfinite=cell.nonfinite,
+        wall_gap=cell.wall_gap,
+        lasting_frames=None if last is None else last.frames,
+        lasting_score=None if last is None else last.score,
+        lasting_end=None if last is None else last.end,
+    )

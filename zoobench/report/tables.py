@@ -1,136 +1,21 @@
 """The tables of scores: one per fidelity, episode length and budget, since those are never mixed.
 
-A row is an environment, task, design and controller; a column is a method; a cell is the mean over seeds with its
-95 % Student-t interval, and what became of the seeds that gave no score.
+A row is an environment, task and design; a column is a method with its controller; a cell is the mean over seeds with
+its 95 % Student-t interval, and what became of the seeds that gave no score. Agents that were trained elsewhere have no
+budget: they stand beside the others in every table that has their row, and win and lose nothing.
 """
 
-import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from zoobench.db.rows import OPEN_STATES, RunState
-from zoobench.report.cells import Cell, Outcome, cells_of, comparable
-from zoobench.report.lasting import Lasting
-from zoobench.report.normalise import floor_of, run_shares, shares
+from zoobench.report.cells import Cell, cells_of, comparable
+from zoobench.report.entries import Entry, entries_of, entry_of
+from zoobench.report.labels import in_order
+from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.report.run_results import RunResult
-from zoobench.report.statistics import Interval, clear_winner, t_interval
-from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, is_at_wall, repeat_command, standing
-
-_FEW = 0.01  # share of gradients that may not be finite without a note
-_ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
-
-
-@dataclass(frozen=True)
-class TableCell:
-    """The seeds of one method in one row.
-
-    Attributes:
-        interval: over the runs that are DONE; None without any.
-        unit: of the score.
-        asked: the seeds that were asked for in this row, of whatever method.
-        states: how many runs of the cell are in each state.
-        lacks: how many that are DONE have no score, by why.
-        is_undecided: whether the fidelity is too coarse to tell the mean from the row's best.
-        is_winner: every seed is done, nothing of the row is still to come, the interval lies above those of all other
-            methods, and did so when no more had been spent than by each of them; its robots kept away from the sides
-            of the arena, as far as that is known.
-        is_overturned: whether it wins and another method's best solution beats its own on a finer grid.
-        missing: runs that are wanted here and do not exist.
-        normalised: the mean between the row's references (0) and its best mean (1); None without either.
-        runs: the ids of those behind the mean.
-        spent: by those, on average, in the unit of `Table.currency`; None if it is not known.
-        scores: of those.
-        nonfinite: share of the gradients of those that were not finite, mean over runs.
-        shares: those scores between the row's references (0) and its best mean (1), below 0 where they are worse;
-            empty without either.
-        gaps: how near the robots of those came to a side of the arena [cells]; None where it is not known.
-        lasting: what the best solution does over more frames; None if it was not evaluated.
-    """
-
-    interval: Interval | None
-    unit: str
-    asked: int
-    states: Mapping[RunState, int]
-    is_winner: bool = False
-    normalised: float | None = None
-    missing: int = 0
-    lacks: Mapping[str, int] = field(default_factory=dict)
-    is_undecided: bool = False
-    is_overturned: bool = False
-    runs: tuple[int, ...] = ()
-    spent: float | None = None
-    scores: tuple[float, ...] = ()
-    shares: tuple[float, ...] = ()
-    nonfinite: float = 0.0
-    gaps: tuple[float | None, ...] = ()
-    lasting: Lasting | None = None
-
-    @property
-    def wall_gap(self) -> float | None:
-        """The smallest of the known gaps [cells]; None if none is."""
-        return min((gap for gap in self.gaps if gap is not None), default=None)
-
-    @property
-    def is_at_wall(self) -> bool:
-        """Whether a robot came so near to a side of the arena that this has a part in its score: no winner then."""
-        return is_at_wall(self.wall_gap)
-
-    @property
-    def best(self) -> tuple[int, float] | None:
-        """The id and score of the best run, as `zoobench.spec.standing`; None without a score."""
-        found = zip(self.runs, self.scores, self.gaps or (None,) * len(self.runs), strict=True)
-        ranked = [(standing(score, gap), -run) for run, score, gap in found]
-        if not ranked:
-            return None
-        (_, score), run = max(ranked)
-        return -run, score
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether no run exists."""
-        return not self.states
-
-    @property
-    def is_unfinished(self) -> bool:
-        """Whether a run is still to come: until then nobody wins the row."""
-        return self.missing > 0 or any(state in OPEN_STATES for state in self.states)
-
-    @property
-    def count(self) -> int:
-        """Number of seeds behind the mean."""
-        return 0 if self.interval is None else self.interval.count
-
-    def text(self, normalised: bool = False) -> str:
-        """For example `0.031 ± 0.004 m/s (n=3)` or `0.031 m/s (n=1 of 3, diverged 2/3)`; `missing` without any run.
-
-        With `normalised`, `0.031 ± 0.004 m/s = 0.85 (n=3)`.
-        """
-        if self.is_empty:
-            return "missing"
-        notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
-        if self.interval is not None and self.interval.half_width is None and self.count > 1:
-            notes.append("all equal")
-        notes += [
-            f"{state} {number}/{self.asked}"
-            for state, number in sorted(self.states.items())
-            if state is not RunState.DONE
-        ]
-        notes += [f"{reason} {number}/{self.asked}" for reason, number in sorted(self.lacks.items())]
-        if self.missing:
-            notes.append(f"missing {self.missing}/{self.asked}")
-        if self.nonfinite >= _FEW:
-            notes.append(f"{self.nonfinite:.0%} of gradients not finite")
-        share = f" = {self.normalised:.2f}" if normalised and self.normalised is not None else ""
-        return f"{self._value()}{share} ({', '.join(notes)})"
-
-    def _value(self) -> str:
-        if self.interval is None:
-            return "no score"
-        spread = "" if self.interval.half_width is None else f" ± {self.interval.half_width:.2g}"
-        mark = " ‡" * self.is_undecided + " §" * self.is_overturned + " ‖" * self.is_at_wall
-        return f"{self.interval.mean:.4g}{spread} {self.unit}".rstrip() + mark
+from zoobench.report.table_cell import TableCell, compare
+from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, repeat_command
 
 
 @dataclass(frozen=True)
@@ -164,7 +49,7 @@ class Spending:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table; `cells` has one for each method of the table, None if it was not asked for.
+    """A row of a table; `cells` has one for each entry of the table, None if it was not asked for.
 
     `amount` is the amount that each run had spent, in a table drawn from learning curves.
     """
@@ -172,9 +57,13 @@ class Row:
     env: Ref
     task: Ref
     design: Ref
-    controller: Ref
     cells: tuple[TableCell | None, ...]
     amount: float | None = None
+
+    @property
+    def quantity(self) -> Quantity:
+        """What its scores are."""
+        return quantity_of(self.task, next((cell.unit for cell in self.cells if cell is not None and cell.unit), ""))
 
     @property
     def is_empty(self) -> bool:
@@ -184,13 +73,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one fidelity, episode length [control frames] and budget, or amount spent of whatever budgets."""
+    """All rows of one fidelity, episode length [control frames] and budget, or amount spent of whatever budgets.
+
+    `quantity` is that of all its scores; None if there may be several.
+    """
 
     fidelity: Ref
     frames: int
     budget: Budget | Spending
-    methods: tuple[Ref, ...]
+    entries: tuple[Entry, ...]
     rows: tuple[Row, ...]
+    quantity: Quantity | None = None
 
     @property
     def currency(self) -> BudgetKind:
@@ -204,9 +97,33 @@ class Table:
 
     @property
     def title(self) -> str:
-        """The settings that all numbers of the table share."""
+        """The quantity, and the settings that all numbers of the table share."""
         spent = f"budget {self.budget}" if isinstance(self.budget, Budget) else str(self.budget)
-        return f"fidelity {self.fidelity.name}, {spent}, {self.frames} frames"
+        if all(entry.is_external for entry in self.entries):
+            spent = "trained elsewhere"
+        seeds = "" if self.seeds is None else f", {self.seeds} seed{'s' * (self.seeds != 1)}"
+        quantity = "" if self.quantity is None else f"{self.quantity.title}: "
+        return f"{quantity}fidelity {self.fidelity.name}, {spent}, {self.frames} frames{seeds}"
+
+    @property
+    def seeds(self) -> int | None:
+        """The number of seeds that were asked for in every row; None if rows differ in it, or none is left."""
+        cells = [cell for row in self.rows for cell in row.cells if cell is not None and not cell.is_external]
+        counts = {cell.asked for cell in cells}
+        return counts.pop() if len(counts) == 1 else None
+
+    def parts(self) -> "list[Table]":
+        """The rows of each quantity as a table, with the columns that it has."""
+        groups: dict[Quantity, list[Row]] = {}
+        for row in self.rows:
+            groups.setdefault(row.quantity, []).append(row)
+        parts = (replace(self, rows=tuple(groups[quantity]), quantity=quantity) for quantity in sorted(groups))
+        return [part._without_empty_columns() for part in parts]
+
+    def _without_empty_columns(self) -> "Table":
+        kept = [place for place in range(len(self.entries)) if any(row.cells[place] is not None for row in self.rows)]
+        rows = (replace(row, cells=tuple(row.cells[place] for place in kept)) for row in self.rows)
+        return replace(self, entries=tuple(self.entries[place] for place in kept), rows=tuple(rows))
 
 
 def score_tables(results: Iterable[RunResult], missing: Iterable[RunSpec] = ()) -> list[Table]:
@@ -221,110 +138,66 @@ def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
     asked for. Those that are wanted and do not exist are shown as such, and nobody wins a row that lacks one.
     """
     settings: dict[tuple[Ref, int, Budget], list[Cell]] = {}
+    outside: list[Cell] = []
     for cell in comparable(cells):
         spec = cell.spec
-        settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(cell)
+        if entry_of(spec).is_external:
+            outside.append(cell)
+        else:
+            settings.setdefault((spec.fidelity, spec.frames, spec.budget), []).append(cell)
+    places = {setting: {place_of(cell.spec) for cell in members} for setting, members in settings.items()}
+    for cell in outside:
+        level = cell.spec.fidelity, cell.spec.frames
+        homes = [setting for setting, own in places.items() if setting[:2] == level and place_of(cell.spec) in own]
+        for setting in homes or [(*level, cell.spec.budget)]:
+            settings.setdefault(setting, []).append(cell)
     return [
-        _table(*setting, members)
-        for setting, members in sorted(settings.items(), key=lambda item: tuple(map(str, item[0])))
+        _table(*setting, settings[setting])
+        for setting in sorted(settings, key=lambda each: (each not in places, _in_order_of_settings(each)))
     ]
 
 
+def _in_order_of_settings(setting: tuple[Ref, int, Budget]) -> tuple[object, ...]:
+    fidelity, frames, budget = setting
+    return in_order(fidelity), frames, budget.kind, budget.amount
+
+
 def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:
-    methods = methods_of(cell.spec for cell in cells)
+    entries = entries_of(cell.spec for cell in cells)
     is_even = budget.kind == "seconds"
-    rows = [Row(*key, compare(group, methods, is_even=is_even)) for key, group in in_rows(cells)]
-    return Table(fidelity, frames, budget, methods, tuple(rows))
+    rows = [Row(*place, compare(group, entries, is_even=is_even)) for place, group in in_places(cells)]
+    return Table(fidelity, frames, budget, entries, tuple(rows))
 
 
 def methods_of(specs: Iterable[RunSpec]) -> tuple[Ref, ...]:
-    """The columns of a table."""
-    return tuple(sorted({spec.method for spec in specs}, key=str))
+    """The methods of these runs in their order."""
+    return tuple(sorted({spec.method for spec in specs}, key=in_order))
 
 
 def repeat_commands(table: Table, specs: Iterable[RunSpec]) -> list[str]:
-    """The command that repeats each row of a table; empty where none of the specs belongs to it."""
-    own: dict[tuple[Ref, ...], list[RunSpec]] = {}
+    """The commands that repeat each row of a table, one for each controller; empty where no spec belongs to it."""
+    own: dict[tuple[Ref, ...], dict[tuple[object, ...], list[RunSpec]]] = {}
     for spec in specs:
-        is_here = (spec.fidelity, spec.frames, spec.budget) == (table.fidelity, table.frames, table.budget)
-        if is_here and spec.method in table.methods:
-            own.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(spec)
-    found = (own.get((row.env, row.task, row.design, row.controller), []) for row in table.rows)
-    return [repeat_command(*members) if members else "" for members in found]
+        is_here = (spec.fidelity, spec.frames) == (table.fidelity, table.frames) and entry_of(spec) in table.entries
+        if is_here and (spec.budget == table.budget or entry_of(spec).is_external):
+            groups = own.setdefault(place_of(spec), {})
+            groups.setdefault((spec.controller, spec.budget), []).append(spec)
+    found = (own.get((row.env, row.task, row.design), {}).values() for row in table.rows)
+    return [" && ".join(repeat_command(*members) for members in groups) for groups in found]
 
 
 S = TypeVar("S", Cell, RunResult)
+Place = tuple[Ref, Ref, Ref]
 
 
-def in_rows(members: Iterable[S]) -> list[tuple[tuple[Ref, Ref, Ref, Ref], list[S]]]:
-    """The members of each row of a table, by environment, task, design and controller; sorted by name."""
-    grouped: dict[tuple[Ref, Ref, Ref, Ref], list[S]] = {}
+def place_of(spec: RunSpec) -> Place:
+    """The row of a run: environment, task and design."""
+    return spec.env, spec.task, spec.design
+
+
+def in_places(members: Iterable[S]) -> list[tuple[Place, list[S]]]:
+    """The members of each row of a table, in order."""
+    grouped: dict[Place, list[S]] = {}
     for member in members:
-        spec = member.spec
-        grouped.setdefault((spec.env, spec.task, spec.design, spec.controller), []).append(member)
-    return sorted(grouped.items(), key=lambda item: tuple(map(str, item[0])))
-
-
-def compare(group: Sequence[Cell], methods: tuple[Ref, ...], *, is_even: bool) -> tuple[TableCell | None, ...]:
-    """The cells of a row, the winner marked; `is_even` says that all have spent the same, whatever they simulated."""
-    outcomes = [outcome for cell in group for outcome in cell.outcomes]
-    asked = len({outcome.seed for outcome in outcomes})
-    by_method = {
-        method: [outcome for cell in group if cell.spec.method == method for outcome in cell.outcomes]
-        for method in methods
-    }
-    cells = [_cell(members, asked) if members else None for members in by_method.values()]
-    lead = leader(cells)
-    if lead is not None and (is_even or spent_alike(cells)):
-        cells = won_by(lead, cells)
-    means = [None if cell is None or cell.interval is None else cell.interval.mean for cell in cells]
-    floor = floor_of(outcome.floor for outcome in outcomes)
-    lots = shares(means, floor)
-    best_mean = max((mean for mean in means if mean is not None), default=None)
-    return tuple(
-        cell and replace(cell, normalised=share, shares=run_shares(cell.scores, floor, best_mean))
-        for cell, share in zip(cells, lots, strict=True)
-    )
-
-
-def leader(cells: Sequence[TableCell | None]) -> TableCell | None:
-    """The cell whose interval lies above all others, all its seeds done and away from walls; None if a run of the row
-    is to come."""
-    if any(cell is not None and cell.is_unfinished for cell in cells):
-        return None
-    best = clear_winner([None if cell is None else cell.interval for cell in cells])
-    found = None if best is None else cells[best]
-    is_whole = found is not None and found.count == found.asked
-    return found if found is not None and is_whole and not found.is_at_wall else None
-
-
-def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCell | None]:
-    """The cells of a row with the mark of its winner, which is one of them."""
-    return [replace(winner, is_winner=True) if cell is winner else cell for cell in cells]
-
-
-def spent_alike(cells: Iterable[TableCell | None]) -> bool:
-    """Whether what the methods of a row have spent differs by less than `_ALIKE`; one with a score must say it."""
-    spent = [cell.spent for cell in cells if cell is not None and cell.interval is not None]
-    known = [amount for amount in spent if amount is not None]
-    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < _ALIKE * max(known))
-
-
-def _cell(outcomes: Sequence[Outcome], asked: int) -> TableCell:
-    done = [outcome for outcome in outcomes if outcome.state is RunState.DONE]
-    scored = [(outcome.score, outcome) for outcome in done if outcome.score is not None]
-    units = sorted({outcome.unit for _, outcome in scored})
-    states = Counter(outcome.state for outcome in outcomes if outcome.state is not None)
-    lacks = Counter(outcome.lacks for outcome in done if outcome.score is None)
-    scores = tuple(score for score, _ in scored)
-    runs = tuple(outcome.run for _, outcome in scored)
-    gaps = tuple(outcome.wall_gap for _, outcome in scored)
-    missing = len(outcomes) - sum(states.values())
-    known = [outcome.spent for _, outcome in scored if outcome.spent is not None]
-    spent = math.fsum(known) / len(known) if known and len(known) == len(scored) else None
-    nonfinite = math.fsum(outcome.nonfinite for _, outcome in scored) / max(1, len(scored))
-    return TableCell(
-        t_interval(scores), ", ".join(units), asked, states,
-        missing=missing, lacks=lacks, runs=runs, spent=spent, scores=scores, nonfinite=nonfinite,
-        gaps=gaps,
-    )  # fmt: skip
+        grouped.setdefault(place_of(member.spec), []).append(member)
+    return sorted(grouped.items(), key=lambda item: tuple(map(in_order, item[0])))

@@ -1,22 +1,83 @@
 """The transfer matrix: scores of solutions in the environments where they were found and in others."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from zoobench.report.labels import labels
-from zoobench.report.listing import Listing
+from zoobench.report.labels import in_order, labels
+from zoobench.report.listing import Estimate, Listing, listing_of
 from zoobench.report.provisional import marked
+from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.report.run_results import SMOKE
-from zoobench.report.statistics import t_interval
-from zoobench.spec import Ref
+from zoobench.report.statistics import Interval, t_interval
+from zoobench.spec import Budget, Ref, RunSpec
 
 Document = Mapping[str, Any]
-"""A row of the study, with the `controller` and the `budget` of its run where they are known."""
+"""A row of the study."""
 
-_COLUMNS = ("task", "fidelity", "design", "method", "found_in", "frames")
-_ALL = (*_COLUMNS, "found_for", "found_at", "controller", "budget")
-_REFS = tuple(place for place, name in enumerate(_ALL) if name not in ("frames", "budget"))
+
+class Setting(NamedTuple):
+    """What the episodes of a row of the matrix share: where they were, and where their solutions were found."""
+
+    task: Ref
+    fidelity: Ref
+    design: Ref
+    method: Ref
+    found_in: Ref
+    frames: int
+    found_for: Ref
+    found_at: Ref
+    controller: Ref | None
+    budget: Budget | None
+
+    def is_home(self, env: Ref) -> bool:
+        """Whether the solutions were found in this environment, for this task and at this fidelity."""
+        return (env, self.task, self.fidelity) == (self.found_in, self.found_for, self.found_at)
+
+
+class Tried(NamedTuple):
+    """The episodes of a setting in one environment: their scores, and how many runs have none."""
+
+    setting: Setting
+    env: Ref
+    interval: Interval | None
+    lost: int
+    unit: str
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the scores are."""
+        return quantity_of(self.setting.task, self.unit)
+
+
+@dataclass(frozen=True)
+class TransferCell:
+    """A cell of the matrix for programs: mean and 95 % interval of the scores of `n` runs; `diverged` have none."""
+
+    task: str
+    fidelity: str
+    frames: int
+    design: str
+    controller: str | None
+    method: str
+    budget_kind: str | None
+    budget_amount: float | None
+    found_in: str
+    found_for: str
+    found_at: str
+    env: str
+    mean: float | None
+    low: float | None
+    high: float | None
+    unit: str
+    n: int
+    diverged: int
+
+
+_USUAL = ("task", "fidelity", "design", "method", "found_in", "frames")
+_TELLING = ("found_for", "found_at", "controller", "budget")
+"""Settings that are columns only where they tell rows apart."""
 
 
 def newest(documents: Iterable[Document]) -> list[Document]:
@@ -25,58 +86,166 @@ def newest(documents: Iterable[Document]) -> list[Document]:
     return [last[key] for key in sorted(last, key=str)]
 
 
-def transfer_matrix(documents: Iterable[Document]) -> Listing:
-    """A row for each task, fidelity, design, method and home, a column for each environment in which it was tried.
+def tried(documents: Iterable[Document], specs: Mapping[int, RunSpec]) -> list[Tried]:
+    """The episodes by setting and environment, in order; smoke runs are left out.
 
-    Runs that were found for another task, at another fidelity, with another controller or budget have rows of their
-    own, and a column that says so. A cell holds the mean score over runs with half of its 95 % interval, and their
-    number; the place where they were found is bold. Smoke runs are left out.
+    `specs` are those of the runs by number, as far as they are known.
     """
-    rows = [row for row in newest(documents) if SMOKE not in (_name(row["fidelity"]), _name(row["home"][2]))]
-    envs = sorted({row["env"] for row in rows})
-    groups: dict[tuple[str, ...], dict[str, list[Document]]] = defaultdict(lambda: defaultdict(list))
-    for row in rows:
-        groups[_of_row(row)][row["env"]].append(row)
-    usual = range(len(_COLUMNS))
-    telling = [place for place in range(len(_COLUMNS), len(_ALL)) if len({key[place] for key in groups}) > 1]
-    names = labels(Ref.parse(text) for key in groups for place in _REFS for text in [key[place]] if text)
-    names = marked(names | labels(Ref.parse(env) for env in envs))
-    body, bold = [], set()
-    for number, (key, by_env) in enumerate(sorted(groups.items())):
-        words = [names[Ref.parse(text)] if place in _REFS and text else text for place, text in enumerate(key)]
-        shown = [int(words[place]) if _ALL[place] == "frames" else words[place] for place in (*usual, *telling)]
-        body.append((*shown, *(_cell(by_env[env]) for env in envs)))
-        bold |= {(number, len(shown) + place) for place, env in enumerate(envs) if _is_home(key, env)}
-    columns = (*_COLUMNS, *(_ALL[place] for place in telling), *(names[Ref.parse(env)] for env in envs))
-    return Listing(columns, tuple(body), frozenset(bold))
+    groups: dict[tuple[Setting, Ref], list[Document]] = defaultdict(list)
+    for row in newest(documents):
+        setting = _setting(row, specs.get(row["run"]))
+        if SMOKE not in (setting.fidelity.name, setting.found_at.name):
+            groups[setting, Ref.parse(row["env"])].append(row)
+    found = []
+    for (setting, env), rows in groups.items():
+        scores = [row["score"] for row in rows if row["score"] is not None]
+        found.append(Tried(setting, env, t_interval(scores), len(rows) - len(scores), rows[0]["unit"]))
+    return sorted(found, key=lambda each: (_order(each.setting), in_order(each.env)))
 
 
-def _of_row(row: Document) -> tuple[str, ...]:
-    """The key of a matrix row, in the order of `_ALL`."""
-    env, task, fidelity = row["home"]
-    tried = (row[name] for name in ("task", "fidelity", "design", "method"))
-    return (*tried, env, str(row["frames"]), task, fidelity, row.get("controller", ""), row.get("budget", ""))
+def transfer_cells(found: Iterable[Tried]) -> Listing:
+    """The matrix for programs, a row for each cell."""
+    return listing_of(TransferCell, map(_cell, found))
 
 
-def _is_home(key: tuple[str, ...], env: str) -> bool:
-    """Whether the solutions of a row were found in this environment, for its task and at its fidelity."""
-    of = dict(zip(_ALL, key, strict=True))
-    return (env, of["task"], of["fidelity"]) == (of["found_in"], of["found_for"], of["found_at"])
+def transfer_matrices(found: Sequence[Tried]) -> list[Listing]:
+    """The matrix for people, one for each quantity; empty where nothing was evaluated.
+
+    A row is a task, fidelity, design, method and home, a column an environment in which it was tried. Runs that were
+    found for another task, at another fidelity, with another controller or budget have rows of their own, and a column
+    that says so. A cell holds the mean score over runs with half of its 95 % interval; the place where they were found
+    is bold.
+    """
+    quantities = sorted({each.quantity for each in found})
+    return [_matrix([each for each in found if each.quantity == quantity], quantity) for quantity in quantities]
 
 
-def _name(text: str) -> str:
-    return Ref.parse(text).name
+def _matrix(found: Sequence[Tried], quantity: Quantity) -> Listing:
+    settings = list(dict.fromkeys(each.setting for each in found))
+    envs = sorted({each.env for each in found}, key=in_order)
+    telling = [name for name in _TELLING if len({getattr(setting, name) for setting in settings}) > 1]
+    shown = (*_USUAL, *telling)
+    names = {name: _names(name, settings, envs) for name in shown}
+    cells = {(each.setting, each.env): each for each in found}
+    rows = [
+        (
+            *(names[name].get(value, value) for name in shown for value in [getattr(setting, name)]),
+            *(_estimate(cells.get((setting, env)), quantity) for env in envs),
+        )
+        for setting in settings
+    ]
+    bold = {
+        (number, len(shown) + place)
+        for number, setting in enumerate(settings)
+        for place, env in enumerate(envs)
+        if setting.is_home(env)
+    }
+    env_names = _names("found_in", settings, envs)
+    unit = f" [{quantity.unit}]" if quantity.unit else ""
+    columns = (*shown, *(f"{env_names[env]}{unit}" for env in envs))
+    return Listing(columns, tuple(rows), frozenset(bold), title=quantity.title)
 
 
-def _cell(rows: list[Document]) -> str | None:
-    """Mean and interval of the scores, and how many runs had none."""
-    if not rows:
+def _names(name: str, settings: Iterable[Setting], envs: Iterable[Ref]) -> Mapping[Any, str]:
+    """The labels of the components of a column; empty for a column of numbers."""
+    refs = {value for setting in settings if isinstance(value := getattr(setting, name), Ref)}
+    return marked(labels(refs | set(envs))) if name == "found_in" else labels(refs)
+
+
+def _setting(row: Document, spec: RunSpec | None) -> Setting:
+    home = [Ref.parse(text) for text in row["home"]]
+    here = [Ref.parse(row[name]) for name in ("task", "fidelity", "design", "method")]
+    own = (None, None) if spec is None else (spec.controller, spec.budget)
+    task, fidelity, design, method = here
+    found_in, found_for, found_at = home
+    return Setting(task, fidelity, design, method, found_in, row["frames"], found_for, found_at, *own)
+
+
+def _order(setting: Setting) -> list[object]:
+    """By which settings are sorted."""
+    return [_rank(value) for value in setting if value is not None]
+
+
+def _rank(value: Ref | Budget | int) -> object:
+    if isinstance(value, Ref):
+        return in_order(value)
+    return (value.kind, value.amount) if isinstance(value, Budget) else value
+
+
+def _estimate(each: Tried | None, quantity: Quantity) -> Estimate | None:
+    if each is None:
         return None
-    scores = [row["score"] for row in rows if row["score"] is not None]
-    lost = len(rows) - len(scores)
-    interval = t_interval(scores)
-    if interval is None:
-        return f"{lost} diverged"
-    spread = "" if interval.half_width is None else f" ± {interval.half_width:.2g}"
-    missing = f", {lost} diverged" if lost else ""
-    return f"{interval.mean:.4g}{spread} {rows[0]['unit']} (n={interval.count}{missing})"
+    lost = [f"{each.lost} diverged"] if each.lost else []
+    if each.interval is None:
+        return Estimate(None, notes=tuple(lost))
+    notes = (f"n={each.interval.count}", *lost)
+    return Estimate(each.interval.mean, each.interval.low, each.interval.high, notes).scaled(quantity.sign)
+
+
+def _cell(each: Tried) -> TransferCell:
+    setting, mean = each.setting, each.interval
+    return TransferCell(
+        task=str(setting.task),
+        fidelity=str(setting.fidelity),
+        frames=setting.frames,
+        design=str(setting.design),
+        controller=None if setting.controller is None else str(setting.controller),
+        method=str(setting.method),
+        budget_kind=None if setting.budget is None else setting.budget.kind,
+        budget_amount=None if setting.budget is None else setting.budget.amount,
+        found_in=str(setting.found_in),
+        found_for=str(setting.found_for),
+        found_at=str(setting.found_at),
+        env=str(each.env),
+        mean=None if mean is None else mean.mean,
+        low=None if mean is None else mean.low,
+        high=None if mean is None else mean.high,
+        unit=each.unit,
+        n=0 if mean is None else mean.count,
+        diverged=each.lost,
+    )
+
+
+@dataclass(frozen=True)
+class EpisodeRow:
+    """An episode of a solution for programs; `score` is None where it has none, as `reason` says."""
+
+    run: int | str
+    seed: int
+    design: str
+    method: str
+    found_in: str
+    found_for: str
+    found_at: str
+    env: str
+    task: str
+    fidelity: str
+    frames: int
+    score: float | None
+    unit: str
+    reason: str
+
+
+def episode_listing(documents: Iterable[Document]) -> Listing:
+    """Episodes as they were evaluated, for programs."""
+    rows = []
+    for row in documents:
+        same = {name: row[name] for name in EpisodeRow.__dataclass_fields__ if name in row}
+        rows.append(EpisodeRow(**same, **dict(zip(("found_in", "found_for", "found_at"), row["home"], strict=True))))
+    return listing_of(EpisodeRow, rows)
+
+
+def episode_overview(documents: Sequence[Document]) -> Listing:
+    """The same for people."""
+    places = {name: [Ref.parse(row[name]) for row in documents] for name in ("env", "task", "fidelity")}
+    homes = [Ref.parse(row["home"][0]) for row in documents]
+    names = {name: labels(refs) for name, refs in places.items()}
+    envs = marked(labels([*homes, *places["env"]]))
+    rows = [
+        (
+            row["run"], envs[home], envs[places["env"][number]], names["task"][places["task"][number]],
+            names["fidelity"][places["fidelity"][number]], row["score"], row["unit"], row["reason"] or None,
+        )
+        for number, (row, home) in enumerate(zip(documents, homes, strict=True))
+    ]  # fmt: skip
+    return Listing(("run", "found_in", "env", "task", "fidelity", "score", "unit", "reason"), tuple(rows))

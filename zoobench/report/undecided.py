@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import combinations
+from itertools import combinations, compress
 from typing import Protocol
 
 from zoobench.report.tables import Row, Table
@@ -62,9 +62,11 @@ def _of_bodies(table: Table, orders_of: OrdersOf) -> Iterator[str]:
     """What is not known of the order of bodies by their best means, those of one controller."""
     best: dict[tuple[Ref, Ref], dict[Ref, list[tuple[str, float]]]] = {}
     for row in table.rows:
-        if means := _means(row):
-            place = best.setdefault((row.env, row.task), {})
-            place.setdefault(row.controller, []).append((row.design.name, max(means)))
+        for controller in dict.fromkeys(entry.controller for entry in table.entries):
+            own = [entry.controller == controller for entry in table.entries]
+            if means := _means(replace(row, cells=tuple(compress(row.cells, own)))):
+                place = best.setdefault((row.env, row.task), {})
+                place.setdefault(controller, []).append((row.design.name, max(means)))
     unknown: dict[str, list[str]] = {}
     for (env, task), controllers in best.items():
         pairs = [pair for scores in controllers.values() for pair in combinations(sorted(scores), 2)]

@@ -3,15 +3,16 @@
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.leaderboard import BoardRow
-from zoobench.report.listing import Listing
+from zoobench.report.listing import Listing, listing_of, percent
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.run_results import RunResult
-from zoobench.spec import AXES, WALL_GAP, Ref, RunSpec, is_at_wall, repeat_command
+from zoobench.spec import AXES, WALL_GAP, Budget, Ref, RunSpec, is_at_wall, repeat_command
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
@@ -22,8 +23,11 @@ _MANY_HOURS = 100
 
 
 def duration(seconds: float | None) -> str:
-    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`, `1,350 days`; `unknown` for None."""
-    if seconds is None:
+    """A time span [s] as a person says it: `42 s`, `3 min 05 s`, `2 h 10 min`, `1,350 days`.
+
+    `unknown` for None and NaN.
+    """
+    if seconds is None or math.isnan(seconds):
         return "unknown"
     whole = round(seconds)
     if whole < 60:
@@ -35,33 +39,50 @@ def duration(seconds: float | None) -> str:
     return f"{whole / 86400:,.0f} days" if whole >= 10 * 86400 else f"{whole / 86400:.1f} days"
 
 
-def results_overview(results: Sequence[RunResult]) -> Listing:
-    """One row per run with its score, for reading; with a controller, frames and budget where runs differ in it."""
-    specs = [result.run.spec for result in results]
+def results_overview(results: Iterable[RunResult]) -> Listing:
+    """One row per run with its score, for reading; with a controller, frames and budget where runs differ in it.
+
+    Of each result little is kept, so that there may be any number of them.
+    """
+    kept = [(result.spec, _overview(result)) for result in results]
+    specs = [spec for spec, _ in kept]
     names = _short_names(specs)
-    telling = [name for name in _TELLING if len({getattr(spec, name) for spec in specs}) > 1]
-    controllers = labels(spec.controller for spec in specs)
-    rows = [
-        (
-            result.run.id,
-            *names[index],
-            *(str(controllers.get(value, value)) for value in (getattr(specs[index], name) for name in telling)),
-            result.run.spec.seed,
-            str(result.run.state),
-            None if result.score is None else result.score.value,
-            None if result.score is None else result.score.unit,
-            duration(result.run.seconds) if result.run.attempt else None,
-            result.run.reason or _wall_text(result),
-        )
-        for index, result in enumerate(results)
-    ]
-    return Listing(("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason"), tuple(rows))
+    telling = [name for name in _TELLING if _differs(specs, name)]
+    controllers = labels(_distinct(spec.controller for spec in specs))
+    rows = tuple(
+        (run, *own, *(_told(getattr(spec, name), controllers) for name in telling), spec.seed, *rest)
+        for (spec, (run, *rest)), own in zip(kept, names, strict=True)
+    )
+    columns = ("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason")
+    return Listing(columns, rows, texts={"time": duration})
+
+
+def _overview(result: RunResult) -> tuple[Any, ...]:
+    """A run's number, state, score, unit, time [s], and what to keep in mind."""
+    run, score = result.run, result.score
+    value, unit = (None, None) if score is None else (score.value, score.unit)
+    seconds = run.seconds if run.attempt else None
+    return run.id, str(run.state), value, unit, seconds, run.reason or _wall_text(result)
 
 
 def _wall_text(result: RunResult) -> str | None:
     """What to keep in mind about a score that a side of the arena has a part in."""
     gap = result.finals.get(WALL_GAP)
     return f"at a wall: within {gap.value:.1f} cells of it" if gap is not None and is_at_wall(gap.value) else None
+
+
+def _told(value: Any, controllers: Mapping[Ref, str]) -> Any:
+    return controllers[value] if isinstance(value, Ref) else str(value) if isinstance(value, Budget) else value
+
+
+def _differs(specs: Sequence[RunSpec], name: str) -> bool:
+    """Whether a setting tells runs apart."""
+    return len({id(getattr(spec, name)) for spec in specs}) > 1 and len({getattr(spec, name) for spec in specs}) > 1
+
+
+def _distinct(refs: Iterable[Ref]) -> list[Ref]:
+    """Each once; of very many runs most share the objects, and to compare those takes long."""
+    return list({id(ref): ref for ref in refs}.values())
 
 
 def results_listing(results: Sequence[RunResult]) -> Listing:
@@ -72,10 +93,12 @@ def results_listing(results: Sequence[RunResult]) -> Listing:
 
 def results_columns(finals: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     """The columns of `results_listing`, for finals by name and unit."""
-    return (
+    own = (
         "run", "key", *AXES, "seed", "frames", "budget_kind", "budget_amount", "state", "reason", "attempts",
-        "seconds", "provisional", *(f"{name} [{unit}]" if unit else name for name, unit in finals),
+        "seconds", "provisional",
     )  # fmt: skip
+    # a final may have any name: one that is taken is told apart
+    return (*own, *(f"{name} [{unit}]" if unit else f"final {name}" if name in own else name for name, unit in finals))
 
 
 def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]) -> Iterator[tuple[Any, ...]]:
@@ -90,43 +113,116 @@ def results_rows(results: Iterable[RunResult], finals: Sequence[tuple[str, str]]
         )  # fmt: skip
 
 
-def results_records(results: Sequence[RunResult]) -> list[dict[str, Any]]:
-    """The stable JSON form of results: the run, its whole spec, and `finals` as name -> value and unit."""
-    return [{**_run_record(result), "finals": _finals_record(result)} for result in results]
+def results_record(result: RunResult) -> dict[str, Any]:
+    """The stable JSON form of a result: the run, its whole spec, and `finals` as name -> value and unit."""
+    return {**_run_record(result), "finals": _finals_record(result)}
+
+
+@dataclass(frozen=True)
+class RunningRow:
+    """A run in progress.
+
+    Attributes:
+        progress: share of its budget that is used.
+        score: of the incumbent.
+        metric_age_s: since it last reported anything [s].
+        lease_s: that its worker's lease still lasts [s].
+        time_left_s: by its pace so far [s].
+    """
+
+    run: int
+    env: str
+    task: str
+    design: str
+    controller: str
+    method: str
+    fidelity: str
+    seed: int
+    attempt: int
+    progress: float
+    score: float | None
+    metric_age_s: int | None
+    lease_s: int | None
+    time_left_s: float | None
 
 
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
-    """The runs in progress; ages and what is left of the lease in seconds at the time `now`."""
+    """The runs in progress, for programs; ages and what is left of the lease at the time `now`."""
     moment = time.time() if now is None else now
-    names = _short_names([run.spec for run in runs])
-    columns = (
-        "run", *_SHORT_AXES, "seed", "attempt", "progress", "score", "metric_age_s", "lease_s", "time_left"
-    )  # fmt: skip
     rows = [
-        (
-            run.id,
-            *names[index],
-            run.spec.seed,
-            run.attempt,
-            f"{run.fraction:.0%}",
-            run.score,
+        RunningRow(
+            run.id, *_axes(run.spec), run.spec.seed, run.attempt, run.fraction, run.score,
             None if run.progress_at is None else round(moment - run.progress_at),
             None if run.lease_until is None else round(run.lease_until - moment),
-            duration(run.seconds_left),
+            run.seconds_left,
         )
-        for index, run in enumerate(runs)
+        for run in runs
+    ]  # fmt: skip
+    return listing_of(RunningRow, rows)
+
+
+def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listing:
+    """The same for people."""
+    names = _short_names([run.spec for run in runs])
+    shown = ("seed", "attempt", "progress", "score", "metric_age_s", "lease_s", "time_left_s")
+    rows = [
+        (record["run"], *own, *(record[name] for name in shown))
+        for record, own in zip(running_listing(runs, now).records(), names, strict=True)
     ]
-    return Listing(columns, tuple(rows))
+    texts = {"progress": percent, "time left": duration}
+    columns = ("run", *_SHORT_AXES, "seed", "attempt", "progress", "score", "metric age [s]", "lease [s]", "time left")
+    return Listing(columns, tuple(rows), texts=texts)
+
+
+@dataclass(frozen=True)
+class PlanRow:
+    """A run of a plan; `estimate_s` is the expected wall time of what is not done [s], None where it is not known."""
+
+    env: str
+    task: str
+    design: str
+    controller: str
+    method: str
+    fidelity: str
+    seed: int
+    frames: int
+    budget_kind: str
+    budget_amount: float
+    state: str
+    estimate_s: float | None
 
 
 def plan_listing(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
-    """The runs of a plan, one row each, with their states and estimated times."""
-    names = _short_names(specs)
+    """The runs of a plan, one row each, with their states and estimated times, for programs."""
     rows = [
-        (*names[index], spec.seed, str(spec.budget), state, None if state == "done" else duration(seconds))
-        for index, (spec, state, seconds) in enumerate(zip(specs, states, estimates, strict=True))
-    ]
-    return Listing((*_SHORT_AXES, "seed", "budget", "state", "estimate"), tuple(rows))
+        PlanRow(
+            *_axes(spec), spec.seed, spec.frames, spec.budget.kind, spec.budget.amount, state,
+            None if state == "done" else seconds,
+        )
+        for spec, state, seconds in zip(specs, states, estimates, strict=True)
+    ]  # fmt: skip
+    return listing_of(PlanRow, rows)
+
+
+def plan_overview(specs: Sequence[RunSpec], states: Sequence[str], estimates: Sequence[float | None]) -> Listing:
+    """The same for people; controller and frames are columns where they tell runs apart."""
+    names = _short_names(specs)
+    telling = [name for name in ("controller", "frames") if _differs(specs, name)]
+    controllers = labels(_distinct(spec.controller for spec in specs))
+    rows = [
+        (
+            *own, *(_told(getattr(spec, name), controllers) for name in telling), spec.seed, str(spec.budget), state,
+            None if state == "done" else math.nan if seconds is None else seconds,
+        )
+        for own, spec, state, seconds in zip(names, specs, states, estimates, strict=True)
+    ]  # fmt: skip
+    columns = (*_SHORT_AXES, *telling, "seed", "budget", "state", "estimate")
+    return Listing(columns, tuple(rows), texts={"estimate": duration})
+
+
+def _axes(spec: RunSpec) -> tuple[str, str, str, str, str, str]:
+    """The components of a run with every parameter stated, in the order of `AXES`."""
+    return str(spec.env), str(spec.task), str(spec.design), str(spec.controller), str(spec.method), str(spec.fidelity)
 
 
 def reasons_listing(runs: Sequence[RunRow | BoardRow]) -> Listing:
@@ -146,17 +242,18 @@ def run_card(result: RunResult, attempts: Sequence[AttemptRow], specs: Sequence[
     `specs` are what has to be run to repeat it, where that is more than itself.
     """
     return {
-        **_run_record(result),
-        "finals": _finals_record(result),
+        **results_record(result),
         "attempts": [_attempt_record(attempt) for attempt in attempts],
         "repeat": " && ".join(repeat_command(spec) for spec in specs or (result.run.spec,)),
     }
 
 
 def _short_names(specs: Sequence[RunSpec]) -> list[tuple[str, ...]]:
-    axes: dict[str, Mapping[Ref, str]] = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
+    refs = {axis: _distinct(getattr(spec, axis) for spec in specs) for axis in _SHORT_AXES}
+    axes: dict[str, Mapping[Ref, str]] = {axis: labels(found) for axis, found in refs.items()}
     axes["env"] = marked(axes["env"])
-    return [tuple(axes[axis][getattr(spec, axis)] for axis in _SHORT_AXES) for spec in specs]
+    by_id = {axis: {id(ref): axes[axis][ref] for ref in found} for axis, found in refs.items()}
+    return [tuple(by_id[axis][id(getattr(spec, axis))] for axis in _SHORT_AXES) for spec in specs]
 
 
 def _run_record(result: RunResult) -> dict[str, Any]:

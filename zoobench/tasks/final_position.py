@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "final-position", tags=("locomotion", "final"))
+@register(Kind.TASK, "final-position", tags=("locomotion", "final", "error"))
 @dataclass(frozen=True, kw_only=True)
 class FinalPosition(Task):
     """Be at a place when the episode ends.

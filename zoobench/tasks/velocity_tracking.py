@@ -20,7 +20,7 @@ _SPEED_TOLERANCE = 0.2  # relative to the target's speed
 _HEADING_TOLERANCE = math.radians(15.0)
 
 
-@register(Kind.TASK, "velocity-tracking", version=2, tags=("locomotion", "path"), added=("target",))
+@register(Kind.TASK, "velocity-tracking", version=2, tags=("locomotion", "path", "error"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class VelocityTracking(PathTask):
     """Match heading and speed of a target that moves along a path.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path"), added=("target",))
+@register(Kind.TASK, "waypoint-following", tags=("locomotion", "path", "error"), added=("target",))
 @dataclass(frozen=True, kw_only=True)
 class WaypointFollowing(PathTask):
     """Follow a target that moves along a path.

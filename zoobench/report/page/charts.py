@@ -10,12 +10,13 @@ from typing import Any
 from zoobench.db.rows import RunState
 from zoobench.report.aggregate import Aggregates
 from zoobench.report.curve_plot import AMOUNTS, line, reference_means, titles_of
+from zoobench.report.entries import entry_labels
 from zoobench.report.foreign_text import visible
 from zoobench.report.labels import labels
-from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_settings
+from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_rows, in_settings
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.run_results import RunResult
-from zoobench.report.tables import in_rows, methods_of
+from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
 
 Chart = dict[str, Any]
@@ -143,9 +144,9 @@ def accuracy_chart(section: Section, levels: Sequence[Level]) -> Chart | None:
 
 def profile_chart(found: Aggregates) -> Chart | None:
     """Performance profiles; None where no row is complete."""
-    names = labels(found.table.methods)
+    names = entry_labels(found.entries)
     points = [
-        {"method": visible(names[profile.method]), "threshold": _short(threshold), "share": _short(share.value),
+        {"method": visible(names[profile.entry]), "threshold": _short(threshold), "share": _short(share.value),
          "low": _short(share.low), "high": _short(share.high)}
         for profile in found.profiles
         for threshold, share in zip(profile.thresholds, profile.shares, strict=True)

@@ -10,7 +10,6 @@ from zoobench.db.rows import RunState
 from zoobench.errors import extra
 from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
 from zoobench.report.foreign_text import visible
-from zoobench.report.listing import cell_text
 from zoobench.report.page.charts import Chart, accuracy_chart, cost_chart, curve_chart, profile_chart
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.table_forms import pivot_listing, table_listing
@@ -86,15 +85,12 @@ def _section(section: Section, levels: Sequence[Level], accuracy: Accuracy, char
 def _table(table: Table, section: Section, place: Callable[[Chart | None], int | None]) -> dict[str, Any]:
     """A table of scores as the template takes it, in both layouts and over its rows."""
     found = aggregate(table)
+    specs = [run.spec for run in section.results if run.run.state is not RunState.SKIPPED]
     return {
-        "title": table.title,
-        "leaderboard": table_listing(table),
-        "commands": repeat_commands(
-            table, (run.spec for run in section.results if run.run.state is not RunState.SKIPPED)
-        ),
-        "pivot": pivot_listing(table),
+        "parts": [(table_listing(part), repeat_commands(part, specs), pivot_listing(part)) for part in table.parts()],
         "over_rows": aggregate_listing(found) if found.improvements else None,
         "rows": found.rows,
+        "all_rows": len(table.rows),
         "profiles": place(profile_chart(found)),
     }
 
@@ -104,7 +100,7 @@ def _environment() -> "Environment":
     """Jinja, which escapes all that it writes; signs that do more than stand there are made visible before."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    found = Environment(
+    return Environment(
         loader=PackageLoader("zoobench.report.page", ""),
         autoescape=True,
         undefined=StrictUndefined,
@@ -112,8 +108,6 @@ def _environment() -> "Environment":
         lstrip_blocks=True,
         finalize=lambda value: visible(value) if type(value) is str else value,
     )
-    found.filters["text"] = cell_text
-    return found
 
 
 @cache

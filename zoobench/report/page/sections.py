@@ -5,14 +5,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from zoobench.db.rows import RunState
+from zoobench.report.entries import entry_of
 from zoobench.report.footer import Footer
 from zoobench.report.leaderboard import Leaderboard
 from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empty_rows
 from zoobench.report.learning_curves import LearningCurve
 from zoobench.report.run_results import RunResult
-from zoobench.report.tables import Table
+from zoobench.report.tables import Table, place_of
 from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
-from zoobench.spec import Ref
+from zoobench.spec import Ref, RunSpec
 
 MOST_ROWS = 1_000
 _LOST = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.SKIPPED)
@@ -109,16 +110,25 @@ def fitted(tables: Sequence[Table]) -> tuple[list[Table], int]:
 def results_in(tables: Iterable[Table], results: Iterable[RunResult]) -> list[RunResult]:
     """The results that belong to rows of these tables."""
     rows = {
-        (table.fidelity, table.frames, table.budget, row.env, row.task, row.design, row.controller)
+        (
+            table.fidelity,
+            table.frames,
+            None if entry.is_external else table.budget,
+            row.env,
+            row.task,
+            row.design,
+            entry,
+        )
         for table in tables
         for row in table.rows
+        for entry in table.entries
     }
-    places = ((result, result.spec) for result in results)
-    return [
-        result
-        for result, spec in places
-        if (spec.fidelity, spec.frames, spec.budget, spec.env, spec.task, spec.design, spec.controller) in rows
-    ]
+
+    def row_of(spec: RunSpec) -> tuple[object, ...]:
+        entry = entry_of(spec)
+        return spec.fidelity, spec.frames, None if entry.is_external else spec.budget, *place_of(spec), entry
+
+    return [result for result in results if row_of(result.spec) in rows]
 
 
 def best_runs(section: Section) -> list[RunResult]:
