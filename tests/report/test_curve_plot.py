@@ -1,5 +1,6 @@
 """Learning curves as pictures."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -93,3 +94,14 @@ def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: p
     results = choose_results(store, RunSelection())
     with pytest.raises(UsageError, match="pip install"):
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
+
+
+def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:
+    """85 mm are 241 points; the fonts are embedded as TrueType, and the caption is left to the paper."""
+    results = choose_results(store, RunSelection())
+    draw(results, curves(store, results, "substeps"), tmp_path / "curves.pdf", width=85.0)
+    text = (tmp_path / "curves.pdf").read_bytes()
+    (box,) = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) [0-9.]+ \]", text)
+    assert float(box) == pytest.approx(85 / 25.4 * 72, abs=0.01)
+    assert b"/Type3" not in text
+    assert b"/FontFile2" in text

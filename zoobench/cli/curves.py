@@ -8,6 +8,7 @@ from typer import Option
 
 from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
 from zoobench.cli.output import Format, emit, say
+from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 _POINTS = (Format.CSV, Format.JSON)
@@ -27,29 +28,38 @@ def curves(
     chosen: RunSelection,
     by: Annotated[Currency, Option("--by", help="The amount against which scores are shown.")] = Currency.SUBSTEPS,
     output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
+    width: Annotated[
+        float | None,
+        Option("--width", min=20.0, max=1000.0, help="Width of the picture [mm], as 85 for a column of a paper."),
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Show learning curves: best scores by the amount spent.
 
     A picture has a panel for each cell and a line for each method: the mean over seeds, in a band from the lowest to
-    the highest. Without one, a table gives the means at shares of the amount that all methods of a cell have spent;
-    csv and json give every point. Finished runs only; smoke runs are left out.
+    the highest. With --width it is as a paper takes it, without a caption, which is said instead. Without a picture, a
+    table gives the means at shares of the amount that all methods of a cell have spent; csv and json give every point.
+    Finished runs only; smoke runs are left out.
     """
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
-    from zoobench.report.curve_plot import draw
+    from zoobench.report.curve_plot import CAPTION, draw
     from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
 
+    if width is not None and output is None:
+        raise UsageError("--width is that of a picture. Name its file with -o, as in -o curves.pdf.")
     with Store(db, create=False) as store:
         results = choose_results(store, chosen)
         known = {} if output is None and form in _POINTS else report.curves(store, results, by.value)
         if by is Currency.SECONDS:
             report.refuse_machines(store.origins(list(known)))
         if output is not None:
-            count = draw(results, known, output)
+            count = draw(results, known, output, width)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
+            if width is not None:
+                say(f"What it shows: {CAPTION}")
             return
         if form in _POINTS:
             listing = report.points_listing(store, results)

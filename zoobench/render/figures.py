@@ -29,11 +29,14 @@ def save(figure: "Figure", path: Path) -> None:
     Raises:
         UsageError: the file cannot be written, or its ending names no format of pictures.
     """
+    from matplotlib import rc_context
+
     if not path.suffix:  # matplotlib would add one and write to another file
         raise UsageError(f"{str(path)!r} has no ending that names a format. Give for example picture.png.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):  # publishers refuse fonts of Type 3
+            figure.savefig(path)
     except (OSError, ValueError) as error:  # ValueError: an unknown format
         raise UsageError(
             f"No picture can be written to {str(path)!r}: {error}. Give another file, as {path.stem}.png in a folder "

@@ -11,6 +11,7 @@ from zoobench.render import figures
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells
 from zoobench.report.normalise import REFERENCES
+from zoobench.report.palette import styles
 from zoobench.report.provisional import MARK, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
@@ -18,21 +19,23 @@ from zoobench.spec import Ref
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST_PANELS = 24
 
-_COLOURS = ("#0b62a4", "#c8501e", "#2b8a3e", "#7a3e9d", "#946b00", "#0aa5b5", "#d6337c", "#6b6b6b")
-_STROKES = ("-", "--", "-.", ":")  # where there are more methods than colours
 _PANEL = (5.4, 3.9)  # [inches]
+_NARROWEST = 2.3  # panel of a figure whose width is given [inches]
+_INCH = 25.4  # [mm]
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 AMOUNTS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
 REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
-_CAPTION = (
+CAPTION = (
     "best score so far; line: mean over seeds; band: lowest to highest seed; "
     "dotted: a robot at rest (idle) and the mean random controller"
 )
+"""What is seen."""
 
 
 Looks = Mapping[Ref, tuple[str, str, str]]
@@ -76,8 +79,12 @@ def line(seeds: Sequence[LearningCurve]) -> Line | None:
     )
 
 
-def draw(results: Iterable[RunResult], known: Mapping[int, LearningCurve], path: Path) -> int:
+def draw(
+    results: Iterable[RunResult], known: Mapping[int, LearningCurve], path: Path, width: float | None = None
+) -> int:
     """Draw the curves of these results, a panel for each cell; how many panels there are.
+
+    With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is.
 
     Raises:
         UsageError: there is nothing to draw or too much, matplotlib is missing, or the file cannot be written.
@@ -88,37 +95,52 @@ def draw(results: Iterable[RunResult], known: Mapping[int, LearningCurve], path:
             f"{len(groups)} cells have curves, and a picture holds 1 to {MOST_PANELS}. "
             "Choose others with --env, --task, --design or --fidelity."
         )
-    columns = 2 if len(groups) == 4 else min(len(groups), 3)
-    rows = -(-len(groups) // columns)
-    figure = figures.blank((_PANEL[0] * columns + 0.4, _PANEL[1] * rows + 0.9))
+    columns, size = _layout(len(groups), width)
+    figure = figures.blank(size) if width is None else figures.blank(size, dpi=300)
     looks = _looks(result.run.spec.method for group in groups for result in group)
     titles = titles_of(groups)
     for number, group in enumerate(groups):
-        axes = figure.add_subplot(rows, columns, number + 1)
+        axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
         _panel(axes, group, known, looks)
-        axes.set_title(titles[number], fontsize=10)
+        axes.set_title(titles[number], fontsize=10 if width is None else 8)
+    _draw_key(figure)
+    if width is None:
+        _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))
+    figures.save(figure, path)
+    return len(groups)
+
+
+def _layout(count: int, width: float | None) -> tuple[int, tuple[float, float]]:
+    """Number of columns, and the size of the figure [inches]."""
+    columns = 2 if count == 4 else min(count, 3)
+    if width is not None:
+        inches = width / _INCH
+        columns = max(1, min(columns, int(inches / _NARROWEST)))
+        return columns, (inches, 0.75 * inches / columns * -(-count // columns) + 0.5)
+    return columns, (_PANEL[0] * columns + 0.4, _PANEL[1] * -(-count // columns) + 0.9)
+
+
+def _draw_key(figure: "Figure") -> None:
+    """The legend of all panels."""
     seen = {
         label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     room = figure.get_figwidth() / _LETTER // (_KEY + max(map(len, seen), default=0))
     ncols = int(min(max(room, 1), 4, max(len(seen), 1)))
     figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=ncols, fontsize=9)
-    caption = _CAPTION if columns > 1 else _CAPTION.replace("seed; dotted", "seed;\ndotted")
-    if any(MARK in title for title in titles):
+
+
+def _draw_caption(figure: "Figure", columns: int, *, has_mark: bool) -> None:
+    caption = CAPTION if columns > 1 else CAPTION.replace("seed; dotted", "seed;\ndotted")
+    if has_mark:
         caption += f"\n{MARK} provisional: `zoobench show` and the environment's name say why"
     figure.suptitle(caption, fontsize=8)
-    figures.save(figure, path)
-    return len(groups)
 
 
 def _looks(methods: Iterable[Ref]) -> Looks:
     """Label, colour and stroke of each method, the same in all panels."""
     names = labels(methods)
-    ordered = sorted(names, key=str)
-    return {
-        method: (names[method], _COLOURS[number % len(_COLOURS)], _STROKES[number // len(_COLOURS) % len(_STROKES)])
-        for number, method in enumerate(ordered)
-    }
+    return {method: (names[method], *style) for method, style in styles(names).items()}
 
 
 def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:

@@ -151,15 +151,12 @@ def tables_of_cells(cells: Iterable[Cell]) -> list[Table]:
         homes = [setting for setting, own in places.items() if setting[:2] == level and place_of(cell.spec) in own]
         for setting in homes or [(*level, cell.spec.budget)]:
             settings.setdefault(setting, []).append(cell)
-    return [
-        _table(*setting, settings[setting])
-        for setting in sorted(settings, key=lambda each: (each not in places, _in_order_of_settings(each)))
-    ]
 
+    def rank(setting: tuple[Ref, int, Budget]) -> tuple[object, ...]:
+        fidelity, frames, budget = setting
+        return setting not in places, in_order(fidelity), frames, budget.kind, budget.amount
 
-def _in_order_of_settings(setting: tuple[Ref, int, Budget]) -> tuple[object, ...]:
-    fidelity, frames, budget = setting
-    return in_order(fidelity), frames, budget.kind, budget.amount
+    return [_table(*setting, settings[setting]) for setting in sorted(settings, key=rank)]
 
 
 def _table(fidelity: Ref, frames: int, budget: Budget, cells: list[Cell]) -> Table:

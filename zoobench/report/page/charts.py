@@ -4,7 +4,7 @@ Lines, texts and rules of a chart have the colour of the text around it, so that
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from zoobench.db.rows import RunState
@@ -15,6 +15,7 @@ from zoobench.report.foreign_text import visible
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_rows, in_settings
 from zoobench.report.page.sections import Accuracy, Level, Section
+from zoobench.report.palette import DASHES, Style, styles, styles_of
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
@@ -60,16 +61,16 @@ def curve_chart(section: Section) -> Chart | None:
         return None
     kind = next(iter(section.known.values())).kind
     x = {"field": "spent", "type": "quantitative", "title": AMOUNTS[kind]}
-    colour = _colour(names.values())
+    look = _look(names)
     step = {"interpolate": "step-after"}
     spot = _tooltip("method", spent=AMOUNTS[kind], mean="mean of the seeds", low="lowest", high="highest")
     return _chart(
         _chosen([point["cell"] for point in found]),
         [
             {"data": {"name": "lines"}, "mark": {"type": "area", "opacity": 0.18, **step},
-             "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": colour}},
+             "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": look["color"]}},
             {"data": {"name": "lines"}, "mark": {"type": "line", "point": {"size": 14}, **step},
-             "encoding": {"x": x, "y": _score("mean"), "color": colour, "tooltip": spot}},
+             "encoding": {"x": x, "y": _score("mean"), **look, "tooltip": spot}},
             {"data": {"name": "rules"}, "mark": {"type": "rule", "strokeDash": [2, 3], "color": _INK},
              "encoding": {"y": _score("level"), "tooltip": _tooltip("reference", level="score")}},
         ],
@@ -95,16 +96,16 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
     if not points:
         return None
     x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "wall time of the run [s]"}
-    colour = _colour(names.values())
+    look = _look(names)
     spot = _tooltip("method", "seed", "unit", score="score", seconds="wall time [s]", error="error of the fidelity")
     bars: Chart = {
         "data": {"name": "runs"}, "transform": [{"filter": "isValid(datum.low)"}],
         "mark": {"type": "rule", "opacity": 0.5},
-        "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": colour},
+        "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": look["color"]},
     }  # fmt: skip
     dots: Chart = {
         "data": {"name": "runs"}, "mark": {"type": "point", "filled": True, "size": 60},
-        "encoding": {"x": x, "y": _score("score"), "color": colour, "tooltip": spot},
+        "encoding": {"x": x, "y": _score("score"), "color": look["color"], "tooltip": spot},
     }  # fmt: skip
     layers = [bars, dots] if any("low" in point for point in points) else [dots]
     return _chart(_chosen([point["cell"] for point in points]), layers, runs=points)
@@ -129,7 +130,8 @@ def accuracy_chart(section: Section, levels: Sequence[Level]) -> Chart | None:
     spot = _tooltip("place", "fidelity", error="error", seconds="CPU s per simulated second")
     key = {"orient": "bottom", "symbolFillColor": _INK, "symbolStrokeColor": _INK}
     shape = {"field": "fidelity", "type": "nominal", "title": None, "legend": key}
-    colour = {**_colour(sorted({point["place"] for point in points})), "field": "place"}
+    scheme = "tableau10" if len({point["place"] for point in points}) <= 10 else "tableau20"
+    colour = {"field": "place", "type": "nominal", "title": None, "scale": {"scheme": scheme}}
     return _chart(
         {},
         [
@@ -154,19 +156,20 @@ def profile_chart(found: Aggregates) -> Chart | None:
     if not points:
         return None
     x = {"field": "threshold", "type": "quantitative", "title": "normalised score", "scale": {"nice": False}}
-    colour = _colour(visible(name) for name in names.values())
+    by_entry = styles_of({entry: entry.method for entry in names})
+    look = _scales({visible(name): by_entry[entry] for entry, name in names.items()})
     title = "share of runs above it"
     y = {"type": "quantitative", "title": title}
     band = {
         "data": {"name": "profiles"}, "mark": {"type": "area", "opacity": 0.18},
-        "encoding": {"x": x, "y": {"field": "low", **y}, "y2": {"field": "high"}, "color": colour},
+        "encoding": {"x": x, "y": {"field": "low", **y}, "y2": {"field": "high"}, "color": look["color"]},
     }  # fmt: skip
-    line_of_shares = {
+    line_of_shares: Chart = {
         "data": {"name": "profiles"}, "mark": {"type": "line"},
-        "encoding": {"x": x, "y": {"field": "share", **y}, "color": colour,
+        "encoding": {"x": x, "y": {"field": "share", **y}, **look,
                      "tooltip": _tooltip("method", threshold="normalised score", share=title)},
     }  # fmt: skip
-    layers = [line_of_shares] if points[0]["low"] is None else [band, line_of_shares]
+    layers: list[Chart] = [line_of_shares] if points[0]["low"] is None else [band, line_of_shares]
     return _chart({}, layers, profiles=points)
 
 
@@ -188,11 +191,21 @@ def _chosen(cells_of_points: Sequence[str]) -> Chart:
     return {"params": [{"name": "chosen", "value": options[0], "bind": bind}]}
 
 
-def _colour(names: Iterable[str]) -> Chart:
-    """Colours of methods, the same in all charts of a section; they are seen on white and on black."""
-    domain = list(names)
-    scheme = "tableau10" if len(domain) <= 10 else "tableau20"
-    return {"field": "method", "type": "nominal", "title": None, "scale": {"domain": domain, "scheme": scheme}}
+def _look(names: Mapping[Ref, str]) -> Chart:
+    """Colours and strokes of methods, those of every picture."""
+    return _scales({names[method]: style for method, style in styles(names).items()})
+
+
+def _scales(by_name: Mapping[str, Style]) -> Chart:
+    """The encodings of lines with these styles by their names."""
+    names = list(by_name)
+    field = {"field": "method", "type": "nominal", "title": None}
+    colours = [style.colour for style in by_name.values()]
+    dashes = [DASHES[style.stroke] for style in by_name.values()]
+    return {
+        "color": {**field, "scale": {"domain": names, "range": colours}},
+        "strokeDash": {**field, "scale": {"domain": names, "range": dashes}},
+    }
 
 
 def _score(name: str) -> Chart:
