@@ -31,7 +31,7 @@ def test_repeated_option_is_refused(zoobench: Command, words: list[str], option:
         (["render", "1", "-o", "a.gif", "--fps", "999"], "'--fps': 999"),
         (["render", "1", "-o", "a.gif", "--fps", "nan"], "'--fps': "),
         (["run", "--retry", "everything"], "'--retry': 'everything' is not one of 'failed', 'diverged'"),
-        (["new", "colour", "red"], "'colour' is not one of 'environment', 'task'"),
+        (["new", "colour", "red"], "Unknown kind 'colour'"),
     ],
 )
 def test_a_value_that_does_not_fit_is_named_in_plain_words(zoobench: Command, words: list[str], message: str) -> None:

@@ -74,7 +74,7 @@ def test_a_table_shows_rates_with_their_spread_and_leaves_out_what_is_empty(
 ) -> None:
     """People read tables of a few columns; programs find every field of one of them as CSV."""
     out = zoobench("bench", "--scenes", "ice").out
-    assert "6 (5.4 to 6.6)" in out
+    assert "6.0 (5.4 to 6.6)" in out
     assert "advance_launch_us" in out
     assert "exponent" not in out
     lines = zoobench("bench", "--scenes", "ice", "--table", "rates", "--format", "csv").out.splitlines()

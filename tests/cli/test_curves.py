@@ -89,13 +89,13 @@ def test_a_table_by_what_was_spent_names_its_command(zoobench: Command, learnt: 
     """Both methods in one table, at what both have spent."""
     out = zoobench("table", "--by", "substeps").out
     assert "best so far at equal substeps, of runs with a budget of 100 episodes and 1000 substeps" in out
-    assert "0.2 m/s (n=2, all equal)" in out
+    assert "0.2 (all equal)" in out
     assert "made by: zoobench table --by substeps --format table" in out
 
 
 def test_a_table_at_an_amount_says_who_spent_less(zoobench: Command, learnt: Path) -> None:
     """Random ended at 16 episodes of its own 100, which it was given; in seconds it ended at 1."""
-    assert "0.1 m/s (n=2, all equal)" in zoobench("table", "--by", "episodes", "--at", "20").out
+    assert "0.1 (all equal)" in zoobench("table", "--by", "episodes", "--at", "20").out
     out = zoobench("table", "--by", "seconds", "--at", "1.2").out
     assert "no score (n=0 of 2, spent less 2/2)" in out
     assert "made by: zoobench table --by seconds --at 1.2 --format table" in out

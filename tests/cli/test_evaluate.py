@@ -1,5 +1,7 @@
 """`evaluate`, of runs and without."""
 
+import csv
+import io
 import json
 from pathlib import Path
 
@@ -38,11 +40,21 @@ def test_a_solution_is_tried_elsewhere_and_kept(zoobench: Command, score: float)
     assert rows[0]["score"] == score
     assert len({row["score"] for row in rows}) == 4
     matrix = json.loads(zoobench("evaluate", "--format", "json").out)
-    assert [(line["task"], line["found_in"]) for line in matrix] == [
-        ("movement-speed", "ground"),
-        ("turning", "ground"),
-    ]
-    assert all("(n=1)" in line[env] for line in matrix for env in ("ground", "ice"))
+    names = [[line[name].partition("-v")[0] for name in ("task", "found_in", "env")] for line in matrix]
+    assert names == [[task, "ground", env] for task in ("movement-speed", "turning") for env in ("ground", "ice")]
+    assert [line["mean"] for line in matrix if line["n"] == 1] == [rows[place]["score"] for place in (0, 2, 1, 3)]
+
+
+def test_variants_of_an_environment_are_told_apart(zoobench: Command, score: float) -> None:
+    """And those of a fidelity: as much of a name as differs stands in every row, and numbers are numbers."""
+    envs = "ground[youngs_modulus=2e4],ground[youngs_modulus=5e3]"
+    rows = csv.DictReader(io.StringIO(zoobench("evaluate", "1", "--env", envs, "--format", "csv").out))
+    assert len({row["env"] for row in rows}) == 2
+    level = "draft,draft[transfer=apic]"
+    shown = zoobench("evaluate", "1", "--fidelity", level).out.splitlines()
+    assert [line.split()[4] for line in shown[2:]] == ["draft[transfer=aflip]", "draft[transfer=apic]"]
+    header = zoobench("evaluate").out.splitlines()[2]
+    assert header.index("youngs_modulus=5000.0]") < header.index("youngs_modulus=20000.0]")
 
 
 def test_its_own_place_is_the_default(zoobench: Command, score: float) -> None:

@@ -34,7 +34,7 @@ def test_a_database_becomes_a_page(zoobench: Command, database: Path, tmp_path: 
     assert reply.code == 0
     assert "Written: out/results.html" in reply.err
     text = (tmp_path / "out" / "results.html").read_text(encoding="utf-8")
-    assert "1.001 ± 0.0025 m/s (n=3)" in text
+    assert "1.0010 ± 0.0025" in text
     assert "ValueError: boom" in text
     assert "zoobench report --env desert,ice --output results.html" in text
     assert "77" not in text.partition('id="charts"')[0].partition("<main>")[2].partition("Origin")[0]

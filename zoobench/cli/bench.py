@@ -168,7 +168,7 @@ def _rates_for_people(rows: "Sequence[RateRow]") -> Listing:
 
     def rate(row: "RateRow", name: str) -> Estimate | None:
         middle, low, high = (getattr(row, f"{name}_mps{end}") for end in ("", "_min", "_max"))
-        return None if middle is None else Estimate(middle, low, high)
+        return None if middle is None else Estimate(middle, low, high, by_ends=True)
 
     return Listing(
         columns,

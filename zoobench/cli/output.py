@@ -168,9 +168,18 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
                     yield " " * _INDENT + line
 
     yield from lines_of([[heading] for heading in listing.headings])
-    yield "─" * min(limit, sum(widths) + _GAP * (len(widths) - 1))
+    yield _rule() * min(limit, sum(widths) + _GAP * (len(widths) - 1))
     for row in reading:
         yield from lines_of([_folded(text, limit - _INDENT) for text in row])
+
+
+def _rule() -> str:
+    """The sign of a horizontal line that standard output can show."""
+    try:
+        "─".encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:
+        return "-"
+    return "─"
 
 
 def _folded(text: str, width: int) -> list[str]:

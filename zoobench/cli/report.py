@@ -37,7 +37,8 @@ def report(
 
     It holds the tables, which can be sorted and filtered, the methods over all rows, learning curves, scores by cost,
     failures, and where all of it comes from, with the command that repeats each row. It needs no network, and fits
-    phones, dark screens and paper. Smoke runs are left out, and rows beyond the first 1,000. Needs the extra `report`;
+    phones, dark screens and paper. Smoke runs are left out, and rows for which a browser has no room: beyond
+    the first 200, or 2,500 runs. Needs the extra `report`;
     stills and films need `render` as well.
     """
     from zoobench.files import replace_files
@@ -90,21 +91,23 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
 
     from zoobench.db.store import Store
     from zoobench.harness.starts import solution_of
-    from zoobench.report.equal_costs import stored_tables
+    from zoobench.report.cells import read_cells
+    from zoobench.report.equal_costs import with_early_winners
     from zoobench.report.footer import footer
     from zoobench.report.learning_curves import curves
-    from zoobench.report.page.sections import Section, best_runs, fitted, results_in
-    from zoobench.report.run_results import choose_results
+    from zoobench.report.page.sections import Section, best_runs, fitted, runs_in
+    from zoobench.report.run_results import results_of
+    from zoobench.report.tables import tables_of_cells
     from zoobench.report.undecided import footnotes, mark_undecided
     from zoobench.verify.accuracy.tolerance import orders
 
     with Store(db, create=False) as store:
-        tables, left_out = fitted(mark_undecided(stored_tables(store, chosen), orders))
+        cells = read_cells(store, chosen)
+        tables, left_out = fitted(tables_of_cells(cells))
+        tables = mark_undecided(with_early_winners(store, tables), orders)
         if not tables:
             raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
-        results = [result for result in choose_results(store, chosen) if not (result.is_smoke or result.is_probe)]
-        if left_out:
-            results = results_in(tables, results)
+        results = results_of(store, runs_in(tables, cells))
         origins = store.origins([run for table in tables for run in table.runs])
         command = ["zoobench", "report", *chosen.options(), *_flags(stills, films)]
         foot = replace(

@@ -43,7 +43,7 @@ class Bootstrapped:
     @property
     def estimate(self) -> Estimate:
         """As people are shown it."""
-        return Estimate(self.value, self.low, self.high)
+        return Estimate(self.value, self.low, self.high, by_ends=True)
 
 
 @dataclass(frozen=True)

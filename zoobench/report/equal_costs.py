@@ -30,7 +30,16 @@ def stored_tables(reader: "Reader", selection: RunSelection) -> list[Table]:
         UsageError: a selector fits no run of the database, as `RunSelection.among`.
         StorageError: the database cannot be read.
     """
-    return mark_early_winners(tables_of_cells(read_cells(reader, selection)), partial(read_curves, reader))
+    return with_early_winners(reader, tables_of_cells(read_cells(reader, selection)))
+
+
+def with_early_winners(reader: "Reader", tables: Iterable[Table]) -> list[Table]:
+    """Tables of runs of a database, with the winners of rows of unlike costs marked, too.
+
+    Raises:
+        StorageError: the database cannot be read.
+    """
+    return mark_early_winners(tables, partial(read_curves, reader))
 
 
 def mark_early_winners(tables: Iterable[Table], curves: Curves) -> list[Table]:

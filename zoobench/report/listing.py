@@ -32,6 +32,7 @@ class Estimate:
         low, high: the ends of the interval; None without one.
         notes: in brackets behind it.
         marks: signs of footnotes.
+        by_ends: whether the interval is told by its ends even if it lies evenly, as of the least and the largest.
     """
 
     value: float | None
@@ -39,11 +40,12 @@ class Estimate:
     high: float | None = None
     notes: tuple[str, ...] = ()
     marks: str = ""
+    by_ends: bool = False
 
     @property
     def half_width(self) -> float | None:
-        """Half of the interval where it lies evenly around the value; None without one, or where it does not."""
-        if self.value is None or self.low is None or self.high is None:
+        """Half of the interval where it lies evenly around the value; None without one."""
+        if self.by_ends or self.value is None or self.low is None or self.high is None:
             return None
         below, above = self.value - self.low, self.high - self.value
         return above if math.isclose(below, above, rel_tol=1e-6, abs_tol=1e-12 * abs(self.value)) else None

@@ -68,6 +68,16 @@ def iterate_results(
         yield RunResult(run, {final.name: final for final in finals})
 
 
+def results_of(reader: "Reader", ids: Collection[int]) -> list[RunResult]:
+    """These runs with their finals, in the order of their creation.
+
+    Raises:
+        StorageError: the database cannot be read.
+    """
+    finals = reader.all_finals(ids)
+    return [RunResult(run, {final.name: final for final in finals.get(run.id, ())}) for run in reader.runs(ids=ids)]
+
+
 def origins(reader: "Reader", results: Iterable[RunResult]) -> list[OriginRow]:
     """Where the finished ones of these results come from, as `Reader.origins`."""
     return reader.origins([result.run.id for result in results if result.run.state is RunState.DONE])

@@ -5,6 +5,7 @@ Lines, texts and rules of a chart have the colour of the text around it, so that
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from zoobench.db.rows import RunState
@@ -23,7 +24,7 @@ from zoobench.spec import Ref
 Chart = dict[str, Any]
 Points = list[dict[str, Any]]
 
-_MOST_POINTS = 60_000  # of all lines together
+_MOST_POINTS = 15_000  # of all lines together
 _FEWEST, _USUAL = 8, 60  # of one line
 _DIGITS = 5
 _SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
@@ -87,9 +88,10 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
         if result.run.state is RunState.DONE and result.score is not None and math.isfinite(result.score.value)
     ]
     groups = [group for _, members in in_settings(scored) for _, group in in_rows(members)]
+    error_at = cache(accuracy)  # there are more runs than places
     names = _labels(section)
     points = [
-        {"cell": title, "method": names[result.spec.method], **_cost(result, accuracy)}
+        {"cell": title, "method": names[result.spec.method], **_cost(result, error_at)}
         for title, group in zip(_titles(groups), groups, strict=True)
         for result in group
     ]

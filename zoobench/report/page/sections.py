@@ -3,9 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 
 from zoobench.db.rows import RunState
-from zoobench.report.entries import entry_of
+from zoobench.report.cells import Cell
+from zoobench.report.entries import is_external
 from zoobench.report.footer import Footer
 from zoobench.report.leaderboard import Leaderboard
 from zoobench.report.leaderboard_pages import footer_of, tables_of, without_empty_rows
@@ -15,7 +17,8 @@ from zoobench.report.tables import Table, place_of
 from zoobench.report.undecided import OrdersOf, footnotes, mark_undecided
 from zoobench.spec import Ref, RunSpec
 
-MOST_ROWS = 1_000
+MOST_ROWS, MOST_RUNS = 200, 2_500
+"""Of one section, so that a browser opens the page without delay."""
 _LOST = (RunState.FAILED, RunState.DIVERGED, RunState.TIMEOUT, RunState.SKIPPED)
 
 Accuracy = Callable[[Ref, Ref, Ref], float | None]
@@ -97,38 +100,44 @@ def section_of(board: Leaderboard, orders_of: OrdersOf) -> Section:
 
 
 def fitted(tables: Sequence[Table]) -> tuple[list[Table], int]:
-    """The first `MOST_ROWS` rows of the tables, which a browser can still show, and how many are left out."""
+    """The first rows of the tables, `MOST_ROWS` of them and those of `MOST_RUNS` runs, and how many are left out."""
     kept: list[Table] = []
-    room = MOST_ROWS
+    rows, runs = MOST_ROWS, MOST_RUNS
     for table in tables:
-        if room:
-            kept.append(replace(table, rows=table.rows[:room]))
-            room -= len(kept[-1].rows)
-    return kept, sum(len(table.rows) for table in tables) - (MOST_ROWS - room)
+        costs = accumulate(sum(sum(cell.states.values()) for cell in row.cells if cell) for row in table.rows)
+        taken = min(rows, sum(cost <= runs for cost in costs))
+        if taken == 0:
+            break
+        kept.append(replace(table, rows=table.rows[:taken]))
+        rows -= taken
+        runs -= sum(sum(cell.states.values()) for row in kept[-1].rows for cell in row.cells if cell)
+    return kept, sum(len(table.rows) for table in tables) - sum(len(table.rows) for table in kept)
 
 
 def results_in(tables: Iterable[Table], results: Iterable[RunResult]) -> list[RunResult]:
     """The results that belong to rows of these tables."""
-    rows = {
-        (
-            table.fidelity,
-            table.frames,
-            None if entry.is_external else table.budget,
-            row.env,
-            row.task,
-            row.design,
-            entry,
-        )
+    rows = _rows_of(tables)
+    return [result for result in results if _row_of(result.spec) in rows]
+
+
+def runs_in(tables: Iterable[Table], cells: Iterable[Cell]) -> list[int]:
+    """The ids of the runs that belong to rows of these tables, whatever became of them."""
+    rows = _rows_of(tables)
+    return [outcome.run for cell in cells if _row_of(cell.spec) in rows for outcome in cell.outcomes]
+
+
+def _rows_of(tables: Iterable[Table]) -> set[tuple[object, ...]]:
+    """The rows of tables, and those of agents from outside whatever their budget."""
+    return {
+        (table.fidelity, table.frames, budget, row.env, row.task, row.design)
         for table in tables
         for row in table.rows
-        for entry in table.entries
+        for budget in (table.budget, None)
     }
 
-    def row_of(spec: RunSpec) -> tuple[object, ...]:
-        entry = entry_of(spec)
-        return spec.fidelity, spec.frames, None if entry.is_external else spec.budget, *place_of(spec), entry
 
-    return [result for result in results if row_of(result.spec) in rows]
+def _row_of(spec: RunSpec) -> tuple[object, ...]:
+    return spec.fidelity, spec.frames, None if is_external(spec.method) else spec.budget, *place_of(spec)
 
 
 def best_runs(section: Section) -> list[RunResult]:
