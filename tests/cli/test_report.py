@@ -25,7 +25,7 @@ from zoobench.report.page import html
 @pytest.fixture(autouse=True)
 def _small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages without Vega, which takes seconds."""
-    monkeypatch.setattr(html, "_vega", lambda: "")
+    monkeypatch.setattr(html, "bundle", lambda: "")
 
 
 def test_a_database_becomes_a_page(zoobench: Command, database: Path, tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Section:
 @pytest.fixture
 def text(shown: Section, monkeypatch: pytest.MonkeyPatch) -> str:
     """The page of that section, without Vega, which takes seconds."""
-    monkeypatch.setattr(html, "_vega", lambda: VEGA)
+    monkeypatch.setattr(html, "bundle", lambda: VEGA)
     return page([shown], LEVELS, lambda *_: 0.1, "zoobench report", "exports 1234")
 
 

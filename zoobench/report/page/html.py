@@ -3,7 +3,7 @@
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from functools import cache
-from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from zoobench.db.rows import RunState
@@ -12,6 +12,7 @@ from zoobench.report.aggregate import HOW, aggregate, aggregate_listing
 from zoobench.report.foreign_text import visible
 from zoobench.report.page.charts import Chart, accuracy_chart, cost_chart, curve_chart, profile_chart
 from zoobench.report.page.sections import Accuracy, Level, Section
+from zoobench.report.page.vega import LIBRARY, bundle
 from zoobench.report.table_forms import pivot_listing, table_listing
 from zoobench.report.tables import Table, repeat_commands
 from zoobench.report.views import duration, reasons_listing
@@ -39,7 +40,7 @@ def page(sections: Sequence[Section], levels: Sequence[Level], accuracy: Accurac
     charts: list[Chart] = []
     shown = [_section(section, levels, accuracy, charts) for section in sections]
     return _environment().get_template("page.html").render(
-        sections=shown, charts=charts, command=command, mark=mark, how=HOW, vega=_vega()
+        sections=shown, charts=charts, command=command, mark=mark, how=HOW, vega=bundle()
     )  # fmt: skip
 
 
@@ -50,8 +51,9 @@ def check_tools() -> None:
         UsageError: the extra `report` is not installed.
     """
     with extra("report", "Reports need"):
-        for module in ("jinja2", "vl_convert"):
-            import_module(module)
+        for module in ("jinja2", LIBRARY):
+            if find_spec(module) is None:
+                raise ModuleNotFoundError(name=module)
 
 
 def _section(section: Section, levels: Sequence[Level], accuracy: Accuracy, charts: list[Chart]) -> dict[str, Any]:
@@ -108,11 +110,3 @@ def _environment() -> "Environment":
         lstrip_blocks=True,
         finalize=lambda value: visible(value) if type(value) is str else value,
     )
-
-
-@cache
-def _vega() -> str:
-    """Vega, Vega-Lite and Vega-Embed as one script."""
-    import vl_convert
-
-    return vl_convert.javascript_bundle(None)  # type: ignore[arg-type]  # its types lack the default
