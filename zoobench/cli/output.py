@@ -140,28 +140,27 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
     A row longer than `limit` goes on in the line below, indented, with the column that does not fit any more; a text
     that fits no line is folded between its words. Bold cells have a star, as bold cannot be seen.
     """
-    from rich.cells import cell_len
-
     reading = listing.reading()
     for number, place in listing.bold:
         reading[number][place] += " *"
-    widths = [cell_len(heading) for heading in listing.headings]
-    for row in reading:
-        for place, text in enumerate(row):
-            if text:
-                longest = max(map(cell_len, _folded(text, limit - _INDENT)))
-                widths[place] = max(widths[place], longest)
+    columns = range(len(listing.columns))
+    distinct = [{row[place] for row in reading} for place in columns]  # of very many rows most are alike
+    folds = [{text: _folded(text, limit - _INDENT) for text in texts} for texts in distinct]
+    widths = [
+        max([_width(heading), *(_width(line) for lines in found.values() for line in lines)])
+        for heading, found in zip(listing.headings, folds, strict=True)
+    ]
     groups = _groups(widths, limit)
     are_numbers = listing.are_numbers
+
+    def padded(text: str, place: int) -> str:
+        room = " " * (widths[place] - _width(text))
+        return room + text if are_numbers[place] else text + room
 
     def lines_of(row: Sequence[Sequence[str]]) -> Iterator[str]:
         for group in groups:
             for parts in zip_longest(*(row[place] for place in group), fillvalue=""):
-                padded = []
-                for text, place in zip(parts, group, strict=True):
-                    room = " " * (widths[place] - cell_len(text))
-                    padded.append(room + text if are_numbers[place] else text + room)
-                line = (" " * _GAP).join(padded).rstrip()
+                line = (" " * _GAP).join(map(padded, parts, group)).rstrip()
                 if group is groups[0]:
                     yield line
                 elif line:
@@ -170,7 +169,16 @@ def plain_lines(listing: "Listing", limit: int = _UNLIMITED) -> Iterator[str]:
     yield from lines_of([[heading] for heading in listing.headings])
     yield _rule() * min(limit, sum(widths) + _GAP * (len(widths) - 1))
     for row in reading:
-        yield from lines_of([_folded(text, limit - _INDENT) for text in row])
+        yield from lines_of([folds[place][row[place]] for place in columns])
+
+
+def _width(text: str) -> int:
+    """How wide a text is on a terminal."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len
+
+    return cell_len(text)
 
 
 def _rule() -> str:

@@ -42,7 +42,6 @@ def report(
     stills and films need `render` as well.
     """
     from zoobench.files import replace_files
-    from zoobench.render.canvas import check_drawing
     from zoobench.report.page.html import check_tools, page
     from zoobench.report.page.sections import Level
     from zoobench.verify.accuracy.tolerance import error_at, published
@@ -53,6 +52,8 @@ def report(
     if source is not None and chosen != RunSelection():
         raise UsageError("--from shows whole leaderboards. Leave out what chooses runs of a database.")
     if stills or films:
+        from zoobench.render.canvas import check_drawing  # loads the simulator
+
         check_drawing()
     mark = ""
     if source is None:
