@@ -252,21 +252,28 @@ def print_tables(
     shown = [style.listings(item, look) for item in tables]
     if form is Format.LATEX and tables:
         print(PREAMBLE)
-    for listings, over in zip_longest(shown, over_rows):
-        for listing in (*listings, *([] if over is None else [aggregate_listing(over)])):
-            _print_part(listing, form, look)
+    parts = [
+        listing
+        for listings, over in zip_longest(shown, over_rows)
+        for listing in (*listings, *([] if over is None else [aggregate_listing(over)]))
+    ]
+    for number, listing in enumerate(parts, start=1):
+        _print_part(listing, form, look, number)
     mark = {Format.MD: "- ", Format.LATEX: "% "}.get(form, "")
     for line in (*([HOW] if over_rows else []), *foot.lines()) if tables else ():
         text = in_markdown(line) if form is Format.MD else line.replace("\n", " ")
         print_text(f"{mark}{text}")
 
 
-def _print_part(listing: "Listing", form: Format, look: "Look | None") -> None:
+def _print_part(listing: "Listing", form: Format, look: "Look | None", number: int) -> None:
+    """Print one of several tables, whose labels in LaTeX are numbered from the second on."""
     from zoobench.report.latex import to_latex
 
     if form is Format.LATEX:
         caption, label = ("", "") if look is None else (look.caption, look.label)
-        print(to_latex(listing, caption=caption or listing.title, label=label))
+        print(
+            to_latex(listing, caption=caption or listing.title, label=label and f"{label}{f'-{number}' * (number > 1)}")
+        )
     else:
         emit(listing, form)
     print()
