@@ -9,7 +9,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from zoobench.report.latex import to_latex
-from zoobench.report.listing import Estimate, Listing, cell_text, flattened, to_csv, to_json, to_markdown
+from zoobench.report.listing import Listing, Measured, cell_text, flattened, to_csv, to_json, to_markdown
 
 LISTING = Listing(("name", "score"), (("a,b|c", 0.123456789), ("d", None)), frozenset({(0, 1)}))
 
@@ -90,40 +90,40 @@ def test_headings_do_no_more_than_cells() -> None:
 @pytest.mark.parametrize(
     ("found", "text"),
     [
-        (Estimate(0.1815, 0.1385, 0.2245), "0.181 ± 0.043"),
-        (Estimate(1.001, 0.9985, 1.0035), "1.0010 ± 0.0025"),
-        (Estimate(0.0618, -0.0008, 0.1244), "0.062 ± 0.063"),
-        (Estimate(12345.6, 12000.0, 12691.2), "12350 ± 350"),
-        (Estimate(0.85, 0.8, 0.95), "0.85 (0.80 to 0.95)"),
-        (Estimate(0.5, 0.5 - 1e-9, 0.5 + 1e-9), "0.5 ± 1e-09"),
-        (Estimate(0.31, notes=("n=1 of 3", "failed 2/3"), marks="‡"), "0.31 ‡ (n=1 of 3, failed 2/3)"),
-        (Estimate(None, notes=("no score", "n=0")), "no score (n=0)"),
-        (Estimate(1.0, 1.0, 1.0), "1"),
+        (Measured(0.1815, 0.1385, 0.2245), "0.181 ± 0.043"),
+        (Measured(1.001, 0.9985, 1.0035), "1.0010 ± 0.0025"),
+        (Measured(0.0618, -0.0008, 0.1244), "0.062 ± 0.063"),
+        (Measured(12345.6, 12000.0, 12691.2), "12350 ± 350"),
+        (Measured(0.85, 0.8, 0.95), "0.85 (0.80 to 0.95)"),
+        (Measured(0.5, 0.5 - 1e-9, 0.5 + 1e-9), "0.5 ± 1e-09"),
+        (Measured(0.31, notes=("n=1 of 3", "failed 2/3"), marks="‡"), "0.31 ‡ (n=1 of 3, failed 2/3)"),
+        (Measured(None, notes=("no score", "n=0")), "no score (n=0)"),
+        (Measured(1.0, 1.0, 1.0), "1"),
     ],
 )
-def test_digits_are_those_that_the_interval_supports(found: Estimate, text: str) -> None:
+def test_digits_are_those_that_the_interval_supports(found: Measured, text: str) -> None:
     """Two of its half, and one where it lies unevenly; four without one."""
     assert cell_text(found) == text
 
 
 def test_an_error_is_a_score_with_its_sign_turned() -> None:
     """The ends of the interval change places."""
-    assert Estimate(-0.02, -0.03, -0.01).scaled(-1e3) == Estimate(20.0, 10.0, 30.0)
+    assert Measured(-0.02, -0.03, -0.01).scaled(-1e3) == Measured(20.0, 10.0, 30.0)
 
 
 def test_programs_get_numbers_and_no_estimates() -> None:
     """What is meant for people is refused in the forms for programs, and dictionaries have a column for each entry."""
     with pytest.raises(TypeError, match="for people"):
-        Listing(("x",), ((Estimate(1.0),),)).records()
+        Listing(("x",), ((Measured(1.0),),)).records()
     flat = flattened(Listing(("a", "b"), ((1, {"c": 2.0}), (3, {"d": "e"}), (4, None))))
     assert (flat.columns, flat.rows) == (("a", "b.c", "b.d"), ((1, 2.0, None), (3, None, "e"), (4, None, None)))
 
 
 def test_latex_is_a_table_of_booktabs_and_siunitx_with_everything_escaped() -> None:
     """Bold cells are bold, numbers are aligned, what is none stands in braces, and no sign of a name is a command."""
-    rows = (("x & y\\z ±", 1.5, Estimate(0.1815, 0.1385, 0.2245)), ("$5 {†}", -22.25, Estimate(1.2, notes=("n=1",))))
+    rows = (("x & y\\z ±", 1.5, Measured(0.1815, 0.1385, 0.2245)), ("$5 {†}", -22.25, Measured(1.2, notes=("n=1",))))
     listing = Listing(
-        ("a_b", "n [%]", "v"), (*rows, ("z", None, Estimate(None, notes=("no_score",)))), frozenset({(0, 0), (0, 2)})
+        ("a_b", "n [%]", "v"), (*rows, ("z", None, Measured(None, notes=("no_score",)))), frozenset({(0, 0), (0, 2)})
     )
     assert to_latex(listing, caption="5 %", label="tab:x").splitlines() == [
         r"\begin{table}",

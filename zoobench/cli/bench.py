@@ -10,7 +10,7 @@ from zoobench.cli.options import FormatOption, parse_counts, parse_names
 from zoobench.cli.output import Format, choose, emit_json, emit_several, say
 from zoobench.cli.steps import Steps
 from zoobench.errors import UsageError, reason
-from zoobench.report.listing import Estimate, Listing, listing_of, to_json
+from zoobench.report.listing import Listing, Measured, listing_of, to_json
 
 if TYPE_CHECKING:
     from zoobench.verify.bench.bench import BenchCase
@@ -166,9 +166,9 @@ def _rates_for_people(rows: "Sequence[RateRow]") -> Listing:
         "recomputed", "forward, CPU [s]", "forward, wall [s]", "both, CPU [s]", "both, wall [s]", "C++ [M/s]",
     )  # fmt: skip
 
-    def rate(row: "RateRow", name: str) -> Estimate | None:
+    def rate(row: "RateRow", name: str) -> Measured | None:
         middle, low, high = (getattr(row, f"{name}_mps{end}") for end in ("", "_min", "_max"))
-        return None if middle is None else Estimate(middle, low, high, by_ends=True)
+        return None if middle is None else Measured(middle, low, high, by_ends=True)
 
     return Listing(
         columns,

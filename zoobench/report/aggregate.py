@@ -13,7 +13,7 @@ import numpy as np
 
 from zoobench.arrays import Array
 from zoobench.report.entries import Entry, entry_labels
-from zoobench.report.listing import Estimate, Listing, listing_of
+from zoobench.report.listing import Listing, Measured, listing_of
 from zoobench.report.statistics import CONFIDENCE
 from zoobench.report.table_cell import TableCell
 from zoobench.report.tables import Table
@@ -41,9 +41,9 @@ class Bootstrapped:
     high: float | None = None
 
     @property
-    def estimate(self) -> Estimate:
+    def estimate(self) -> Measured:
         """As people are shown it."""
-        return Estimate(self.value, self.low, self.high, by_ends=True)
+        return Measured(self.value, self.low, self.high, by_ends=True)
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def aggregate_records(found: Aggregates) -> Listing:
     return listing_of(OverRows, rows)
 
 
-def _shown(found: Bootstrapped | None) -> Estimate | None:
+def _shown(found: Bootstrapped | None) -> Measured | None:
     return None if found is None else found.estimate
 
 

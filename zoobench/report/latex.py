@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from zoobench.report.foreign_text import visible
-from zoobench.report.listing import Estimate, Listing, cell_text, number_text
+from zoobench.report.listing import Listing, Measured, cell_text, number_text
 
 PREAMBLE = "% in the preamble: \\usepackage{booktabs,siunitx}"
 
@@ -58,7 +58,7 @@ def _cell(value: object, text: str, is_number: bool) -> str:
     number = _number(value)
     if number is None:
         return f"{{{latex_text(text)}}}" if text else ""
-    if not isinstance(value, Estimate):
+    if not isinstance(value, Measured):
         return number
     marks = f"\\textsuperscript{{{latex_text(value.marks.replace(' ', ''))}}}" if value.marks else ""
     notes = f"{{\\scriptsize~({latex_text(', '.join(value.notes))})}}" if value.notes else ""
@@ -67,9 +67,9 @@ def _cell(value: object, text: str, is_number: bool) -> str:
 
 def _number(value: object) -> str | None:
     """A number as siunitx reads it, with its uncertainty; None for what is none, or has an uneven interval."""
-    if isinstance(value, Estimate) and value.decimals is not None and value.half_width is None:
+    if isinstance(value, Measured) and value.decimals is not None and value.half_width is None:
         return None
-    if isinstance(value, Estimate):
+    if isinstance(value, Measured):
         return number_text(value, r" \pm ") or None
     return cell_text(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 

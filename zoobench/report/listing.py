@@ -24,7 +24,7 @@ _MOST_DIGITS = 6  # significant ones of a number with an interval
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Measured:
     """A number with its interval, and what is to be kept in mind about it.
 
     Attributes:
@@ -63,7 +63,7 @@ class Estimate:
         places = digits - 1 - math.floor(math.log10(half))
         return places if places + math.floor(math.log10(max(abs(self.value), half))) < _MOST_DIGITS else None
 
-    def scaled(self, factor: float) -> "Estimate":
+    def scaled(self, factor: float) -> "Measured":
         """In another unit, or with the sign turned."""
         low, high = (None if end is None else end * factor for end in (self.low, self.high))
         ends = (high, low) if factor < 0.0 else (low, high)
@@ -76,7 +76,7 @@ class Listing:
 
     Attributes:
         columns: headings; snake_case for programs.
-        rows: a cell holds text, a number, a truth value, None, or for people an `Estimate`.
+        rows: a cell holds text, a number, a truth value, None, or for people an `Measured`.
         bold: the cells to stress, by row and column.
         texts: how the values of a column read, by its heading; as `cell_text` if it is not there.
         title: above it, for people.
@@ -114,7 +114,7 @@ class Listing:
     def are_numbers(self) -> list[bool]:
         """Whether a column holds numbers, which stand to the right."""
         return [
-            any(isinstance(row[place], int | float | Estimate) for row in self.rows)
+            any(isinstance(row[place], int | float | Measured) for row in self.rows)
             for place in range(len(self.columns))
         ]
 
@@ -134,10 +134,10 @@ def cell_text(value: Any) -> str:
     if isinstance(value, float):
         is_count = value.is_integer() and 1e4 <= abs(value) < 1e15  # above, .4g gives an exponent, as in 1.593e+05
         return f"{value:.0f}" if is_count else f"{value:.4g}"
-    return estimate_text(value) if isinstance(value, Estimate) else visible(str(value))
+    return estimate_text(value) if isinstance(value, Measured) else visible(str(value))
 
 
-def estimate_text(found: Estimate, sign: str = " ± ") -> str:
+def estimate_text(found: Measured, sign: str = " ± ") -> str:
     """For example `0.182 ± 0.043 ‡ (n=2 of 3)`, `0.85 (0.80 to 0.91)`, or without a value `no score (n=0 of 3)`.
 
     Digits go as far as the interval supports them.
@@ -147,7 +147,7 @@ def estimate_text(found: Estimate, sign: str = " ± ") -> str:
     return " ".join(filter(None, words))
 
 
-def number_text(found: Estimate, sign: str = " ± ") -> str:
+def number_text(found: Measured, sign: str = " ± ") -> str:
     """Its number with the interval alone."""
     if found.value is None:
         return ""
@@ -223,7 +223,7 @@ def _plain(value: Any) -> Any:
     Raises:
         TypeError: it is for people, as an estimate is.
     """
-    if isinstance(value, Estimate):
+    if isinstance(value, Measured):
         raise TypeError(f"{value} is for people, and programs need its numbers one by one.")
     if isinstance(value, float):
         return value if math.isfinite(value) else None

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from zoobench.errors import UnknownNameError, UsageError
-from zoobench.report.listing import Estimate, Listing
+from zoobench.report.listing import Listing, Measured
 from zoobench.report.quantities import check_units, conversion
 from zoobench.report.tables import Table
 
@@ -87,7 +87,7 @@ class Look:
         return replace(listing, columns=columns, rows=rows, bold=frozenset(bold), texts=texts)
 
     def _cell(self, cell: object, factor: float) -> object:
-        if isinstance(cell, Estimate):
+        if isinstance(cell, Measured):
             return cell.scaled(factor)
         return self._name(cell) if isinstance(cell, str) else cell
 

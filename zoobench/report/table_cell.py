@@ -9,7 +9,7 @@ from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.cells import Cell, Outcome
 from zoobench.report.entries import Entry, entry_of
 from zoobench.report.lasting import Lasting
-from zoobench.report.listing import Estimate
+from zoobench.report.listing import Measured
 from zoobench.report.normalise import floor_of, run_shares, shares
 from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, is_at_wall, standing
@@ -106,7 +106,7 @@ class TableCell:
         """Number of seeds behind the mean."""
         return 0 if self.interval is None else self.interval.count
 
-    def estimate(self, seeds: int | None = None, *, sign: float = 1.0, normalised: bool = False) -> Estimate:
+    def estimate(self, seeds: int | None = None, *, sign: float = 1.0, normalised: bool = False) -> Measured:
         """What people are shown: `0.031 ± 0.004`, `0.031 (n=1 of 3, diverged 2/3)`, or `missing` without any run.
 
         Args:
@@ -115,7 +115,7 @@ class TableCell:
             normalised: also tell where the mean lies between the row's references and its best.
         """
         if self.is_empty:
-            return Estimate(None, notes=("missing",))
+            return Measured(None, notes=("missing",))
         notes = [f"n={self.count}" + (f" of {self.asked}" if self.count < self.asked else "")]
         if self.count == self.asked == seeds:
             notes = []
@@ -134,10 +134,10 @@ class TableCell:
         if normalised and self.normalised is not None:
             notes.insert(0, f"normalised {self.normalised:.2f}")
         if self.interval is None:
-            return Estimate(None, notes=("no score", *notes))
+            return Measured(None, notes=("no score", *notes))
         marks = " ".join(filter(None, ("‡" * self.is_undecided, "§" * self.is_overturned, "‖" * self.is_at_wall)))
         mean, low, high = self.interval.mean, self.interval.low, self.interval.high
-        return Estimate(mean, low, high, tuple(notes), marks).scaled(sign)
+        return Measured(mean, low, high, tuple(notes), marks).scaled(sign)
 
 
 def compare(group: Sequence[Cell], entries: tuple[Entry, ...], *, is_even: bool) -> tuple[TableCell | None, ...]:

@@ -7,7 +7,7 @@ from zoobench.db.rows import OPEN_STATES, RunState
 from zoobench.report.entries import Entry, entry_labels
 from zoobench.report.labels import labels
 from zoobench.report.lasting import COLUMN
-from zoobench.report.listing import Estimate, Listing, listing_of
+from zoobench.report.listing import Listing, Measured, listing_of
 from zoobench.report.provisional import footnotes, marked
 from zoobench.report.table_cell import TableCell, spent_alike
 from zoobench.report.tables import Row, Spending, Table
@@ -63,7 +63,7 @@ def pivot_listing(table: Table, normalised: bool = False) -> Listing:
     # what was spent is told where the methods of a row differ in it, as in `table_listing`
     uneven = {place for place, row in by_place.items() if _is_uneven(table, row)}
     lasts = any(_lasts(row.cells) for row in table.rows)
-    rows: list[tuple[str | Estimate | None, ...]] = []
+    rows: list[tuple[str | Measured | None, ...]] = []
     winners = set()
     for task, design in places:
         sign = 1.0 if table.quantity is None else table.quantity.sign
@@ -102,7 +102,7 @@ def _heading(name: str, table: Table) -> str:
     return f"{name} [{table.quantity.unit}]" if table.quantity is not None and table.quantity.unit else name
 
 
-def _shown(cell: TableCell | None, table: Table, row: Row, normalised: bool) -> Estimate | None:
+def _shown(cell: TableCell | None, table: Table, row: Row, normalised: bool) -> Measured | None:
     return None if cell is None else cell.estimate(table.seeds, sign=row.quantity.sign, normalised=normalised)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from zoobench.report.labels import in_order, labels
-from zoobench.report.listing import Estimate, Listing, listing_of
+from zoobench.report.listing import Listing, Measured, listing_of
 from zoobench.report.provisional import marked
 from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.report.run_results import SMOKE
@@ -172,14 +172,14 @@ def _rank(value: Ref | Budget | int) -> object:
     return (value.kind, value.amount) if isinstance(value, Budget) else value
 
 
-def _estimate(each: Tried | None, quantity: Quantity) -> Estimate | None:
+def _estimate(each: Tried | None, quantity: Quantity) -> Measured | None:
     if each is None:
         return None
     lost = [f"{each.lost} diverged"] if each.lost else []
     if each.interval is None:
-        return Estimate(None, notes=tuple(lost))
+        return Measured(None, notes=tuple(lost))
     notes = (f"n={each.interval.count}", *lost)
-    return Estimate(each.interval.mean, each.interval.low, each.interval.high, notes).scaled(quantity.sign)
+    return Measured(each.interval.mean, each.interval.low, each.interval.high, notes).scaled(quantity.sign)
 
 
 def _cell(each: Tried) -> TransferCell:
