@@ -97,7 +97,7 @@ class ManyReader:
         with self._database.read() as session:
             for some in batched(keys):
                 statement = select(RunRecord.spec_key, RunRecord.state).where(RunRecord.spec_key.in_(some))
-                found.update((key, RunState(state)) for key, state in session.execute(statement))
+                found.update((key, RunState.stored(state)) for key, state in session.execute(statement))
         return found
 
     def past(self, specs: Iterable[RunSpec]) -> list[PastRun]:
@@ -213,6 +213,6 @@ def _finals_of(
 
 
 def _attempt_row(record: AttemptRecord, provenance: Mapping[str, Any]) -> AttemptRow:
-    computed: dict[str, Any] = {"outcome": RunState(record.outcome), "provenance": provenance}
+    computed: dict[str, Any] = {"outcome": RunState.stored(record.outcome), "provenance": provenance}
     same = {each.name: getattr(record, each.name) for each in fields(AttemptRow) if each.name not in computed}
     return AttemptRow(**same, **computed)

@@ -100,7 +100,7 @@ class Reader(ManyReader):
         with self._database.read() as session:
             found: Counter[RunState] = Counter()
             for state, count in session.execute(statement):
-                found[RunState(state)] += count
+                found[RunState.stored(state)] += count
             return dict(found)
 
     def finals(self, run_id: int) -> list[FinalRow]:

@@ -27,9 +27,9 @@ class RunState(StrEnum):
     SKIPPED = "skipped"  # the cell cannot be run; the reason says why
 
     @classmethod
-    def _missing_(cls, value: object) -> "RunState":
-        """What damage has made of a state is no result."""
-        return cls.FAILED
+    def stored(cls, text: str) -> "RunState":
+        """The state that a database holds; what damage has made of one is no result."""
+        return cls(text) if text in list(cls) else cls.FAILED
 
 
 OPEN_STATES = (RunState.QUEUED, RunState.RUNNING)

@@ -165,7 +165,7 @@ def _run_row(key: str, spec: RunSpec, columns: Sequence[Any]) -> RunRow:
         **dict(zip(_OWN, own, strict=True)),
         key=key,
         spec=spec,
-        state=RunState(state),
+        state=RunState.stored(state),
         first_attempt=former + 1,
         seconds=seconds or 0.0,
     )

@@ -390,12 +390,12 @@ def _enqueue(session: Session, prepared: Mapping[str, tuple[dict[str, Any], str 
     """Store what is new of these specs, given as columns and a reason to skip them; group and id of every run."""
     table = RunRecord
     statement = select(table.spec_key, table.id, table.state).where(table.spec_key.in_(prepared))
-    known = {key: (run_id, RunState(state)) for key, run_id, state in session.execute(statement)}
+    known = {key: (run_id, RunState.stored(state)) for key, run_id, state in session.execute(statement)}
     new = [key for key in prepared if key not in known]
     if new:
         session.execute(insert(SpecRecord), [prepared[key][0] for key in new])
         session.execute(insert(table), [_new_run(key, prepared[key][1]) for key in new])
-        added = {key: (run_id, RunState(state)) for key, run_id, state in session.execute(statement)}
+        added = {key: (run_id, RunState.stored(state)) for key, run_id, state in session.execute(statement)}
     for key, (_, why) in prepared.items():
         run_id, state = known.get(key) or added[key]
         is_revived = state is RunState.SKIPPED and why is None

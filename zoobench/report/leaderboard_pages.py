@@ -20,7 +20,7 @@ from zoobench.report.foreign_text import in_markdown, visible
 from zoobench.report.leaderboard import MISSING, BoardRow, Leaderboard
 from zoobench.report.leaderboard_export import to_text
 from zoobench.report.listing import Listing, to_csv, to_markdown
-from zoobench.report.provisional import footnotes
+from zoobench.report.provisional import MARK, footnotes
 from zoobench.report.table_forms import long_listing, table_listing
 from zoobench.report.tables import Table, repeat_commands, score_tables
 from zoobench.report.views import duration, reasons_listing
@@ -86,9 +86,7 @@ def markdown_page(board: Leaderboard) -> str:
         lines += ["", "## Without a score", "", to_markdown(reasons_listing(lost))]
     if tables:
         lines += ["", "## To repeat a row", "", *_repeat_lines(board, tables), "", "## Origin", ""]
-        # what is provisional is said above the tables
-        origin = replace(footer_of(board, tables), provisional=())
-        lines += [f"- {in_markdown(line)}" for line in origin.lines()]
+        lines += [f"- {in_markdown(line)}" for line in footer_of(board, tables).lines()]
     return "\n".join(lines) + "\n"
 
 
@@ -127,7 +125,9 @@ def _state_lines(board: Leaderboard, every: Sequence[Table], shown: Sequence[Tab
         lines.append("- `missing`: the suite asks for it and it was not run. Nobody wins a row that lacks something.")
     if any(counts[state] for state in (MISSING, RunState.QUEUED, RunState.RUNNING)):
         lines.append(f"- `zoobench run --suite {board.source}` does what is left.")
-    return [*lines, *(f"- {note}" for note in footnotes(row.env for table in shown for row in table.rows))]
+    if footnotes(row.env for table in shown for row in table.rows):
+        lines.append(f"- {MARK} marks what is provisional; why, stands [at the end](#origin).")
+    return lines
 
 
 def _confirmation_lines(table: Table, board: Leaderboard) -> list[str]:
