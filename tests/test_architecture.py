@@ -51,7 +51,7 @@ ALLOWED = {
     ),
     "testing": "errors arrays spec inputs registry sim.model controllers cell methods",
     "plugins": "errors files registry",
-    "cli": "errors files spec inputs registry cell gym methods db harness report render verify plugins",
+    "cli": "errors files spec inputs registry cell methods db harness report render verify plugins",
     "__main__": "cli",
 }
 """What a package, or a module of the top level, may import from, anywhere in its files: not even inside a function."""

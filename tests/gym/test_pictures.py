@@ -1,4 +1,4 @@
-"""Pictures of environments: by Gymnasium's wrappers, in a window, and of many worlds."""
+"""Pictures of environments: by Gymnasium's wrappers, in a browser, and of many worlds."""
 
 import subprocess
 import sys
@@ -34,17 +34,41 @@ def test_every_world_has_a_picture() -> None:
     assert ZooVectorEnv("ground", "caterpillar", "turning", **SMALL).render() is None
 
 
-def test_gymnasium_shows_it_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Here in one that nobody sees."""
-    pygame = pytest.importorskip("pygame")
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    with pytest.warns(UserWarning, match="HumanRendering"):
-        env = gymnasium.make(NAME, render_mode="human", **SMALL)
-    env.reset()
+def test_gymnasium_shows_it_in_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every step while somebody looks, in real time; the address is said, and ends with the environment."""
+    viewer = pytest.importorskip("zoobench.render.viewer").Viewer
+    pytest.importorskip("viser")
+    shown: list[float] = []
+    monkeypatch.setattr(viewer, "is_due", True)
+    monkeypatch.setattr(viewer, "show", lambda self, present: shown.append(present.seconds))
+    env = gymnasium.make(NAME, render_mode="human", **SMALL)
+    with pytest.warns(UserWarning, match=r"Open http://127\.0\.0\.1:\d+ in a browser"):
+        env.reset()
     env.step(env.action_space.sample())
-    shown = pygame.surfarray.array3d(pygame.display.get_surface())
-    assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 100
+    assert shown == [0.0], "nobody looks"
+    monkeypatch.setattr(viewer, "is_watched", True)
+    for _ in range(2):
+        env.step(env.action_space.sample())
+    env.reset()
+    np.testing.assert_allclose(shown, [0.0, 0.016, 0.024, 0.0])
+    assert env.render() is None
     env.close()
+
+
+def test_the_first_of_many_worlds_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also when it begins again by itself."""
+    viewer = pytest.importorskip("zoobench.render.viewer").Viewer
+    pytest.importorskip("viser")
+    begun: list[float] = []
+    monkeypatch.setattr(viewer, "begin", lambda self, problem, present, task: begun.append(present.seconds))
+    envs = ZooVectorEnv("ground", "caterpillar", "turning", num_envs=2, render_mode="human", **SMALL)
+    with pytest.warns(UserWarning, match="in a browser"):
+        envs.reset()
+    for _ in range(4):
+        envs.step(np.zeros(envs.action_space.shape, np.float32))
+    assert begun == [0.0, 0.0]
+    assert envs.render() is None
+    envs.close()
 
 
 @pytest.mark.slow

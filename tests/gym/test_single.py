@@ -127,5 +127,5 @@ def test_options_are_refused() -> None:
         env.reset(options={"low": 0.0})
     with pytest.raises(TypeError, match="colour"):
         gymnasium.make("zoobench/Ground-Caterpillar-Turning-v0", colour="red")
-    with pytest.raises(UsageError, match="rgb_array"):
-        ZooEnv("ground", "caterpillar", "turning", render_mode="human", **SMALL)
+    with pytest.raises(UsageError, match="Choose human or rgb_array"):
+        ZooEnv("ground", "caterpillar", "turning", render_mode="ansi", **SMALL)

@@ -132,7 +132,7 @@ def test_every_library_that_makes_numbers_is_named() -> None:
     }
     known = packages_distributions()
     distributions = {known[name][0].lower().replace("_", "-") for name in imported & known.keys()}
-    without_numbers = {"typing-extensions", "pyarrow", "pygame"}  # files for other programs, and a window
+    without_numbers = {"typing-extensions", "pyarrow"}  # files for other programs
     assert distributions - without_numbers <= {name.lower() for name in provenance.PACKAGES}
     assert {"cma", "neat-python", "ribs", "stable-baselines3", "gymnasium", "roma", "scipy"} <= distributions
 

@@ -7,6 +7,7 @@ from zoobench.cell.problem import Problem
 from zoobench.render.actors import TARGET
 from zoobench.render.canvas import Image
 from zoobench.render.live import LivePicture
+from zoobench.render.present import Present
 
 
 def _count(image: Image) -> int:
@@ -21,10 +22,10 @@ def test_target_and_robot_are_where_they_are_now() -> None:
     start = problem.scene.robot.positions
     picture = LivePicture(problem, start, problem.task)
     still = np.zeros(problem.body.muscle_count)
-    first = picture.at(0.0, start, still)
-    later = picture.at(1.6, start, still)
-    moved = picture.at(1.6, start + np.array([0.02, 0.0, 0.0]), still)
-    again = picture.at(1.6, start, still)
+    first = picture.at(Present(0.0, start, still))
+    later = picture.at(Present(1.6, start, still))
+    moved = picture.at(Present(1.6, start + np.array([0.02, 0.0, 0.0]), still))
+    again = picture.at(Present(1.6, start, still))
     picture.close()
     assert _count(later) > _count(first) + 20
     assert (moved != later).any(axis=2).mean() > 0.01
@@ -38,7 +39,7 @@ def test_the_camera_goes_with_the_arena() -> None:
     picture = LivePicture(problem, start, problem.task)
     far = np.array([3.0, 0.0, -2.0])
     here, there, lost = (
-        _red(picture.at(0.0, start + way, muscles, offset=offset))
+        _red(picture.at(Present(0.0, start + way, muscles, offset=offset)))
         for way, offset in ((0.0 * far, 0.0 * far), (far, far), (far, 0.0 * far))
     )
     picture.close()
@@ -60,7 +61,7 @@ def test_water_is_drawn_as_it_flows_now() -> None:
     flow = np.zeros((*cells, 3))
     flow[:, :, : cells[2] // 2, 0] = 1.0
     picture = LivePicture(problem, start, problem.task)
-    rest, shear, end = (picture.at(0.0, start, muscles, speed * flow) for speed in (0.0, 1.0, 0.0))
+    rest, shear, end = (picture.at(Present(0.0, start, muscles, speed * flow)) for speed in (0.0, 1.0, 0.0))
     picture.close()
     assert (shear != rest).any(axis=2).mean() > 0.01
     np.testing.assert_array_equal(end, rest)

@@ -87,6 +87,31 @@ def solution_of_run(store: "Store", text: str) -> NamedSolution:
     return NamedSolution(f"run {run.id}", run, run.spec, params, score.value, score.unit)
 
 
+def solution_so_far(text: str, db: str) -> NamedSolution | None:
+    """As `solution_named`; of a run that goes on, the best that it keeps so far. None if that is nothing yet.
+
+    Raises:
+        UsageError: there is no such run, or it has ended without a solution.
+        StorageError: the database or leaderboard cannot be read.
+    """
+    from zoobench import registry
+    from zoobench.db.store import Store
+    from zoobench.registry import Kind
+
+    if names_published(text):
+        return solution_named(text, db)
+    with Store(db, create=False) as store:
+        run = store.run(text)
+        if run.has_ended:
+            return solution_of_run(store, text)
+        milestones = store.milestones(run.id)
+    if not milestones:
+        return None
+    best, unit = milestones[-1], registry.create(Kind.TASK, run.spec.task).unit
+    name = f"run {run.id} after {best.step:,} iteration{'s' * (best.step != 1)}"
+    return NamedSolution(name, run, run.spec, best.params, best.score, unit)
+
+
 def names_published(text: str) -> bool:
     """Whether a text names a solution of a published leaderboard."""
     from zoobench.db.published import PREFIX

@@ -1,57 +1,105 @@
-"""`zoobench watch`: a robot in a window, moved by keys."""
+"""`zoobench watch`: a robot in the browser, moved by hand or by a trained gait."""
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
 from zoobench.cli import completion
-from zoobench.cli.options import (
-    DEFAULT_DATABASE,
-    DatabaseOption,
-    OneDesignOption,
-    OneFidelityOption,
-    component_option,
-)
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, component_option
 from zoobench.cli.output import say
-from zoobench.cli.solutions import solution_named
-from zoobench.errors import extra
+from zoobench.cli.solutions import solution_so_far
 from zoobench.spec import FRAME_SECONDS
+
+if TYPE_CHECKING:
+    from zoobench.render.watching import Watched
+
+_FRAMES = 1000  # of an episode of a robot that is moved by hand
 
 
 def watch(
     run: Annotated[
         str,
-        Argument(help="A run that is done, or best:ENV/TASK/DESIGN: its body.", autocompletion=completion.solutions),
+        Argument(
+            help="A run, or best:ENV/TASK/DESIGN: its robot moves as it was trained; of a run that goes on, as at its "
+            "best so far.",
+            autocompletion=completion.solutions,
+        ),
     ] = "",
     env: Annotated[str, component_option("envs", "--env", "The environment; the run's, or ground.")] = "",
     task: Annotated[str, component_option("tasks", "--task", "The task; the run's, or movement-speed.")] = "",
-    design: OneDesignOption = "caterpillar",
-    fidelity: OneFidelityOption = "draft",
-    every: Annotated[int, Option("--every", min=1, help="Show every n-th control frame.")] = 2,
-    frames: Annotated[int, Option("--frames", min=1, help="Length of an episode in control frames.")] = 1000,
+    design: Annotated[str, component_option("designs", "--design", "The design; the run's, or caterpillar.")] = "",
+    fidelity: Annotated[
+        str, component_option("fidelities", "--fidelity", "How finely to simulate; as the run, or draft.")
+    ] = "",
+    frames: Annotated[
+        int | None, Option("--frames", min=1, help=f"Control frames of an episode; the run's, or {_FRAMES}.")
+    ] = None,
+    host: Annotated[
+        str, Option("--host", help="Where the page is served: 0.0.0.0 for everybody in your network.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        Option("--port", min=0, max=65535, help="0 for any free one.", show_default="the first free one from 8080 on"),
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Move a robot in a window with the keys.
+    """Watch a robot in the browser and move it.
 
-    To see whether its body can be controlled. Each muscle has two keys, which the window names: one contracts it, one
-    extends it. Enter begins again, Esc leaves. Time passes more slowly than in reality; a control frame is 8 ms. Needs
-    the extra `watch`.
+    Says the address of a page that shows it while it is simulated. Its panel has a slider for each muscle, pause, speed
+    and start again; keys contract and extend muscles, too. The robot of a run moves as it was trained, until
+    you take over. Ctrl-C ends it. Everybody who can reach the address can steer. Needs the extra `watch`.
     """
-    from zoobench import registry
+    from zoobench.harness.interruption import Interruption
+    from zoobench.render.viewer import Viewer, check_viewing
+    from zoobench.render.watching import watch
 
-    with extra("watch", "A window needs"):
-        from zoobench.gym.keyboard import play
-        from zoobench.gym.worlds import problem_of
-    from zoobench.inputs import run_name
-    from zoobench.registry import Kind
-
-    body = design
-    if run:
-        found = solution_named(run, db).spec
-        env, task, body = env or str(found.env), task or str(found.task), str(found.design)
-        if "space" in registry.get(Kind.DESIGN, found.design.name).tags:
-            body = f"stored[run={run_name(found.key())}]"
-            fidelity = str(found.fidelity)  # the parameters of a body depend on it
-    problem = problem_of(env or "ground", body, task or "movement-speed", fidelity, frames, worlds=1)
-    shown = play(problem, every, say)
+    check_viewing()
+    newest = _newest(run, db, (env, task, design, fidelity), frames)
+    viewer = Viewer(host, port)
+    try:
+        with Interruption() as interruption:
+            shown = watch(viewer, newest, say, interruption.check)
+    finally:
+        viewer.close()
     say(f"{shown:,} control frames, {shown * FRAME_SECONDS:.1f} s of the robot's time")
+
+
+def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | None) -> "Callable[[], Watched | None]":
+    """Gives what is to be watched, which may become better; None where a run has found nothing yet.
+
+    Args:
+        chosen: environment, task, design and fidelity as they were given, empty for those of the run.
+        frames: None for those of the run.
+    """
+    from zoobench.cell.free_cell import free_cell, newest_versions, with_gait
+    from zoobench.inputs import Start
+    from zoobench.render.watching import Watched
+
+    if not run:
+        usual = ("ground", "movement-speed", "caterpillar", "draft")
+        env, task, design, fidelity = (given or default for given, default in zip(chosen, usual, strict=True))
+        cell = free_cell(env, task, design, fidelity, frames or _FRAMES)
+        by_hand = Watched(cell, f"{cell.design.name} in {cell.env.name}: {cell.task.name}")
+        return lambda: by_hand
+
+    settled: Watched | None = None
+
+    def newest() -> Watched | None:
+        nonlocal settled
+        found = None if settled else solution_so_far(run, db)
+        if found is None:
+            return settled
+        spec = newest_versions(found.spec)
+        if spec != found.spec:
+            say(f"{found.name} was done with components of other versions than today's, with which it is shown.")
+        axes = (spec.env, spec.task, spec.design, spec.fidelity)
+        env, task, design, fidelity = (given or str(own) for given, own in zip(chosen, axes, strict=True))
+        cell = with_gait(free_cell(env, task, design, fidelity, frames or spec.frames), Start(spec, found.params))
+        where = f"{cell.env.name}: {cell.task.name}"
+        words = f"{spec.design.name} in {where}, {found.name}, {spec.method.name}, {found.score:.4g} {found.unit}"
+        watched = Watched(cell, words)
+        settled = watched if found.run is None or found.run.has_ended else None
+        return watched
+
+    return newest

@@ -26,7 +26,8 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         fidelity: of the simulation.
         frames: length of an episode. `gymnasium.make` needs `max_episode_steps` as well for a longer one than usual.
         draw: what is drawn for each episode, of `pose`, `phase` and `path`; see `zoobench.gym.beginnings.Beginnings`.
-        render_mode: `rgb_array` for pictures, which need the extra `render`.
+        render_mode: `rgb_array` for pictures, which need the extra `render`; `human` for a page in the browser, which
+            shows every step, in real time while somebody looks, and needs the extra `watch`.
 
     Raises:
         UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
@@ -72,9 +73,9 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         return seen[0], float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0]), outcome(step, 0)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """A picture of the world `[height, width, 3]`; None without a render mode."""
-        return self._worlds.picture(0) if self.render_mode else None
+        """A picture of the world `[height, width, 3]` in the render mode `rgb_array`; else None."""
+        return self._worlds.picture(0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Close the picture."""
+        """Close the picture or the page."""
         self._worlds.close()

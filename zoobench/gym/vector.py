@@ -121,11 +121,11 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         return observations, step.rewards, step.terminated, step.truncated, info
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
-        """A picture of every world `[height, width, 3]`; None without a render mode."""
-        if not self.render_mode:
+        """A picture of every world `[height, width, 3]` in the render mode `rgb_array`; else None."""
+        if self.render_mode != "rgb_array":
             return None
         return tuple(self._worlds.picture(world) for world in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Close the pictures."""
+        """Close the pictures or the page."""
         self._worlds.close()

@@ -4,26 +4,28 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench import registry
 from zoobench.arrays import Array
+from zoobench.cell.free_cell import free_cell
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, Step, new_session, observation_model
 from zoobench.errors import UsageError
 from zoobench.gym.beginnings import Beginning, Beginnings
 from zoobench.gym.channels import Action, Channels, Floats
-from zoobench.registry import KINDS
-from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
+from zoobench.render.pace import Pace
+from zoobench.render.present import Present
+from zoobench.spec import FRAME_SECONDS
+from zoobench.tasks.base import Task
 
 if TYPE_CHECKING:
     from zoobench.render.live import LivePicture
+    from zoobench.render.viewer import Viewer
 
-METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / FRAME_SECONDS)}
-"""Of every environment; `gymnasium.make` shows the pictures of one that is made with `render_mode="human"`."""
-
-_UNLIMITED = Budget("substeps", 1e18)
+METADATA: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": round(1.0 / FRAME_SECONDS)}
+"""Of every environment."""
 
 
 class Worlds:
@@ -36,26 +38,28 @@ class Worlds:
         count: number of worlds.
         action: see `Channels`.
         drawn: see `Beginnings`.
-        render_mode: None or `rgb_array`.
+        render_mode: None, `rgb_array`, or `human` for a page in the browser that shows the first world.
 
     Raises:
         UsageError: an option cannot be used.
     """
 
     _beginnings: Beginnings | None = None
+    _is_shown = False
 
     def __init__(
         self, problem: Problem, count: int, action: Action, drawn: Iterable[str] = (), render_mode: str | None = None
     ) -> None:
         if render_mode not in (None, *METADATA["render_modes"]):
             raise UsageError(
-                f"The render mode {render_mode!r} is not offered here. Choose rgb_array; gymnasium.make knows 'human'."
+                f"The render mode {render_mode!r} is not offered here. Choose {' or '.join(METADATA['render_modes'])}."
             )
         if problem.robot.space is not None:
             raise UsageError(f"The design {problem.spec.design.name!r} is a design space. Choose a fixed body.")
         self._problem = problem
         self._take(count, Channels(problem.body.muscle_count, observation_model(problem).layout, action))
         self._beginnings = Beginnings(problem, drawn)
+        self._is_shown = render_mode == "human"
 
     @classmethod
     def of(cls, session: Session, action: Action) -> Self:
@@ -70,6 +74,8 @@ class Worlds:
         self._begun = [Beginning()] * count
         self._wave_starts = np.zeros(count)  # [s]
         self._pictures: dict[int, LivePicture] = {}
+        self._viewer: Viewer | None = None
+        self._pace = Pace()
 
     @cached_property
     def session(self) -> Session:
@@ -92,7 +98,10 @@ class Worlds:
         begun = {world: self._begun[world] for world in chosen}
         lead_ins = {world: each.lead_in for world, each in begun.items() if each.lead_in is not None}
         tasks = {world: each.task for world, each in begun.items() if each.task is not None}
-        return self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
+        seen = self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
+        if self._is_shown and 0 in chosen:
+            self._show_start()
+        return seen
 
     def step(self, actions: Floats) -> tuple[Floats, Step]:
         """Simulate a control frame in every world; inputs of the policy `[worlds, count]` and what followed.
@@ -104,6 +113,10 @@ class Worlds:
         if np.shape(actions) != expected:
             raise UsageError(f"Actions of shape {np.shape(actions)} were given; {expected} was expected.")
         step = self.session.step(self.channels.activity(actions, self._times()))
+        if self._viewer is not None and self._viewer.is_watched:
+            if self._viewer.is_due or step.terminated[0] or step.truncated[0]:
+                self._viewer.show(Present.of(self.session))
+            self._pace.wait(FRAME_SECONDS)
         return self._inputs(step.observations), step
 
     def picture(self, world: int) -> NDArray[np.uint8]:
@@ -114,19 +127,31 @@ class Worlds:
         """
         from zoobench.render.live import LivePicture
 
-        session = self.session
-        positions, seconds = session.positions(world), float(session.times[world])
+        present = Present.of(self.session, world)
         if world not in self._pictures:
-            task = self._begun[world].task or self._problem.task
-            self._pictures[world] = LivePicture(self._problem, positions, task)
-        return self._pictures[world].at(
-            seconds, positions, session.activity(world), session.flow(world), session.offset(world)
-        )
+            self._pictures[world] = LivePicture(self._problem, present.positions, self._task(world))
+        return self._pictures[world].at(present)
 
     def close(self) -> None:
-        """Close the pictures."""
+        """Close the pictures and the page."""
         while self._pictures:
             self._pictures.popitem()[1].close()
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+
+    def _show_start(self) -> None:
+        """Show the start of the first world's episode on a page, whose address is said when it is opened."""
+        from zoobench.render.viewer import Viewer
+
+        if self._viewer is None:
+            self._viewer = Viewer()
+            gymnasium.logger.warn(f"Open {self._viewer.address} in a browser to watch.")
+        self._viewer.begin(self._problem, Present.of(self.session), self._task(0))
+
+    def _task(self, world: int) -> Task:
+        """Of the episode of a world."""
+        return self._begun[world].task or self._problem.task
 
     def _times(self) -> Array:
         """Of the waves `[worlds]` [s]."""
@@ -144,10 +169,7 @@ def problem_of(env: str, design: str, task: str, fidelity: str, frames: int, wor
     """
     if frames < 1 or worlds < 1:
         raise UsageError(f"Episodes of {frames} frames in {worlds} worlds are nothing. Give at least 1 of each.")
-    texts = {"env": env, "task": task, "design": design, "controller": "policy-network", "fidelity": fidelity}
-    refs: dict[str, Any] = {axis: registry.resolve(KINDS[axis], Ref.parse(text)) for axis, text in texts.items()}
-    spec = RunSpec(**refs, method=Ref("gymnasium"), seed=0, budget=_UNLIMITED, frames=frames)
-    return Problem(spec, worlds=worlds)
+    return Problem(free_cell(env, task, design, fidelity, frames), worlds=worlds)
 
 
 def refuse_options(options: object) -> None:

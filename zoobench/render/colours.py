@@ -64,3 +64,13 @@ def tints(membership: Array, muscles: Sequence[str]) -> Array:
     passive = np.maximum(1.0 - membership.sum(axis=1, keepdims=True), 0.0)
     found: Array = membership @ np.array(palette(muscles)).reshape(-1, 3) + passive * np.array(PASSIVE)
     return found
+
+
+_EXTENDS, _RESTS, _CONTRACTS = (0.23, 0.30, 0.75), (0.865, 0.865, 0.865), (0.71, 0.016, 0.15)
+
+
+def activation_colour(activation: float) -> Colour:
+    """Of a muscle that contracts (1), rests (0) or extends (-1), as in films: red, grey, blue (Moreland 2009)."""
+    end, share = (_CONTRACTS if activation > 0.0 else _EXTENDS), min(abs(activation), 1.0)
+    red, green, blue = (rest + share * (full - rest) for rest, full in zip(_RESTS, end, strict=True))
+    return red, green, blue

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from zoobench.arrays import Array
 from zoobench.render.actors import EDGES, Update
 from zoobench.render.canvas import Canvas
-from zoobench.render.colours import medium_colour
+from zoobench.render.colours import Colour, medium_colour
 from zoobench.render.recording import Recording
 
 STRONG = 40.0
@@ -29,7 +30,7 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
     canvas.plotter.add_mesh(box, color=medium_colour(recording.scene), opacity=_SIDES, lighting=False)
     edges = box.extract_all_edges()
     canvas.plotter.add_mesh(edges, color=EDGES, lighting=False, line_width=1.5)
-    still = np.array(medium_colour(recording.scene))
+    still = medium_colour(recording.scene)
 
     shapes = [(mesh, mesh.points.copy()) for mesh in (layer, box, edges)]
 
@@ -37,9 +38,16 @@ def put_water(canvas: Canvas, recording: Recording) -> Update:
         assert recording.vorticity is not None
         for mesh, points in shapes:
             mesh.points = points + (0.0 if recording.offsets is None else recording.offsets[moment])
-        strength = np.clip(recording.vorticity[moment].ravel(order="F") / STRONG, -1.0, 1.0)[:, None]
-        colour = still + np.maximum(strength, 0.0) * (_LEFT - still) + np.maximum(-strength, 0.0) * (_RIGHT - still)
-        opacity = _STILL + (_TURNING - _STILL) * np.sqrt(np.abs(strength))
-        layer["colour"] = (255.0 * np.hstack([colour, opacity])).astype(np.uint8)
+        colours = water_colours(recording.vorticity[moment].ravel(order="F"), still)
+        layer["colour"] = (255.0 * colours).astype(np.uint8)
 
     return update
+
+
+def water_colours(vorticity: Array, still: Colour) -> Array:
+    """Colour and opacity of water that spins so fast `[...]` [1/s], in [0, 1] `[..., 4]`; `still` where it does not."""
+    strength = np.clip(vorticity / STRONG, -1.0, 1.0)[..., None]
+    left, right = np.array(_LEFT) - still, np.array(_RIGHT) - still
+    colour = still + np.maximum(strength, 0.0) * left + np.maximum(-strength, 0.0) * right
+    opacity = _STILL + (_TURNING - _STILL) * np.sqrt(np.abs(strength))
+    return np.concatenate([colour, opacity], axis=-1)
