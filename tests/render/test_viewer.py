@@ -12,6 +12,7 @@ from tests.conformance.cells import POND, cell
 from tests.render.browser import Page, node, skin_centres
 from zoobench.cell.problem import Problem
 from zoobench.errors import UsageError
+from zoobench.render.nodes import muscle_faces
 from zoobench.render.present import Present
 from zoobench.render.recording import target_path
 from zoobench.render.viewer import PORT, Viewer
@@ -85,6 +86,14 @@ def test_muscles_have_the_colour_of_what_they_do(viewer: Viewer) -> None:
     assert all(blue > 2 * red for red, _, blue in colours(-np.ones(muscles)))
     one = colours(np.eye(muscles)[0])
     assert len(one) >= 2, "the others rest"
+
+
+def test_every_face_is_in_one_piece() -> None:
+    """With those whose corners belong to the same muscles, in any order; no muscle counts as one."""
+    faces = np.array([[0, 1, 2], [2, 3, 4], [3, 4, 2], [4, 2, 3], [4, 5, 5]])
+    shares = np.array([[0.0, 0.1], [0.2, 0.0], [0.0, 0.0], [0.9, 0.1], [0.2, 0.8], [0.0, 1.0]])
+    pieces = [piece.tolist() for piece in muscle_faces(faces, shares)]
+    assert sorted(pieces) == [[[0, 1, 2]], [[2, 3, 4], [3, 4, 2], [4, 2, 3]], [[4, 5, 5]]]
 
 
 def test_the_bed_goes_with_its_particles_and_the_arena(viewer: Viewer) -> None:

@@ -105,7 +105,7 @@ def put_water(scene: "SceneApi", region: Region) -> Update:
 
 
 def put_robot(scene: "SceneApi", region: Region) -> Update:
-    """The robot's skin, in a piece for each muscle with the colour of its activation."""
+    """The robot's skin, in pieces of one muscle or between muscles, each in the colour of its activation."""
     recording = region.recording
     cover = skin(recording.body)
     pieces = []
@@ -145,14 +145,15 @@ def put_paths(scene: "SceneApi", region: Region) -> Update:
 
 
 def muscle_faces(faces: NDArray[np.int64], shares: Array) -> list[NDArray[np.int64]]:
-    """Faces `[face_count, 3]` by the muscle that has most of their corners, those without muscle first; none is empty.
+    """Faces `[face_count, 3]` in pieces, none empty, in each of which the corners belong to the same muscles.
 
     Args:
         shares: of each muscle in every vertex `[vertex_count, muscle_count]`.
     """
     passive = np.maximum(1.0 - shares.sum(axis=1, keepdims=True), 0.0)
-    owner = np.hstack([passive, shares])[faces].sum(axis=1).argmax(axis=1)
-    return [faces[owner == number] for number in np.unique(owner)]
+    owners = np.sort(np.hstack([passive, shares]).argmax(axis=1)[faces], axis=1)
+    _, piece = np.unique(owners, axis=0, return_inverse=True)
+    return [faces[piece.ravel() == number] for number in range(piece.max() + 1)]
 
 
 def _across(low: float, high: float) -> Array:
