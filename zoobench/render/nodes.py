@@ -33,7 +33,6 @@ _GRAINS = (0.85, 1.05)  # brightness of its particles, by which they are told ap
 _MARK = 0.004  # [m] radius of the balls that mark positions
 _STROKE = 0.0012  # [m] width of a path
 _STRETCHES = 250  # of a path, at most
-_OPACITY = 0.55  # of the layer of water, through which the robot is seen
 _FLAT = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)  # a quaternion that lays an image on its back, its rows along z
 
 
@@ -176,9 +175,7 @@ def _stretches(places: Array) -> Array:
 
 def _picture(vorticity: Array, still: Colour) -> NDArray[np.uint8]:
     """Water as an image with opacity, a row for each place along z `[nz, nx, 4]`."""
-    colours = water_colours(vorticity, still)
-    clear = np.full((*vorticity.shape, 1), _OPACITY)
-    return (255.0 * np.concatenate([colours, clear], axis=-1)).astype(np.uint8).swapaxes(0, 1)
+    return (255.0 * water_colours(vorticity, still)).astype(np.uint8).swapaxes(0, 1)
 
 
 def _bytes(colour: Colour) -> tuple[int, int, int]:

@@ -50,7 +50,7 @@ def watch(viewer: Viewer, newest: Callable[[], Watched | None], tell: Callable[[
     shown: _Shown | None = None
     panel = Panel(viewer.server.gui, (), is_trained=False)
     frames, is_told = 0, False
-    panel.entitle("Nothing has been found yet.")
+    panel.entitle("One moment: the robot is being made.")
     with contextlib.suppress(KeyboardInterrupt):
         while True:
             check()
@@ -62,6 +62,7 @@ def watch(viewer: Viewer, newest: Callable[[], Watched | None], tell: Callable[[
                 is_told = True
                 tell(f"Open {viewer.address} in a browser; Ctrl-C ends it.")
             if shown is None:
+                panel.entitle("Nothing has been found yet.")
                 Pace().rest()
                 continue
             for step in shown.episode(viewer, panel, check):
