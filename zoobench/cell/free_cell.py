@@ -13,7 +13,7 @@ from zoobench.cell.problem import Problem
 from zoobench.controllers.base import ClosedLoop
 from zoobench.inputs import Start, make_known, run_name
 from zoobench.registry import KINDS, Kind
-from zoobench.spec import AXES, FRAME_SECONDS, Budget, Ref, RunSpec
+from zoobench.spec import FRAME_SECONDS, Budget, Ref, RunSpec
 
 Driver = Callable[[int, Array], Array]
 """Activity `[muscle_count]` in a control frame, counted from the start, for an observation at its start."""
@@ -31,17 +31,6 @@ def free_cell(env: str, task: str, design: str, fidelity: str, frames: int) -> R
     texts = {"env": env, "task": task, "design": design, "controller": "policy-network", "fidelity": fidelity}
     refs: dict[str, Any] = {axis: registry.resolve(KINDS[axis], Ref.parse(text)) for axis, text in texts.items()}
     return RunSpec(**refs, method=Ref("free"), seed=0, budget=_UNLIMITED, frames=frames)
-
-
-def newest_versions(spec: RunSpec) -> RunSpec:
-    """The spec of a run with the newest version of each component of its cell.
-
-    Raises:
-        UnknownNameError, UsageError: a component or one of its parameters is no longer there.
-    """
-    own = {axis: replace(getattr(spec, axis), version=0) for axis in AXES if axis != "method"}
-    refs: dict[str, Any] = {axis: registry.resolve(KINDS[axis], ref) for axis, ref in own.items()}
-    return replace(spec, **refs)
 
 
 def with_gait(cell: RunSpec, start: Start) -> RunSpec:

@@ -72,7 +72,7 @@ def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | 
         chosen: environment, task, design and fidelity as they were given, empty for those of the run.
         frames: None for those of the run.
     """
-    from zoobench.cell.free_cell import free_cell, newest_versions, with_gait
+    from zoobench.cell.free_cell import free_cell, with_gait
     from zoobench.inputs import Start
     from zoobench.render.watching import Watched
 
@@ -90,9 +90,7 @@ def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | 
         found = None if settled else solution_so_far(run, db)
         if found is None:
             return settled
-        spec = newest_versions(found.spec)
-        if spec != found.spec:
-            say(f"{found.name} was done with components of other versions than today's, with which it is shown.")
+        spec = found.spec
         axes = (spec.env, spec.task, spec.design, spec.fidelity)
         env, task, design, fidelity = (given or str(own) for given, own in zip(chosen, axes, strict=True))
         cell = with_gait(free_cell(env, task, design, fidelity, frames or spec.frames), Start(spec, found.params))
