@@ -42,7 +42,7 @@ def test_a_symmetric_shape_is_sampled_symmetrically() -> None:
 def test_a_shape_too_small_for_the_grid_is_refused() -> None:
     """The message has the size in plain numbers, and the remedy."""
     speck = Shape(inside=lambda points: np.zeros(len(points), bool), lower=(0, 0, 0), upper=(0.001, 0.001, 0.001))
-    with pytest.raises(SceneError, match=r"A body of \(0\.001, 0\.001, 0\.001\) m .*finer fidelity"):
+    with pytest.raises(SceneError, match=r"A body of 0\.001 x 0\.001 x 0\.001 m .*finer fidelity"):
         speck.sample(Fidelity(1 / 64))
 
 

@@ -64,10 +64,10 @@ def test_a_size_of_zero_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["caterpillar[height=0.001,length=0.002,width=0.001]", "block[height=0.01,length=0.03,width=0.01]",
-             "panda[length=0.03]", "tuna[length=0.03]"]
+    "name", ["caterpillar[height=0.001,length=0.002,width=0.001]", "block[height=0.01,length=0.015,width=0.01]",
+             "panda[length=0.015]", "tuna[length=0.015]"]
 )  # fmt: skip
-def test_a_body_shorter_than_two_cells_is_refused(name: str) -> None:
+def test_a_body_shorter_than_a_cell_is_refused(name: str) -> None:
     """Of every design, with the remedy: one of four particles was scored."""
-    with pytest.raises(SceneError, match=r"shorter than 2 cells of 0\.01562 m.*finer fidelity or a larger body"):
+    with pytest.raises(SceneError, match=r"shorter than a cell of 0\.01562 m.*finer fidelity or a larger body"):
         registry.create(Kind.DESIGN, Ref.parse(name)).body(Fidelity(1 / 64))

@@ -154,7 +154,9 @@ def test_a_thin_stalk_and_flat_fins_are_kept(fins: str, tmp_path: Path) -> None:
         body, edge = made.body(NAMED[name]), NAMED[name].particle_edge
         assert np.ptp(body.positions, axis=0)[:2] + edge == pytest.approx([0.1, height], abs=1.5 * edge)
         assert body.tail.sum() > 10
-        assert body.volumes.sum() == pytest.approx(made.mesh.volume())
+        # exact, but for what is enclosed twice: lines measure that, here in another pose than the body's
+        quadrature = 2e-3 * made.mesh.repeated
+        assert body.volumes.sum() == pytest.approx(made.mesh.volume(), abs=max(quadrature, 1e-6 * made.mesh.volume()))
 
 
 def test_a_fin_without_thickness_is_refused(tmp_path: Path) -> None:

@@ -24,7 +24,6 @@ one, and change nothing."""
 _NEXT = 1.13  # [edges] to the next cubes, those of the face-centred lattice included
 _WHOLE = 0.98  # share of a cube that counts as full
 _AROUND = 1.8  # [edges] to the cubes around a cube
-_LEAST_CELLS = 2.0  # of the grid along the longest edge of a body: a shorter one does not bend
 _THIN = 0.05  # share of a body that is thinner than two particles, above which it is said
 
 
@@ -135,14 +134,14 @@ class Shape:
         clearance are those of the solid at every resolution. Slivers join the next cube.
 
         Raises:
-            SceneError: the solid is shorter than two cells, or nothing of it was found.
+            SceneError: the solid is shorter than a cell, or nothing of it was found.
         """
         size = np.subtract(self.upper, self.lower)
-        if size.max() < _LEAST_CELLS * fidelity.grid_spacing:
+        if size.max() < (1.0 - 1e-9) * fidelity.grid_spacing:
             edges = " x ".join(f"{edge:.3g}" for edge in size)
             raise SceneError(
-                f"A body of {edges} m is shorter than {_LEAST_CELLS:g} cells of {fidelity.grid_spacing:.4g} m. Use a "
-                "finer fidelity or a larger body."
+                f"A body of {edges} m is shorter than a cell of {fidelity.grid_spacing:.4g} m. Use a finer fidelity or "
+                "a larger body."
             )
         sites, edge = self.lattice(fidelity), fidelity.particle_edge
         points, weights, owner = self._points(sites, fidelity)
