@@ -7,7 +7,9 @@ import sys
 import urllib.request
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -189,7 +191,10 @@ def test_a_missing_extra_is_named_before_anything_is_built(zoobench: Command, mo
 def test_it_serves_until_ctrl_c(tmp_path: Path) -> None:
     """The whole command: its page is there, and it ends with exit code 0."""
     words = [sys.executable, "-m", "zoobench", "watch", "--port", "0", "--fidelity", "smoke"]
-    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as running:
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    # a job in the background of a shell ignores the signal, and so would its children
+    heeding = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(words, cwd=tmp_path, text=True, preexec_fn=heeding, **pipes) as running:
         assert running.stderr is not None
         first = running.stderr.readline()
         assert first.startswith("Open http://127.0.0.1:"), first + running.stderr.read()
