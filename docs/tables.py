@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from zoobench.report.leaderboard_export import from_text
+from zoobench.spec import Ref
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "docs/accuracy.md", "docs/guide/results.md")
@@ -96,17 +97,14 @@ def _moving(board: str, envs: Iterable[str]) -> str:
 def _cells(board: str) -> dict[tuple[str, str, str], dict[str, str]]:
     """The cells of a board that are about moving, by environment, design and method."""
     with (ROOT / "leaderboards" / f"{board}.csv").open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["task"].startswith("movement-speed")]
-    return {(_name(row["env"]), _name(row["design"]), _method(row["method"])): row for row in rows}
+        rows = [row for row in csv.DictReader(file) if Ref.parse(row["task"]).name == "movement-speed"]
+    refs = [[Ref.parse(row[axis]) for axis in ("env", "design", "method")] for row in rows]
+    return {(env.name, design.name, _words(method)): row for (env, design, method), row in zip(refs, rows, strict=True)}
 
 
-def _name(text: str) -> str:
-    return re.split(r"-v\d", text)[0]
-
-
-def _method(text: str) -> str:
+def _words(method: Ref) -> str:
     names = {"cmaes": "CMA-ES", "diffphysics": "gradient", "random": "chance", "neat": "NEAT", "evolution": "evolution"}
-    return names[_name(text)] + (", sigma 0.3" if "sigma=0.3" in text else "")
+    return names[method.name] + (", sigma 0.3" if method.kwargs.get("sigma") == 0.3 else "")
 
 
 def _speed(row: dict[str, str] | None) -> str:

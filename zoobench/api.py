@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
     from zoobench.db.frames import Frames
     from zoobench.db.rows import RunRow
-    from zoobench.registry import Kind
     from zoobench.spec import Ref, Scalar
 
 Names = str | Sequence[str]
@@ -132,12 +131,12 @@ def evaluate(
     import pandas as pd
 
     from zoobench.cell.loading import check_devices
+    from zoobench.cli.evaluate import targets_of
     from zoobench.cli.solutions import solution_named
-    from zoobench.registry import Kind
-    from zoobench.verify.transfer_study import TransferTargets, transfer
+    from zoobench.verify.transfer_study import transfer
 
     found = solution_named(str(run), str(db))
-    targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
+    targets = targets_of(_text(env), _text(task), _text(fidelity))
     check_devices(targets.of(found.spec))
     name = found.name if found.run is None else found.run.id
     return pd.DataFrame([asdict(row) for row in transfer(name, found.spec, found.params, targets)])
@@ -179,13 +178,6 @@ def _seeds(seeds: int | str | Sequence[int] | None) -> str | None:
     if seeds is None or isinstance(seeds, str | int):
         return None if seeds is None else str(seeds)
     return "".join(f"{seed}," for seed in seeds)
-
-
-def _refs(names: Names, kind: "Kind") -> "list[Ref] | None":
-    from zoobench import registry
-    from zoobench.harness.grid import parse_selector
-
-    return [registry.resolve(kind, ref) for ref in parse_selector(_text(names), kind)] if names else None
 
 
 def _tell(progress: "Callable[[RunRow], None]", rows: "list[RunRow]") -> None:

@@ -7,6 +7,8 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +20,17 @@ from zoobench.db.owner import Owner
 from zoobench.db.store import Store
 
 ME = Owner.current()
+
+
+@contextmanager
+def _another_process() -> Iterator[tuple["subprocess.Popen[str]", Owner]]:
+    """A process that waits, and the owner that it is."""
+    command = "import zoobench.db.owner as owner; print(owner.Owner.current(), flush=True); input()"
+    with subprocess.Popen(
+        [sys.executable, "-c", command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        yield process, Owner.parse(process.stdout.readline().strip())
 
 
 def test_an_owner_survives_as_text() -> None:
@@ -34,12 +47,7 @@ def test_this_process_lives() -> None:
 
 def test_a_stopped_process_lives() -> None:
     """Whatever has stopped it: it goes on some time."""
-    command = "import zoobench.db.owner as owner; print(owner.Owner.current(), flush=True); input()"
-    with subprocess.Popen(
-        [sys.executable, "-c", command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        owner = Owner.parse(process.stdout.readline().strip())
+    with _another_process() as (process, owner):
         process.send_signal(signal.SIGSTOP)
         os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
         assert (owner.is_known_alive, owner.is_known_dead, owner.is_of_this_process) == (True, False, False)
@@ -66,12 +74,7 @@ def test_a_thread_that_has_ended_is_dead_though_its_process_lives() -> None:
 
 def test_an_ended_process_is_dead_even_before_it_is_reaped() -> None:
     """A zombie does no work."""
-    command = "import zoobench.db.owner as owner; print(owner.Owner.current(), flush=True); input()"
-    with subprocess.Popen(
-        [sys.executable, "-c", command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        owner = Owner.parse(process.stdout.readline().strip())
+    with _another_process() as (process, owner):
         assert owner.pid == process.pid
         assert not owner.is_known_dead
         process.kill()

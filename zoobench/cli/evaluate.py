@@ -42,12 +42,11 @@ def evaluate(
     from zoobench.cell.loading import check_devices
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
-    from zoobench.registry import Kind
     from zoobench.report.transfer_table import episode_listing, episode_overview
     from zoobench.spec import Ref
-    from zoobench.verify.transfer_study import TransferTargets, stored
+    from zoobench.verify.transfer_study import stored
 
-    targets = TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
+    targets = targets_of(env, task, fidelity)
     published = [solution_named(text, db) for text in runs if names_published(text)]
     own = []
     if typed := [text for text in runs if not names_published(text)]:
@@ -65,6 +64,18 @@ def evaluate(
         say("Scores of published solutions are shown and not stored: the database does not have their runs.")
     documents = [asdict(row) for row in found]
     emit(episode_overview(documents), form, programs=episode_listing(documents))
+
+
+def targets_of(env: str, task: str, fidelity: str) -> "TransferTargets":
+    """Where to evaluate a solution, as it is typed; an empty text is the run's own.
+
+    Raises:
+        UnknownNameError, UsageError: a text stands for no component.
+    """
+    from zoobench.registry import Kind
+    from zoobench.verify.transfer_study import TransferTargets
+
+    return TransferTargets(_refs(env, Kind.ENV), _refs(task, Kind.TASK), _refs(fidelity, Kind.FIDELITY))
 
 
 def _refs(text: str, kind: "Kind") -> "list[Ref] | None":

@@ -32,9 +32,7 @@ class Frames:
     raises UsageError if one of them fits no run, and StorageError if the database cannot be read.
     """
 
-    def __init__(
-        self, location: str | Path, defaults: Callable[[str, Ref], Mapping[str, Scalar]] | None = None
-    ) -> None:
+    def __init__(self, location: str | Path, defaults: Defaults | None = None) -> None:
         self._reader = Reader(location, create=False)
         self._defaults = defaults or (lambda axis, ref: {})
 

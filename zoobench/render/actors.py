@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from zoobench.arrays import Array
+from zoobench.arrays import Array, Mask
 from zoobench.designs.base import Body
 from zoobench.render.canvas import INK, Canvas
 from zoobench.render.colours import ground_colour, medium_colour
@@ -23,10 +23,12 @@ GRID = 0.05
 
 PATH = "#111111"
 TARGET = "#c2188f"
+BALL = 1.45
+"""A ball's diameter by the particles' spacing: no gaps between neighbours on a surface."""
+
 EDGES = "#555555"
 """Of a box or a cut of water."""
 
-_BALL = 1.45  # a ball's diameter by the particles' spacing: no gaps between neighbours on a surface
 _MESH = 80  # points across a drawn height field
 _SHADOW = 0.65  # of the ground's colour
 _NEARER = 1.0  # [m] to the camera
@@ -78,16 +80,15 @@ def put_medium(canvas: Canvas, region: Region, pixels_per_metre: float) -> Updat
     recording = region.recording
     if not recording.medium.shape[1]:
         return lambda _: None
-    shown = np.ones(recording.medium.shape[1], bool)
+    shown = shown_grains(region)
     if region.immersed:
-        shown = recording.medium[0, :, 2] < recording.centre[0, 2]
         _put_tank(canvas, region)
     colour = np.array(medium_colour(recording.scene))
     cloud = canvas.pyvista.PolyData(recording.medium[0, shown])
     cloud["colour"] = np.zeros((cloud.n_points, 3), np.uint8)
     canvas.plotter.add_mesh(
         cloud, scalars="colour", rgb=True, style="points", render_points_as_spheres=True, ambient=0.4, diffuse=0.65,
-        point_size=_BALL * recording.particle_edge * pixels_per_metre,
+        point_size=BALL * recording.particle_edge * pixels_per_metre,
     )  # fmt: skip
 
     def update(moment: int) -> None:
@@ -100,6 +101,15 @@ def put_medium(canvas: Canvas, region: Region, pixels_per_metre: float) -> Updat
         cloud["colour"] = _bytes(colour * bright)
 
     return update
+
+
+def shown_grains(region: Region) -> Mask:
+    """Which of the medium's particles are drawn: all, or where they hide the robot those behind it."""
+    places = region.recording.medium[0]
+    if not region.immersed:
+        return np.ones(len(places), bool)
+    behind: Mask = places[:, 2] < region.recording.centre[0, 2]
+    return behind
 
 
 def put_robot(canvas: Canvas, region: Region, values: Array, **look: Any) -> Update:

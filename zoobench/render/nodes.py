@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zoobench.arrays import Array
-from zoobench.render.actors import EDGES, GRID, PATH, TARGET
+from zoobench.render.actors import BALL, EDGES, GRID, PATH, TARGET, shown_grains
 from zoobench.render.colours import Colour, activation_colour, ground_colour, medium_colour
 from zoobench.render.present import LiveWorld
 from zoobench.render.skin import skin
@@ -28,7 +28,6 @@ FRAME = "/world"
 _FAR = 200.0  # [m] of level ground
 _FADE = 3.0  # [m] from the camera, where its lines end
 _MESH, _MOST = 0.01, 400  # [m] between the points of a height field, and how many there are across it, at most
-_BALL = 1.45  # a ball's diameter by the particles' spacing: no gaps between neighbours on a surface
 _GRAINS = (0.85, 1.05)  # brightness of its particles, by which they are told apart
 _MARK = 0.004  # [m] radius of the balls that mark positions
 _STROKE = 0.0012  # [m] width of a path
@@ -63,13 +62,11 @@ def put_medium(scene: "SceneApi", region: Region) -> Update:
     recording = region.recording
     if not recording.medium.shape[1]:
         return _still
-    shown = np.ones(recording.medium.shape[1], bool)
-    if region.immersed:
-        shown = recording.medium[0, :, 2] < recording.centre[0, 2]
+    shown = shown_grains(region)
     grains = np.random.default_rng(0).uniform(*_GRAINS, (int(shown.sum()), 1)) * medium_colour(recording.scene)
     cloud = scene.add_point_cloud(
         f"{FRAME}/medium", recording.medium[0, shown], np.clip(grains, 0.0, 1.0),
-        point_size=_BALL * recording.particle_edge, point_shape="circle",
+        point_size=BALL * recording.particle_edge, point_shape="circle",
     )  # fmt: skip
 
     def update(world: LiveWorld) -> None:
