@@ -5,6 +5,7 @@ import io
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -137,6 +138,20 @@ def test_names_of_others_do_nothing(zoobench: Command, odd: Path, words: tuple[s
     rows = [line for line in rows if not line.startswith("| ---")]
     assert len(set(rows)) == len(rows)
     assert rows or words in (("status",), ("leaderboard", "show", "laptop"))
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex with booktabs and siunitx")
+def test_latex_takes_every_listing(zoobench: Command, odd: Path, tmp_path: Path) -> None:
+    """With strange names in cells, headings and captions, each listing is typeset without an error."""
+    listings = [zoobench(*words, "--format", "latex").out for words in LISTINGS]
+    look = ("--unit", "mm/s", "--caption", ODD, "--label", "tab:odd", "--rename", f"diffphysics={ODD}")
+    listings.append(zoobench("table", "--env", "ice", *look, "--format", "latex").out)
+    head = r"\documentclass{article}\usepackage{booktabs,siunitx}\begin{document}"
+    (tmp_path / "tables.tex").write_text("\n\n".join([head, *listings, r"\end{document}"]))
+    program = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "tables.tex"]
+    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "Missing character" not in (tmp_path / "tables.log").read_text()
 
 
 def test_a_stream_that_lacks_signs_gets_others(odd: Path) -> None:
