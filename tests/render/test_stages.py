@@ -25,7 +25,7 @@ def milestones(*steps: int) -> list[MilestoneRow]:
 def test_bodies_stand_side_by_side_with_iteration_and_score() -> None:
     """Above by muscles, below by stiffness; another body is another picture."""
     needs_drawing()
-    found = stages_of(SPEC, milestones(1, 2), "m/s")
+    found = stages_of(SPEC, milestones(1, 2), lambda score: f"{score} m/s")
     assert [stage[:2] for stage in found] == [("after 1 iteration", "0.01 m/s"), ("after 2 iterations", "0.02 m/s")]
     image, other = stages_image(found, "run 1"), stages_image([found[0], found[0]], "run 1")
     half = image.shape[0] // 2
@@ -38,7 +38,7 @@ def test_bodies_stand_side_by_side_with_iteration_and_score() -> None:
 def test_the_solution_comes_last_and_once() -> None:
     """What was found before the last iteration and stayed the best is shown as what the run ended with."""
     first, last = milestones(1, 2)
-    assert [stage.words for stage in stages_of(SPEC, [first, last, replace(last, step=3)], "")] == [
+    assert [stage.words for stage in stages_of(SPEC, [first, last, replace(last, step=3)], str)] == [
         "after 1 iteration",
         "after 3 iterations",
     ]
@@ -54,6 +54,6 @@ def test_of_many_bodies_some_are_shown_from_first_to_last() -> None:
 def test_what_cannot_be_shown_is_refused() -> None:
     """A given body never changes, and of an earlier run only the solution is there; both say what to do."""
     with pytest.raises(UsageError, match="--strip gait"):
-        stages_of(cell(), milestones(1, 2), "")
+        stages_of(cell(), milestones(1, 2), str)
     with pytest.raises(UsageError, match="--rerun random"):
-        stages_of(SPEC, milestones(1), "")
+        stages_of(SPEC, milestones(1), str)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,10 @@ import pytest
 from tests.report.content import add_curve, make_spec
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.report.curve_plot import MOST_PANELS, draw, line
+from zoobench.report.curve_plot import MOST_PANELS, _panel, draw, line
 from zoobench.report.learning_curves import curves
 from zoobench.report.run_results import choose_results
-from zoobench.spec import RunSelection
+from zoobench.spec import Ref, RunSelection
 
 REFERENCES = {"idle_score": 0.0, "random_score": 0.05}
 
@@ -42,6 +43,25 @@ def test_a_line_is_the_mean_in_a_band_from_the_lowest_to_the_highest_seed(store:
     assert late is not None
     assert late.spent == (122.0, 180.0, 183.0, 240.0, 244.0)
     assert late.mean == pytest.approx((0.1, 0.2, 0.3, 0.3, 0.3))
+
+
+def test_errors_are_drawn_as_errors(tmp_path: Path) -> None:
+    """Of a task with an error the line falls, and the axis says that less is better."""
+    from matplotlib.figure import Figure
+
+    store = Store(tmp_path / "runs.db")
+    for seed in range(2):
+        spec = replace(make_spec(seed=seed), task=Ref("waypoint-following", 1))
+        add_curve(store, spec, [-0.05, -0.02 - 0.01 * seed], unit="m", references={"idle_score": -0.1})
+    known = curves(store, choose_results(store, RunSelection()), "substeps")
+    drawn = line(list(known.values()))
+    assert drawn is not None
+    assert (drawn.mean, drawn.low, drawn.high) == ((0.05, 0.025), (0.05, 0.02), (0.05, 0.03))
+    figure = Figure()
+    axes = figure.add_subplot()
+    _panel(axes, [curve.result for curve in known.values()], known, {make_spec().method: ("m", "C0", "-")})
+    assert axes.get_ylabel() == "best error [m], less is better"
+    assert [text.xy[1] for text in axes.texts] == [0.1]
 
 
 def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> None:

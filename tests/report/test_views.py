@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.content import add_done, fill, make_spec
-from zoobench.db.rows import RunState
+from tests.report.content import add_done, claim_new, fill, make_spec
+from zoobench.cli.progress import describe
+from zoobench.db.rows import Batch, RunState
 from zoobench.db.store import Store
 from zoobench.report.run_results import choose_results
 from zoobench.report.views import (
@@ -19,7 +20,7 @@ from zoobench.report.views import (
     running_listing,
     running_overview,
 )
-from zoobench.spec import Budget, RunSelection, repeat_command
+from zoobench.spec import Budget, Ref, RunSelection, repeat_command
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,26 @@ def test_the_overview_says_in_what_runs_differ(tmp_path: Path) -> None:
     assert "controller" not in listing.columns
     last = listing.records()[-1]
     assert (last["frames"], last["budget"], last["score"]) == (33, "7 episodes", 2.0)
+
+
+def test_people_are_shown_errors_and_programs_scores(tmp_path: Path) -> None:
+    """A path missed by 20 mm is an error of 0.02 m; beside other tasks, the unit says that less is better."""
+    path = replace(make_spec(), task=Ref("waypoint-following", 1))
+    with Store(tmp_path / "runs.db") as store:
+        add_done(store, path, -0.02, unit="m")
+        claim = claim_new(store, replace(path, seed=1))
+        store.commit(claim, Batch(fraction=0.5, score=-0.03))
+        listing = results_overview(choose_results(store, RunSelection()))
+        assert (listing.records()[0]["error"], listing.records()[0]["unit"]) == (0.02, "m, less is better")
+        running = [run for run in store.runs() if run.state is RunState.RUNNING]
+        assert running_overview(running).records()[0]["error"] == 0.03
+        assert running_listing(running).records()[0]["score"] == -0.03
+        assert ", error 0.03," in describe(running[0])
+        add_done(store, make_spec(), 1.0)
+        both = results_overview(choose_results(store, RunSelection())).records()
+        record = results_record(choose_results(store, RunSelection())[0])
+    assert [row["score or error"] for row in both] == [0.02, None, 1.0]
+    assert record["finals"]["score"]["value"] == -0.02
 
 
 def test_records_mark_smoke_runs(tmp_path: Path) -> None:

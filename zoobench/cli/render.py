@@ -75,7 +75,7 @@ def render(
                 f"The score of this simulation is {episode.evaluation.score:.6g}, and {found.score:.6g} is stored: "
                 "the run was done with other code or on another processor."
             )
-        title = f"{found.name}: {spec}, {spec.fidelity.name}, score {found.score:.4g} {found.unit}"
+        title = f"{found.name}: {spec}, {spec.fidelity.name}, {found.text(found.score)}"
         write(
             episode,
             target,
@@ -106,7 +106,7 @@ def _draw_strip(text: str, strip: Strip, target: Destination, db: str) -> None:
         with _progress() as step:
             frames = found.spec.frames
             episode = film(found.spec, found.params, progress=lambda done: step("simulating", done, frames))
-        title = f"{found.name}: {found.spec}, score {found.score:.4g} {found.unit}"
+        title = f"{found.name}: {found.spec}, {found.text(found.score)}"
         draw_gait(episode, target.path, title=title)
     else:
         _draw_stages(found, target, db)
@@ -129,7 +129,7 @@ def _draw_stages(found: NamedSolution, target: Destination, db: str) -> None:
         iterations = next(final.value for final in store.finals(found.run.id) if final.name == "iterations")
     short = f"{found.name}: {found.spec.env.name} x {found.spec.task.name}"  # there is little room
     last = MilestoneRow(int(iterations), found.score, found.params)
-    save(stages_image(stages_of(found.spec, [*milestones, last], found.unit), short), target.path, colours=256)
+    save(stages_image(stages_of(found.spec, [*milestones, last], found.text), short), target.path, colours=256)
 
 
 @contextmanager

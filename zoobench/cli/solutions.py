@@ -32,6 +32,12 @@ class NamedSolution:
     score: float
     unit: str
 
+    def text(self, score: float) -> str:
+        """A score of this task as it is said: `score 0.12 m/s`, or `error 0.05 m`."""
+        from zoobench.report.quantities import quantity_of
+
+        return f"{quantity_of(self.spec.task).text(score)} {self.unit}".rstrip()
+
 
 def solution_named(text: str, db: str) -> NamedSolution:
     """The solution of a run of the database, or of a published leaderboard, as `best:ground/turning/caterpillar`.

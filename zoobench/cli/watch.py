@@ -95,7 +95,7 @@ def _newest(run: str, db: str, chosen: tuple[str, str, str, str], frames: int | 
         env, task, design, fidelity = (given or str(own) for given, own in zip(chosen, axes, strict=True))
         cell = with_gait(free_cell(env, task, design, fidelity, frames or spec.frames), Start(spec, found.params))
         where = f"{cell.env.name}: {cell.task.name}"
-        words = f"{spec.design.name} in {where}, {found.name}, {spec.method.name}, {found.score:.4g} {found.unit}"
+        words = f"{spec.design.name} in {where}, {found.name}, {spec.method.name}, {found.text(found.score)}"
         watched = Watched(cell, words)
         settled = watched if found.run is None or found.run.has_ended else None
         return watched

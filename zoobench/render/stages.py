@@ -1,6 +1,6 @@
 """The body of a run as it became: the best after some iterations, side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -51,8 +51,10 @@ class Milestone(Protocol):
         """Of controller and design."""
 
 
-def stages_of(spec: RunSpec, milestones: Sequence[Milestone], unit: str) -> list[Stage]:
+def stages_of(spec: RunSpec, milestones: Sequence[Milestone], text: Callable[[float], str]) -> list[Stage]:
     """The bodies of a run at its milestones, the last of which is its solution; `MOST` of them where there are more.
+
+    `text` is how a score reads.
 
     Raises:
         UsageError: the body is given, an earlier zoobench kept the solution alone, or it does not fit this version.
@@ -73,7 +75,7 @@ def stages_of(spec: RunSpec, milestones: Sequence[Milestone], unit: str) -> list
     return [
         Stage(
             f"after {each.step:,} iteration" + "s" * (each.step != 1),
-            f"{each.score:.4g} {unit}".rstrip(),
+            text(each.score),
             formed(spec, each.params),
         )
         for each in (distinct[place] for place in chosen(len(distinct)))

@@ -32,7 +32,7 @@ _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 AMOUNTS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
 REFERENCE_NAMES = {"idle_score": "idle", "random_score": "mean random"}
 CAPTION = (
-    "best score so far; line: mean over seeds; band: lowest to highest seed; "
+    "best so far; line: mean over seeds; band: lowest to highest seed; "
     "dotted: a robot at rest (idle) and the mean random controller"
 )
 """What is seen."""
@@ -48,7 +48,7 @@ class Line:
 
     Attributes:
         spent: rising amounts.
-        mean, low, high: of the best scores of the seeds, at each [the task's unit].
+        mean, low, high: of the best scores or errors of the seeds, at each [the task's unit].
     """
 
     spent: tuple[float, ...]
@@ -70,7 +70,8 @@ def line(seeds: Sequence[LearningCurve]) -> Line | None:
     if end < begin:
         return None
     spent = sorted({begin, end, *(x for one in seeds for x in one.spent if begin < x < end)})
-    rows = [[score for one in seeds if (score := one.at(x)) is not None] for x in spent]
+    sign = seeds[0].result.quantity.sign
+    rows = [[sign * score for one in seeds if (score := one.at(x)) is not None] for x in spent]
     return Line(
         tuple(spent),
         tuple(sum(row) / len(row) for row in rows),
@@ -187,16 +188,17 @@ def _panel(
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
-    unit = group[0].score.unit if group[0].score is not None else ""
     axes.set_xlabel(AMOUNTS[kind])
-    axes.set_ylabel(f"best score [{unit}]" if unit else "best score")
+    title = group[0].quantity.title
+    axes.set_ylabel(f"best {title[0].lower()}{title[1:]}")
     axes.grid(alpha=0.3)
 
 
 def reference_means(group: Sequence[RunResult]) -> list[tuple[float, str]]:
-    """Each reference score, the mean over the runs that know it, and its name."""
+    """Each reference score or error, the mean over the runs that know it, and its name."""
+    sign = group[0].quantity.sign
     known = {name: [run.finals[name].value for run in group if name in run.finals] for name in REFERENCES}
-    return [(sum(found) / len(found), REFERENCE_NAMES[name]) for name, found in known.items() if found]
+    return [(sign * sum(found) / len(found), REFERENCE_NAMES[name]) for name, found in known.items() if found]
 
 
 def _mark_references(axes: "Axes", group: Sequence[RunResult]) -> None:

@@ -126,7 +126,7 @@ def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
 
 
 def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind) -> Listing:
-    """Mean best scores at shares of what all methods of a cell have spent, for reading: a row per cell and method."""
+    """Mean best scores or errors at shares of what all methods of a cell have spent; a row per cell and method."""
     spending = Spending(kind, None, ())
     groups = cells(results, known)
     axes = ("env", "task", "design", "controller", "fidelity", "frames")
@@ -142,10 +142,11 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
         for method in methods_of(result.spec for result in group):
             own = [known[result.run.id] for result in group if result.run.spec.method == method]
             spec = own[0].result.run.spec
-            means = [_mean([curve.at(share * end) for curve in own]) for share in _SHARES]
+            quantity = own[0].result.quantity
+            means = [_mean([curve.at(share * end) for curve in own], quantity.sign) for share in _SHARES]
             rows.append(
                 (*(names[axis].get(value, value) for axis in shown for value in [getattr(spec, axis)]), methods[method],
-                 len(own), spending.text(end), *means, _unit(own[0].result))
+                 len(own), spending.text(end), *means, quantity.unit_text)
             )  # fmt: skip
     shares = (f"at {share:g}" for share in _SHARES[:-1])
     return Listing((*shown, "method", "n", f"spent [{spending.unit}]", *shares, "at all of it", "unit"), tuple(rows))
@@ -206,10 +207,10 @@ def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) 
     return replace(result, finals=finals, lacks=lacks)
 
 
-def _mean(scores: Sequence[float | None]) -> float | None:
-    """None unless every seed has a score."""
+def _mean(scores: Sequence[float | None], sign: float) -> float | None:
+    """The mean as it is shown; None unless every seed has a score."""
     interval = t_interval([score for score in scores if score is not None])
-    return interval.mean if interval is not None and interval.count == len(scores) else None
+    return sign * interval.mean if interval is not None and interval.count == len(scores) else None
 
 
 def _unit(result: RunResult) -> str:

@@ -3,6 +3,7 @@
 Methods maximise a score, so that of a task with an error is below zero. People are shown the error.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from zoobench import registry
@@ -35,9 +36,23 @@ class Quantity:
         return f"{self.noun.capitalize()}{unit}{', less is better' * self.is_error}"
 
     @property
+    def unit_text(self) -> str:
+        """For example `m/s`, or of an error `mm, less is better`, for a column of units."""
+        return ", ".join([self.unit] * bool(self.unit) + ["less is better"] * self.is_error)
+
+    @property
     def sign(self) -> float:
         """By which a score is multiplied to be shown."""
         return -1.0 if self.is_error else 1.0
+
+    def text(self, score: float) -> str:
+        """A score as it is said: `score 0.1234`, or `error 0.05` for one of -0.05."""
+        return f"{self.noun} {self.sign * score:.4g}"
+
+
+def heading(quantities: Iterable[Quantity]) -> str:
+    """What a column or an axis with all of these is called: `score`, `error`, or `score or error`."""
+    return " or ".join(sorted({quantity.noun for quantity in quantities}, reverse=True)) or "score"
 
 
 def quantity_of(task: Ref, unit: str = "") -> Quantity:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunRow, RunState
+from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.spec import WALL_GAP, RunSelection, RunSpec
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ class RunResult:
     def score(self) -> FinalRow | None:
         """The final score with its unit, None for a run without one."""
         return self.finals.get(SCORE)
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the score is called when it is shown."""
+        return quantity_of(self.run.spec.task, "" if self.score is None else self.score.unit)
 
     @property
     def is_smoke(self) -> bool:

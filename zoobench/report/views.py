@@ -11,6 +11,7 @@ from zoobench.report.labels import labels
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing, listing_of, percent
 from zoobench.report.provisional import footnotes, marked
+from zoobench.report.quantities import heading, quantity_of
 from zoobench.report.run_results import RunResult
 from zoobench.spec import AXES, WALL_GAP, Budget, Ref, RunSpec, is_at_wall, repeat_command
 
@@ -53,14 +54,15 @@ def results_overview(results: Iterable[RunResult]) -> Listing:
         (run, *own, *(_told(getattr(spec, name), controllers) for name in telling), spec.seed, *rest)
         for (spec, (run, *rest)), own in zip(kept, names, strict=True)
     )
-    columns = ("run", *_SHORT_AXES, *telling, "seed", "state", "score", "unit", "time", "reason")
+    name = heading({quantity_of(task) for task in _distinct(spec.task for spec in specs)})
+    columns = ("run", *_SHORT_AXES, *telling, "seed", "state", name, "unit", "time", "reason")
     return Listing(columns, rows, texts={"time": duration})
 
 
 def _overview(result: RunResult) -> tuple[Any, ...]:
     """A run's number, state, score, unit, time [s], and what to keep in mind."""
-    run, score = result.run, result.score
-    value, unit = (None, None) if score is None else (score.value, score.unit)
+    run, score, quantity = result.run, result.score, result.quantity
+    value, unit = (None, None) if score is None else (quantity.sign * score.value, quantity.unit_text)
     seconds = run.seconds if run.attempt else None
     return run.id, str(run.state), value, unit, seconds, run.reason or _wall_text(result)
 
@@ -148,8 +150,12 @@ class RunningRow:
 
 def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing:
     """The runs in progress, for programs; ages and what is left of the lease at the time `now`."""
+    return listing_of(RunningRow, _running_rows(runs, now))
+
+
+def _running_rows(runs: Sequence[RunRow], now: float | None) -> list[RunningRow]:
     moment = time.time() if now is None else now
-    rows = [
+    return [
         RunningRow(
             run.id, *_axes(run.spec), run.spec.seed, run.attempt, run.fraction, run.score,
             None if run.progress_at is None else round(moment - run.progress_at),
@@ -158,19 +164,23 @@ def running_listing(runs: Sequence[RunRow], now: float | None = None) -> Listing
         )
         for run in runs
     ]  # fmt: skip
-    return listing_of(RunningRow, rows)
 
 
 def running_overview(runs: Sequence[RunRow], now: float | None = None) -> Listing:
     """The same for people."""
     names = _short_names([run.spec for run in runs])
-    shown = ("seed", "attempt", "progress", "score", "metric_age_s", "lease_s", "time_left_s")
+    quantities = [quantity_of(run.spec.task) for run in runs]
     rows = [
-        (record["run"], *own, *(record[name] for name in shown))
-        for record, own in zip(running_listing(runs, now).records(), names, strict=True)
-    ]
+        (
+            row.run, *own, row.seed, row.attempt, row.progress,
+            None if row.score is None else quantity.sign * row.score,
+            row.metric_age_s, row.lease_s, row.time_left_s,
+        )
+        for row, own, quantity in zip(_running_rows(runs, now), names, quantities, strict=True)
+    ]  # fmt: skip
     texts = {"progress": percent, "time left": duration}
-    columns = ("run", *_SHORT_AXES, "seed", "attempt", "progress", "score", "metric age [s]", "lease [s]", "time left")
+    ages = ("metric age [s]", "lease [s]", "time left")
+    columns = ("run", *_SHORT_AXES, "seed", "attempt", "progress", heading(quantities), *ages)
     return Listing(columns, tuple(rows), texts=texts)
 
 

@@ -17,6 +17,7 @@ from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_rows, in_settings
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.palette import DASHES, Style, styles, styles_of
+from zoobench.report.quantities import heading
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
@@ -45,11 +46,12 @@ _CONFIG = {
 
 
 def curve_chart(section: Section) -> Chart | None:
-    """Best scores by the amount spent, one cell at a time; None without a curve."""
+    """Best scores or errors by the amount spent, one cell at a time; None without a curve."""
     groups = cells(section.results, section.known)
     names = _labels(section)
     found: Points = []
     rules: Points = []
+    noun = heading(group[0].quantity for group in groups)
     lines = sum(len(methods_of(result.spec for result in group)) for group in groups)
     room = max(_FEWEST, min(_USUAL, _MOST_POINTS // max(lines, 1)))
     for title, group in zip(_titles(groups), groups, strict=True):
@@ -69,19 +71,21 @@ def curve_chart(section: Section) -> Chart | None:
         _chosen([point["cell"] for point in found]),
         [
             {"data": {"name": "lines"}, "mark": {"type": "area", "opacity": 0.18, **step},
-             "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": look["color"]}},
+             "encoding": {"x": x, "y": _score("low", noun), "y2": {"field": "high"}, "color": look["color"]}},
             {"data": {"name": "lines"}, "mark": {"type": "line", "point": {"size": 14}, **step},
-             "encoding": {"x": x, "y": _score("mean"), **look, "tooltip": spot}},
+             "encoding": {"x": x, "y": _score("mean", noun), **look, "tooltip": spot}},
             {"data": {"name": "rules"}, "mark": {"type": "rule", "strokeDash": [2, 3], "color": _INK},
-             "encoding": {"y": _score("level"), "tooltip": _tooltip("reference", level="score")}},
+             "encoding": {"y": _score("level", noun), "tooltip": _tooltip("reference", level=noun)}},
         ],
         lines=found, rules=rules,
     )  # fmt: skip
 
 
 def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
-    """The score of each run by its wall time, one row of the tables at a time, with the known error of its fidelity;
-    None without a score."""
+    """Each run's score or error by its wall time, with the known error of its fidelity; None without a score.
+
+    One row of the tables at a time.
+    """
     scored = [
         result
         for result in comparable_results(section.results)
@@ -97,17 +101,18 @@ def cost_chart(section: Section, accuracy: Accuracy) -> Chart | None:
     ]
     if not points:
         return None
+    noun = heading(group[0].quantity for group in groups)
     x = {"field": "seconds", "type": "quantitative", "scale": _LOG, "title": "wall time of the run [s]"}
     look = _look(names)
-    spot = _tooltip("method", "seed", "unit", score="score", seconds="wall time [s]", error="error of the fidelity")
+    spot = _tooltip("method", "seed", "unit", score=noun, seconds="wall time [s]", error="error of the fidelity")
     bars: Chart = {
         "data": {"name": "runs"}, "transform": [{"filter": "isValid(datum.low)"}],
         "mark": {"type": "rule", "opacity": 0.5},
-        "encoding": {"x": x, "y": _score("low"), "y2": {"field": "high"}, "color": look["color"]},
+        "encoding": {"x": x, "y": _score("low", noun), "y2": {"field": "high"}, "color": look["color"]},
     }  # fmt: skip
     dots: Chart = {
         "data": {"name": "runs"}, "mark": {"type": "point", "filled": True, "size": 60},
-        "encoding": {"x": x, "y": _score("score"), "color": look["color"], "tooltip": spot},
+        "encoding": {"x": x, "y": _score("score", noun), "color": look["color"], "tooltip": spot},
     }  # fmt: skip
     layers = [bars, dots] if any("low" in point for point in points) else [dots]
     return _chart(_chosen([point["cell"] for point in points]), layers, runs=points)
@@ -210,8 +215,8 @@ def _scales(by_name: Mapping[str, Style]) -> Chart:
     }
 
 
-def _score(name: str) -> Chart:
-    return {"field": name, "type": "quantitative", "title": "score", "scale": {"zero": False}}
+def _score(name: str, noun: str) -> Chart:
+    return {"field": name, "type": "quantitative", "title": noun, "scale": {"zero": False}}
 
 
 def _tooltip(*same: str, **titled: str) -> list[Chart]:
@@ -248,11 +253,12 @@ def _thinned(seeds: Sequence[LearningCurve], room: int) -> Iterable[dict[str, fl
 
 def _cost(result: RunResult, accuracy: Accuracy) -> dict[str, Any]:
     assert result.score is not None
-    spec, score, seconds = result.spec, result.score.value, result.run.seconds
+    spec, quantity, seconds = result.spec, result.quantity, result.run.seconds
+    score = quantity.sign * result.score.value
     error = accuracy(spec.env, spec.task, spec.fidelity)
     ends = {} if error is None else {"low": score - error * abs(score), "high": score + error * abs(score)}
     numbers = {"score": score, "seconds": max(seconds, 1e-3), "error": error, **ends}
-    return {"seed": spec.seed, "unit": visible(result.score.unit), **{key: _short(n) for key, n in numbers.items()}}
+    return {"seed": spec.seed, "unit": visible(quantity.unit_text), **{key: _short(n) for key, n in numbers.items()}}
 
 
 def _short(value: float | None) -> float | None:
