@@ -1,6 +1,6 @@
 """Many worlds in one solver as a Gymnasium vector environment."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from zoobench.cell.session import Session
 from zoobench.errors import UsageError
+from zoobench.gym.beginnings import Beginnings
 from zoobench.gym.channels import Action, Floats
+from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
 
@@ -28,6 +30,7 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
 
     Args:
         env, design, task, action, fidelity, frames, draw, render_mode: as in `ZooEnv`.
+        physics: none, as the worlds of one solver share their physics.
         num_envs: number of worlds.
         max_episode_steps: what `gymnasium.make_vec` gives; episodes of more frames are refused.
 
@@ -48,6 +51,7 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         fidelity: str = "standard",
         frames: int = FRAMES,
         draw: Iterable[str] = (),
+        physics: Mapping[str, Values] | None = None,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
@@ -56,8 +60,13 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
                 f"Episodes of {frames} frames do not fit into max_episode_steps={max_episode_steps}. "
                 f"Give max_episode_steps={frames}, too."
             )
+        if physics:
+            raise UsageError(
+                "The worlds of one solver share their physics, and physics drawn for each were asked for. Make "
+                "worlds with solvers of their own: gymnasium.make_vec(..., vectorization_mode='sync')."
+            )
         problem = problem_of(env, design, task, fidelity, frames, num_envs)
-        self._take(Worlds(problem, num_envs, action, draw, render_mode))
+        self._take(Worlds(problem, num_envs, action, Beginnings(problem, draw), render_mode))
         self.render_mode = render_mode
 
     @classmethod
