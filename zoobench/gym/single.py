@@ -12,6 +12,7 @@ from zoobench.gym.channels import Action, Floats
 from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
+from zoobench.render.viewpoint import CameraName, View
 
 
 class ZooEnv(gymnasium.Env[Floats, Floats]):
@@ -34,6 +35,7 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
             tells what was drawn as `physics` in info.
         render_mode: `rgb_array` for pictures, which need the extra `render`; `human` for a page in the browser, which
             shows every step, in real time while somebody looks, and needs the extra `watch`.
+        width, height, camera: of the pictures of `rgb_array`, see `zoobench.render.viewpoint.View`.
 
     Raises:
         UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
@@ -53,9 +55,14 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
         draw: Iterable[str] = (),
         physics: Mapping[str, Values] | None = None,
         render_mode: str | None = None,
+        width: int = View.width,
+        height: int = View.height,
+        camera: CameraName = View.camera,
     ) -> None:
         problem = problem_of(env, design, task, fidelity, frames, worlds=1)
-        self._worlds = Worlds(problem, 1, action, Beginnings(problem, draw, physics), render_mode)
+        self._worlds = Worlds(
+            problem, 1, action, Beginnings(problem, draw, physics), View(width, height, camera), render_mode
+        )
         self.render_mode = render_mode
         self.action_space = self._worlds.channels.action_space
         self.observation_space = self._worlds.channels.observation_space

@@ -16,6 +16,7 @@ from zoobench.gym.channels import Action, Floats
 from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
+from zoobench.render.viewpoint import CameraName, View
 
 Numbers = NDArray[Any]
 Stepped = tuple[Floats, Numbers, Numbers, Numbers, dict[str, Any]]
@@ -29,7 +30,7 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
     `final_info` what `ZooEnv` tells at its end.
 
     Args:
-        env, design, task, action, fidelity, frames, draw, render_mode: as in `ZooEnv`.
+        env, design, task, action, fidelity, frames, draw, render_mode, width, height, camera: as in `ZooEnv`.
         physics: none, as the worlds of one solver share their physics.
         num_envs: number of worlds.
         max_episode_steps: what `gymnasium.make_vec` gives; episodes of more frames are refused.
@@ -53,6 +54,9 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         draw: Iterable[str] = (),
         physics: Mapping[str, Values] | None = None,
         render_mode: str | None = None,
+        width: int = View.width,
+        height: int = View.height,
+        camera: CameraName = View.camera,
         max_episode_steps: int | None = None,
     ) -> None:
         if max_episode_steps is not None and max_episode_steps < frames:
@@ -66,7 +70,9 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
                 "worlds with solvers of their own: gymnasium.make_vec(..., vectorization_mode='sync')."
             )
         problem = problem_of(env, design, task, fidelity, frames, num_envs)
-        self._take(Worlds(problem, num_envs, action, Beginnings(problem, draw), render_mode))
+        self._take(
+            Worlds(problem, num_envs, action, Beginnings(problem, draw), View(width, height, camera), render_mode)
+        )
         self.render_mode = render_mode
 
     @classmethod

@@ -18,6 +18,7 @@ from zoobench.gym.channels import Action, Channels, Floats
 from zoobench.gym.drawn_physics import with_physics
 from zoobench.render.pace import Pace
 from zoobench.render.present import Present
+from zoobench.render.viewpoint import View
 from zoobench.spec import FRAME_SECONDS, Scalar
 from zoobench.tasks.base import Task
 
@@ -39,6 +40,7 @@ class Worlds:
         count: number of worlds.
         action: see `Channels`.
         beginnings: of its episodes.
+        view: of the pictures.
         render_mode: None, `rgb_array`, or `human` for a page in the browser that shows the first world.
 
     Raises:
@@ -46,10 +48,17 @@ class Worlds:
     """
 
     _beginnings: Beginnings | None = None
+    _view = View()
     _is_shown = False
 
     def __init__(
-        self, problem: Problem, count: int, action: Action, beginnings: Beginnings, render_mode: str | None = None
+        self,
+        problem: Problem,
+        count: int,
+        action: Action,
+        beginnings: Beginnings,
+        view: View,
+        render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *METADATA["render_modes"]):
             raise UsageError(
@@ -59,7 +68,7 @@ class Worlds:
             raise UsageError(f"The design {problem.spec.design.name!r} is a design space. Choose a fixed body.")
         self._problem = problem
         self._take(count, Channels(problem.body.muscle_count, observation_model(problem).layout, action))
-        self._beginnings = beginnings
+        self._beginnings, self._view = beginnings, view
         self._is_shown = render_mode == "human"
 
     @classmethod
@@ -136,7 +145,7 @@ class Worlds:
 
         present = Present.of(self.session, world)
         if world not in self._pictures:
-            self._pictures[world] = LivePicture(self._problem, present.positions, self._task(world))
+            self._pictures[world] = LivePicture(self._problem, present.positions, self._task(world), self._view)
         return self._pictures[world].at(present)
 
     def close(self) -> None:
