@@ -7,8 +7,9 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from zoobench.cell.vector_parts import Action, action_parts, observation_parts
 from zoobench.gym.beginnings import Beginnings
-from zoobench.gym.channels import Action, Floats
+from zoobench.gym.channels import Floats
 from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
@@ -37,6 +38,10 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
             shows every step, in real time while somebody looks, and needs the extra `watch`.
         width, height, camera: of the pictures of `rgb_array`, see `zoobench.render.viewpoint.View`.
 
+    Attributes:
+        observation_parts, action_parts: name, place, shape and unit of every part of an observation and of an action,
+            each a `zoobench.cell.vector_parts.VectorPart`. As a table: `DataFrame(env.unwrapped.observation_parts)`.
+
     Raises:
         UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
     """
@@ -64,6 +69,9 @@ class ZooEnv(gymnasium.Env[Floats, Floats]):
             problem, 1, action, Beginnings(problem, draw, physics), View(width, height, camera), render_mode
         )
         self.render_mode = render_mode
+        muscles = problem.body.muscle_count
+        self.observation_parts = observation_parts(muscles, problem.task)
+        self.action_parts = action_parts(muscles, action)
         self.action_space = self._worlds.channels.action_space
         self.observation_space = self._worlds.channels.observation_space
 

@@ -10,9 +10,10 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from zoobench.cell.session import Session
+from zoobench.cell.vector_parts import Action, action_parts, observation_parts
 from zoobench.errors import UsageError
 from zoobench.gym.beginnings import Beginnings
-from zoobench.gym.channels import Action, Floats
+from zoobench.gym.channels import Floats
 from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
@@ -34,6 +35,10 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         physics: none, as the worlds of one solver share their physics.
         num_envs: number of worlds.
         max_episode_steps: what `gymnasium.make_vec` gives; episodes of more frames are refused.
+
+    Attributes:
+        observation_parts, action_parts: name, place, shape and unit of every part of an observation and of an action,
+            each a `zoobench.cell.vector_parts.VectorPart`. As a table: `DataFrame(env.unwrapped.observation_parts)`.
 
     Raises:
         UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
@@ -74,6 +79,9 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
             Worlds(problem, num_envs, action, Beginnings(problem, draw), View(width, height, camera), render_mode)
         )
         self.render_mode = render_mode
+        muscles = problem.body.muscle_count
+        self.observation_parts = observation_parts(muscles, problem.task)
+        self.action_parts = action_parts(muscles, action)
 
     @classmethod
     def of(cls, session: Session, action: Action = "waves") -> Self:

@@ -12,9 +12,10 @@ from zoobench.arrays import Array
 from zoobench.cell.free_cell import free_cell
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, Step, new_session, observation_model
+from zoobench.cell.vector_parts import Action
 from zoobench.errors import UsageError
 from zoobench.gym.beginnings import Beginning, Beginnings
-from zoobench.gym.channels import Action, Channels, Floats
+from zoobench.gym.channels import Channels, Floats
 from zoobench.gym.drawn_physics import with_physics
 from zoobench.render.pace import Pace
 from zoobench.render.present import Present
