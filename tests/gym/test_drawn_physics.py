@@ -1,6 +1,7 @@
 """Parameters of the environment that are drawn anew for every episode."""
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -119,3 +120,15 @@ def test_unknown_parameters_are_refused_with_the_nearest() -> None:
         ZooEnv("ground", "caterpillar", "turning", physics={"fricton": (0.1, 0.2)}, **SMALL)
     with pytest.raises(UsageError, match=r"'true\|false'"):
         ZooEnv("desert", "caterpillar", "turning", physics={"slip": (0, 1)}, **SMALL)
+
+
+def test_scenes_that_do_not_come_again_are_not_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Thousands of episodes would push other scenes at rest out of the cache; those of a few values are kept there."""
+    monkeypatch.setattr("zoobench.sim.equilibrium.state_folder", lambda: tmp_path)
+    kept = {}
+    for name, values in (("range", (0.2, 0.8)), ("choice", "0.3|0.4")):
+        env = ZooEnv("ground", "caterpillar", "turning", physics={"friction": values}, **SMALL)
+        for seed in range(4):
+            env.reset(seed=seed)
+        kept[name] = len(list(tmp_path.iterdir()))
+    assert kept == {"range": 0, "choice": 2}

@@ -55,6 +55,9 @@ class Beginnings:
         drawn: what is drawn; the rest is as in the benchmark.
         physics: parameters of the environment that are drawn, see `zoobench.gym.drawn_physics.Values`.
 
+    Attributes:
+        physics: what is drawn of the environment.
+
     Raises:
         UnknownNameError: the environment does not have a parameter that is to be drawn.
         UsageError: something else is to be drawn, or a path of a task that has none by formula.
@@ -64,7 +67,7 @@ class Beginnings:
         self, problem: Problem, drawn: Iterable[str] = (), physics: Mapping[str, Values] | None = None
     ) -> None:
         self._problem = problem
-        self._physics = DrawnPhysics.of(problem.spec.env, {} if physics is None else physics)
+        self.physics = DrawnPhysics.of(problem.spec.env, {} if physics is None else physics)
         self._drawn = {cast("Drawn", drawn)} if isinstance(drawn, str) else set(cast("Iterable[Drawn]", drawn))
         if unknown := sorted(self._drawn - set(get_args(Drawn))):
             raise UsageError(f"{unknown[0]!r} cannot be drawn. Choose among {', '.join(get_args(Drawn))}.")
@@ -79,7 +82,7 @@ class Beginnings:
         Raises:
             UsageError: no random path has room in the arena.
         """
-        physics = self._physics.draw(rng)
+        physics = self.physics.draw(rng)
         muscles = self._problem.body.muscle_count
         return Beginning(
             time=rng.uniform(0.0, 2.0 * np.pi / WAVE_RATE) if "phase" in self._drawn else 0.0,

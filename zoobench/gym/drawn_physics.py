@@ -45,6 +45,11 @@ class DrawnPhysics:
                 registry.create(Kind.ENV, _with(env, {name: value}))
         return cls(found)
 
+    @property
+    def recurs(self) -> bool:
+        """Whether the same physics are drawn again and again, as from a few values of each parameter."""
+        return all(isinstance(values, list) for values in self.drawn.values())
+
     def draw(self, rng: np.random.Generator) -> dict[str, Scalar]:
         """The parameters of the next episode."""
         return {name: _draw(values, rng) for name, values in self.drawn.items()}

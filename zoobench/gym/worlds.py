@@ -111,8 +111,8 @@ class Worlds:
             if picture := self._pictures.pop(world, None):
                 picture.close()
         begun = {world: self._begun[world] for world in chosen}
-        if self._begun[0].physics:
-            self._move_to(self._begun[0].physics)
+        if self._beginnings is not None and self._begun[0].physics:
+            self._move_to(self._begun[0].physics, self._beginnings.physics.recurs)
         lead_ins = {world: each.lead_in for world, each in begun.items() if each.lead_in is not None}
         tasks = {world: each.task for world, each in begun.items() if each.task is not None}
         seen = self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
@@ -157,13 +157,14 @@ class Worlds:
             self._viewer.close()
             self._viewer = None
 
-    def _move_to(self, physics: Mapping[str, Scalar]) -> None:
-        """Simulate in another physics from here on: a scene of its own, which comes to rest anew.
+    def _move_to(self, physics: Mapping[str, Scalar], recurs: bool) -> None:
+        """Simulate in other physics from here on: a scene of its own, which comes to rest anew.
 
-        That is for a single world, as all worlds of a solver share their scene.
+        That is for a single world, as all worlds of a solver share their scene. Physics that do not recur would fill
+        the folder of scenes at rest.
         """
         self._problem = Problem(with_physics(self._problem.spec, physics), worlds=1)
-        self.session = new_session(self._problem, 1, keeps_history=True)
+        self.session = new_session(self._problem, 1, keeps_history=True, keeps_rest=recurs)
 
     def _show_start(self) -> None:
         """Show the start of the first world's episode on a page, whose address is said when it is opened."""
