@@ -123,7 +123,7 @@ class View:
         for side in (self.width, self.height):
             if not isinstance(side, int) or not _SMALLEST_SIDE <= side <= _LARGEST_SIDE:
                 raise UsageError(
-                    f"A picture of {self.width} x {self.height} pixels cannot be drawn. Give whole numbers from "
+                    f"A picture of {self.width!r} x {self.height!r} pixels cannot be drawn. Give whole numbers from "
                     f"{_SMALLEST_SIDE} to {_LARGEST_SIDE}."
                 )
         if self.camera not in _ANGLES:
