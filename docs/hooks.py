@@ -1,9 +1,10 @@
-"""Pages of the site that are made from the code: commands, components and leaderboards."""
+"""Pages of the site that are made from the code: the reference and the leaderboards."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import reference_pages
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from typer.main import get_command
@@ -17,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are not files of the folder `docs`."""
     pages = {"reference/commands.md": commands(), "reference/components.md": components()}
+    pages |= reference_pages.pages()
     for board in sorted((ROOT / "leaderboards").glob("*.md")):
         pages[f"leaderboards/{board.name}"] = board.read_text(encoding="utf-8")
     for path, text in pages.items():

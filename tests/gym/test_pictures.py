@@ -1,8 +1,10 @@
 """Pictures of environments: by Gymnasium's wrappers, in a browser, and of many worlds."""
 
+import itertools
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import imageio.v2 as imageio
@@ -10,6 +12,8 @@ import numpy as np
 import pytest
 
 from tests.test_readme import GUIDE, blocks
+from zoobench.errors import UsageError
+from zoobench.gym.single import ZooEnv
 from zoobench.gym.vector import ZooVectorEnv
 
 NAME = "zoobench/Ground-Caterpillar-WaypointFollowing-v0"
@@ -88,3 +92,37 @@ def test_stable_baselines_trains_and_gymnasium_films(tmp_path: Path) -> None:
         images = list(reader.iter_data())
     assert len(images) == 21
     assert (np.abs(images[0].astype(int) - images[-1]).max(axis=2) > 8).mean() > 5e-3
+
+
+def test_a_picture_has_the_size_and_camera_that_were_asked_for() -> None:
+    """Through `gymnasium.make`, alone and many; every camera shows another picture, and that of films is the usual."""
+    pictures = {}
+    for camera in ("film", "follow", "side", "top"):
+        env = gymnasium.make(NAME, render_mode="rgb_array", width=320, height=240, camera=camera, **SMALL)
+        env.reset()
+        pictures[camera] = env.render()
+        env.close()
+    assert {picture.shape for picture in pictures.values()} == {(240, 320, 3)}  # type: ignore[union-attr]
+    for one, other in itertools.combinations(pictures, 2):
+        assert (pictures[one] != pictures[other]).any(axis=2).mean() > 0.05, (one, other)  # type: ignore[union-attr]
+    envs = gymnasium.make_vec(NAME, num_envs=2, render_mode="rgb_array", width=320, height=240, **SMALL)
+    envs.reset()
+    (first, _) = envs.render()  # type: ignore[misc]
+    np.testing.assert_array_equal(first, pictures["film"])
+    envs.close()
+
+
+@pytest.mark.parametrize("make", [ZooEnv, ZooVectorEnv])
+@pytest.mark.parametrize(
+    ("view", "message"),
+    [
+        ({"width": 0}, "0 x 360 pixels"),
+        ({"height": 240.5}, "640 x 240.5 pixels"),
+        ({"height": 100_000}, "16 to 4096"),
+        ({"camera": "below"}, "'below' is not offered. Choose film, follow, side or top"),
+    ],
+)
+def test_a_view_that_cannot_be_drawn_is_refused(make: Any, view: dict[str, Any], message: str) -> None:
+    """When the environment is made, whatever its render mode."""
+    with pytest.raises(UsageError, match=message):
+        make("ground", "caterpillar", "turning", **view, **SMALL)

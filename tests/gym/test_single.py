@@ -13,6 +13,7 @@ from tests.conformance.cells import cell
 from zoobench.cell.problem import Problem
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.gym.single import ZooEnv
+from zoobench.gym.vector import ZooVectorEnv
 
 SMALL = {"fidelity": "smoke", "frames": 4}
 
@@ -73,6 +74,24 @@ def test_the_observation_tells_of_the_task() -> None:
         seen, _ = env.reset()
         assert env.observation_space.shape == (8 + 6 * muscles + count + 1 + 2,)
         assert env.observation_space.contains(seen)
+
+
+@pytest.mark.parametrize("action", ["waves", "muscles"])
+def test_the_parts_of_observation_and_action_have_names(action: str) -> None:
+    """As long as the spaces, and each where its name says; of many worlds they are the same."""
+    env = ZooEnv("ground", "caterpillar", "waypoint-following", action=action, **SMALL)  # type: ignore[arg-type]
+    assert (env.observation_parts[-1].stop,) == env.observation_space.shape
+    assert (env.action_parts[-1].stop,) == env.action_space.shape
+    env.reset()
+    seen, *_ = env.step(np.zeros(env.action_space.shape, np.float32))
+    parts = {part.name: seen[part.slice].reshape(part.shape) for part in env.observation_parts}
+    np.testing.assert_allclose(parts["time_left"], [0.75])
+    np.testing.assert_allclose(parts["phase"], [np.sin(0.16), np.cos(0.16)], rtol=1e-6)
+    np.testing.assert_allclose(parts["heading"], [1.0, 0.0], atol=1e-3)
+    bounds = {part.name: env.observation_space.high[part.slice] for part in env.observation_parts}
+    assert {name for name, high in bounds.items() if (high == 1.0).all()} == {"time_left", "phase"}
+    envs = ZooVectorEnv("ground", "caterpillar", "waypoint-following", action=action, **SMALL)  # type: ignore[arg-type]
+    assert (envs.observation_parts, envs.action_parts) == (env.observation_parts, env.action_parts)
 
 
 @pytest.mark.parametrize("drawn", ["pose", "phase", "path"])

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from tests.conformance.cells import POND, cell
+from tests.conformance.cells import POND, TANK, cell
 from zoobench.cell.problem import Problem
 from zoobench.render.actors import TARGET
 from zoobench.render.canvas import Image
 from zoobench.render.live import LivePicture
 from zoobench.render.present import Present
+from zoobench.render.viewpoint import View
 
 
 def _count(image: Image) -> int:
@@ -65,3 +66,36 @@ def test_water_is_drawn_as_it_flows_now() -> None:
     picture.close()
     assert (shear != rest).any(axis=2).mean() > 0.01
     np.testing.assert_array_equal(end, rest)
+
+
+def test_a_camera_that_follows_goes_with_the_robot() -> None:
+    """The robot stays where it is in the picture, though it is elsewhere; by the camera of films it has moved."""
+    problem = Problem(cell())
+    start, muscles = problem.scene.robot.positions, np.ones(problem.body.muscle_count)
+    moved = start + np.array([0.05, 0.0, 0.0])
+    ways = {}
+    for camera in ("film", "follow", "side", "top"):
+        picture = LivePicture(problem, start, problem.task, View(camera=camera))
+        moments = (Present(0.0, start, muscles), Present(0.008, moved, muscles))
+        before, after = (_column(picture.at(present)) for present in moments)
+        picture.close()
+        ways[camera] = after - before
+    assert abs(ways.pop("follow")) < 5
+    assert min(ways.values()) > 40
+
+
+def _column(image: Image) -> float:
+    """Mean column of the pixels of muscles that contract."""
+    colours = image.astype(int)
+    return float(np.nonzero(colours[..., 0] > colours[..., 1] + 80)[1].mean())
+
+
+def test_a_robot_in_water_is_seen_from_above() -> None:
+    """Water of particles that hides it is drawn below it."""
+    problem = Problem(cell(environment=TANK))
+    start = problem.scene.robot.positions
+    places = np.vstack([start, problem.scene.medium.positions])  # type: ignore[union-attr]
+    picture = LivePicture(problem, places, problem.task, View(camera="top"))
+    image = picture.at(Present(0.0, places, np.ones(problem.body.muscle_count)))
+    picture.close()
+    assert _red(image) > 500

@@ -336,13 +336,15 @@ def observation_model(problem: Problem, task: Task | None = None) -> Observation
     return ObservationModel(problem.body, seen, problem.spec.frames)
 
 
-def new_session(problem: Problem, worlds: int | None = None, *, keeps_history: bool = False) -> Session:
+def new_session(
+    problem: Problem, worlds: int | None = None, *, keeps_history: bool = False, keeps_rest: bool = True
+) -> Session:
     """A session with so many worlds, by default the problem's, on the problem's meter and budget.
 
-    `keeps_history` as in `Session`.
+    `keeps_history` as in `Session`, `keeps_rest` as in `Solvers.new`.
 
     Raises:
         UsageError: the design is a design space, or `worlds` is less than 1.
     """
-    solver = problem.solvers.new(problem.worlds if worlds is None else worlds)
+    solver = problem.solvers.new(problem.worlds if worlds is None else worlds, keeps_rest=keeps_rest)
     return Session(problem, solver, keeps_history=keeps_history)

@@ -34,8 +34,13 @@ class Solvers:
             self._kept[key] = self.new(worlds, gradient=gradient)
         return self._kept[key]
 
-    def new(self, worlds: int, *, gradient: bool = False) -> "Solver":
+    def new(self, worlds: int, *, gradient: bool = False, keeps_rest: bool = True) -> "Solver":
         """A solver for one user alone.
+
+        Args:
+            worlds: side by side.
+            gradient: whether it keeps states for gradients.
+            keeps_rest: whether the scene's state of rest may be asked for again by another process.
 
         Raises:
             UsageError: `worlds` is less than 1, or there is no GPU for a fidelity that asks for one.
@@ -48,7 +53,7 @@ class Solvers:
             worlds=worlds,
             frame_seconds=FRAME_SECONDS,
             gradients=gradient,
-            start=self._equilibrated(),
+            start=self._equilibrated(keeps_rest),
         )
 
     def most_worlds(self, frames: int, substeps: int) -> int:
@@ -66,7 +71,7 @@ class Solvers:
             1, memory_share(self._fidelity.device) // episode_memory(self._scene, self._fidelity, frames, substeps)
         )
 
-    def _equilibrated(self) -> "Matter | None":
+    def _equilibrated(self, is_kept: bool) -> "Matter | None":
         """The equilibrated scene, computed or read from the cache once; None without equilibration."""
         from zoobench.sim.equilibrium import equilibrated
         from zoobench.sim.runtime import check_device
@@ -74,6 +79,10 @@ class Solvers:
         if self._start is None:
             check_device(self._fidelity.device)  # the scene comes to rest on the CPU, which can take minutes
             self._start = equilibrated(
-                self._scene, self._fidelity, self._equilibration_frames, frame_seconds=FRAME_SECONDS
+                self._scene,
+                self._fidelity,
+                self._equilibration_frames,
+                frame_seconds=FRAME_SECONDS,
+                is_kept=is_kept,
             )
         return self._start

@@ -1,4 +1,4 @@
-"""The tables. Times are seconds since the epoch; a change here needs a migration beside the initial one."""
+"""The tables, with the meaning of every column. A change here needs a migration beside the initial one."""
 
 from sqlalchemy import BigInteger, ForeignKey, Index, LargeBinary, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
@@ -13,18 +13,22 @@ class SpecRecord(Base):
 
     __tablename__ = "specs"
 
-    key: Mapped[str] = mapped_column(String(64), primary_key=True)
-    document: Mapped[str] = mapped_column(Text)
-    env: Mapped[str] = mapped_column(String(200), index=True)
-    task: Mapped[str] = mapped_column(String(200), index=True)
-    design: Mapped[str] = mapped_column(String(200), index=True)
-    controller: Mapped[str] = mapped_column(String(200), index=True)
-    method: Mapped[str] = mapped_column(String(200), index=True)
-    fidelity: Mapped[str] = mapped_column(String(200), index=True)
-    seed: Mapped[int]
-    frames: Mapped[int]
-    budget_kind: Mapped[str] = mapped_column(String(20))
-    budget_amount: Mapped[float]
+    key: Mapped[str] = mapped_column(
+        String(64), primary_key=True, doc="sha256 of the canonical settings: the identity of the run in every database"
+    )
+    document: Mapped[str] = mapped_column(Text, doc="all settings as canonical JSON")
+    env: Mapped[str] = mapped_column(String(200), index=True, doc="the environment with version and parameters")
+    task: Mapped[str] = mapped_column(String(200), index=True, doc="the task, likewise")
+    design: Mapped[str] = mapped_column(String(200), index=True, doc="the design, likewise")
+    controller: Mapped[str] = mapped_column(String(200), index=True, doc="the controller, likewise")
+    method: Mapped[str] = mapped_column(String(200), index=True, doc="the method, likewise")
+    fidelity: Mapped[str] = mapped_column(String(200), index=True, doc="the fidelity, likewise")
+    seed: Mapped[int] = mapped_column(doc="of the method")
+    frames: Mapped[int] = mapped_column(doc="length of an episode [control frames]")
+    budget_kind: Mapped[str] = mapped_column(
+        String(20), doc="what the budget counts: substeps, episodes, iterations or seconds"
+    )
+    budget_amount: Mapped[float] = mapped_column(doc="how many of them")
 
 
 class RunRecord(Base):
@@ -39,31 +43,37 @@ class RunRecord(Base):
     __tablename__ = "runs"
     __table_args__ = (Index("ix_runs_state_id", "state", "id"), Index("ix_runs_queue", "state", "rank", "id"))
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    spec_key: Mapped[str] = mapped_column(ForeignKey("specs.key"), unique=True)
-    state: Mapped[str] = mapped_column(String(12))
-    attempt: Mapped[int] = mapped_column(default=0)
-    strikes: Mapped[int] = mapped_column(default=0)
-    owner: Mapped[str | None] = mapped_column(String(300))
-    lease_until: Mapped[float | None]
-    progress_at: Mapped[float | None]
-    fraction: Mapped[float] = mapped_column(default=0.0)
-    score: Mapped[float | None]
-    reason: Mapped[str | None] = mapped_column(Text)
-    created_at: Mapped[float]
-    started_at: Mapped[float | None]
-    finished_at: Mapped[float | None] = mapped_column(index=True)
-    digest: Mapped[str | None] = mapped_column(String(64))
-    rank: Mapped[int] = mapped_column(default=0, server_default="0")
+    id: Mapped[int] = mapped_column(primary_key=True, doc="the number by which commands name the run")
+    spec_key: Mapped[str] = mapped_column(ForeignKey("specs.key"), unique=True, doc="its settings")
+    state: Mapped[str] = mapped_column(
+        String(12), doc="queued, running, done, failed, diverged, timeout, cancelled or skipped"
+    )
+    attempt: Mapped[int] = mapped_column(default=0, doc="number of the newest attempt, 0 before the first")
+    strikes: Mapped[int] = mapped_column(
+        default=0, doc="what counts against it: deaths in a row without a new checkpoint"
+    )
+    owner: Mapped[str | None] = mapped_column(String(300), doc="the worker that holds it")
+    lease_until: Mapped[float | None] = mapped_column(doc="until when its worker is taken to be alive [s]")
+    progress_at: Mapped[float | None] = mapped_column(doc="when it last reported anything [s]")
+    fraction: Mapped[float] = mapped_column(default=0.0, doc="share of its budget that is used, 0 to 1")
+    score: Mapped[float | None] = mapped_column(doc="of the best solution so far")
+    reason: Mapped[str | None] = mapped_column(Text, doc="why it did not succeed")
+    created_at: Mapped[float] = mapped_column(doc="when it was queued [s]")
+    started_at: Mapped[float | None] = mapped_column(doc="when it first began [s]")
+    finished_at: Mapped[float | None] = mapped_column(index=True, doc="when it ended [s]")
+    digest: Mapped[str | None] = mapped_column(String(64), doc="sha256 of all that is stored of a run that has ended")
+    rank: Mapped[int] = mapped_column(
+        default=0, server_default="0", doc="minus its priority: the lowest is taken first"
+    )
 
 
 class SweepRecord(Base):
-    """What one launcher was asked to have done; its runs are those of `SweepRunRecord`."""
+    """What one launcher was asked to have done; its runs are those of `sweep_runs`."""
 
     __tablename__ = "sweeps"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    created_at: Mapped[float]
+    id: Mapped[int] = mapped_column(primary_key=True, doc="the number of the launch")
+    created_at: Mapped[float] = mapped_column(doc="when it was launched [s]")
 
 
 class SweepRunRecord(Base):
@@ -71,8 +81,8 @@ class SweepRunRecord(Base):
 
     __tablename__ = "sweep_runs"
 
-    sweep_id: Mapped[int] = mapped_column(ForeignKey("sweeps.id"), primary_key=True)
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    sweep_id: Mapped[int] = mapped_column(ForeignKey("sweeps.id"), primary_key=True, doc="the launch")
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
 
 
 class ProvenanceRecord(Base):
@@ -80,8 +90,8 @@ class ProvenanceRecord(Base):
 
     __tablename__ = "provenance"
 
-    hash: Mapped[str] = mapped_column(String(64), primary_key=True)
-    document: Mapped[str] = mapped_column(Text)
+    hash: Mapped[str] = mapped_column(String(64), primary_key=True, doc="sha256 of the document")
+    document: Mapped[str] = mapped_column(Text, doc="commit, packages, machine and settings as JSON")
 
 
 class AttemptRecord(Base):
@@ -90,23 +100,23 @@ class AttemptRecord(Base):
     __tablename__ = "attempts"
     __table_args__ = (UniqueConstraint("run_id", "number"),)
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
-    number: Mapped[int]
-    outcome: Mapped[str] = mapped_column(String(12))
-    owner: Mapped[str] = mapped_column(String(300))
-    host: Mapped[str] = mapped_column(String(255))
-    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"))
-    started_at: Mapped[float]
-    ended_at: Mapped[float | None]
-    wall_seconds: Mapped[float | None]
-    exit_code: Mapped[int | None]
-    signal: Mapped[int | None]
-    reason: Mapped[str | None] = mapped_column(Text)
-    traceback: Mapped[str | None] = mapped_column(Text)
-    resumed: Mapped[bool]
-    progressed: Mapped[bool] = mapped_column(default=False)
-    peak_memory: Mapped[int | None] = mapped_column(BigInteger)
+    id: Mapped[int] = mapped_column(primary_key=True, doc="the number of the row")
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), doc="the run")
+    number: Mapped[int] = mapped_column(doc="of the attempt at it, from 1")
+    outcome: Mapped[str] = mapped_column(String(12), doc="how it ended, as a state of runs, or lost")
+    owner: Mapped[str] = mapped_column(String(300), doc="the worker that made it")
+    host: Mapped[str] = mapped_column(String(255), doc="the machine")
+    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"), doc="code, packages and machine")
+    started_at: Mapped[float] = mapped_column(doc="when it began [s]")
+    ended_at: Mapped[float | None] = mapped_column(doc="when it ended [s]")
+    wall_seconds: Mapped[float | None] = mapped_column(doc="wall time that it took so far [s]")
+    exit_code: Mapped[int | None] = mapped_column(doc="of its process, if it ended by itself")
+    signal: Mapped[int | None] = mapped_column(doc="that ended its process")
+    reason: Mapped[str | None] = mapped_column(Text, doc="why it did not succeed")
+    traceback: Mapped[str | None] = mapped_column(Text, doc="of the exception that ended it")
+    resumed: Mapped[bool] = mapped_column(doc="whether it went on from a checkpoint")
+    progressed: Mapped[bool] = mapped_column(default=False, doc="whether it wrote a checkpoint of its own")
+    peak_memory: Mapped[int | None] = mapped_column(BigInteger, doc="most memory that it took [bytes]")
 
 
 class MetricRecord(Base):
@@ -114,12 +124,12 @@ class MetricRecord(Base):
 
     __tablename__ = "metrics"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    name: Mapped[str] = mapped_column(String(100), primary_key=True)
-    step: Mapped[int] = mapped_column(primary_key=True)
-    attempt: Mapped[int]
-    value: Mapped[float | None]
-    kind: Mapped[str] = mapped_column(String(8))
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    name: Mapped[str] = mapped_column(String(100), primary_key=True, doc="of the curve, such as score")
+    step: Mapped[int] = mapped_column(primary_key=True, doc="iteration of the method")
+    attempt: Mapped[int] = mapped_column(doc="that wrote the point")
+    value: Mapped[float | None] = mapped_column(doc="empty where it is not finite")
+    kind: Mapped[str] = mapped_column(String(8), doc="finite, nan, +inf or -inf")
 
 
 class FinalRecord(Base):
@@ -127,20 +137,20 @@ class FinalRecord(Base):
 
     __tablename__ = "finals"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    name: Mapped[str] = mapped_column(String(100), primary_key=True)
-    value: Mapped[float | None]
-    kind: Mapped[str] = mapped_column(String(8))
-    unit: Mapped[str] = mapped_column(String(30))
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    name: Mapped[str] = mapped_column(String(100), primary_key=True, doc="of the result, such as score or energy")
+    value: Mapped[float | None] = mapped_column(doc="empty where it is not finite")
+    kind: Mapped[str] = mapped_column(String(8), doc="finite, nan, +inf or -inf")
+    unit: Mapped[str] = mapped_column(String(30), doc="empty for a pure number")
 
 
 class SolutionRecord(Base):
-    """The best parameters that a run has found, written with its finals; `params` as `rows.encode_params` gives it."""
+    """The best parameters that a run has found, written with its finals."""
 
     __tablename__ = "solutions"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    params: Mapped[bytes] = mapped_column(LargeBinary)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    params: Mapped[bytes] = mapped_column(LargeBinary, doc="of controller and design: doubles, the lowest byte first")
 
 
 class ArchiveRecord(Base):
@@ -148,23 +158,23 @@ class ArchiveRecord(Base):
 
     __tablename__ = "archives"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    data: Mapped[bytes] = mapped_column(LargeBinary)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    data: Mapped[bytes] = mapped_column(LargeBinary, doc="the archive in the form of its method")
 
 
 class MilestoneRecord(Base):
-    """The best parameters after some iterations of a run, and their score; `params` as `rows.encode_params` gives it.
+    """The best parameters after some iterations of a run, and their score.
 
     An iteration without a row, between two that have one, found nothing better than the one before.
     """
 
     __tablename__ = "milestones"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    step: Mapped[int] = mapped_column(primary_key=True)
-    attempt: Mapped[int]
-    score: Mapped[float]
-    params: Mapped[bytes] = mapped_column(LargeBinary)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    step: Mapped[int] = mapped_column(primary_key=True, doc="iteration of the method")
+    attempt: Mapped[int] = mapped_column(doc="that wrote it")
+    score: Mapped[float] = mapped_column(doc="of the parameters")
+    params: Mapped[bytes] = mapped_column(LargeBinary, doc="doubles, the lowest byte first")
 
 
 class CheckpointRecord(Base):
@@ -172,10 +182,10 @@ class CheckpointRecord(Base):
 
     __tablename__ = "checkpoints"
 
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
-    attempt: Mapped[int]
-    saved_at: Mapped[float]
-    data: Mapped[bytes] = mapped_column(LargeBinary)
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True, doc="the run")
+    attempt: Mapped[int] = mapped_column(doc="that wrote it")
+    saved_at: Mapped[float] = mapped_column(doc="when it was written [s]")
+    data: Mapped[bytes] = mapped_column(LargeBinary, doc="the state in the form of its method")
 
 
 class ReferenceRecord(Base):
@@ -183,12 +193,12 @@ class ReferenceRecord(Base):
 
     __tablename__ = "reference_scores"
 
-    key: Mapped[str] = mapped_column(String(64), primary_key=True)
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
-    attempt: Mapped[int]
-    value: Mapped[float | None]
-    kind: Mapped[str | None] = mapped_column(String(8))
-    unit: Mapped[str | None] = mapped_column(String(30))
+    key: Mapped[str] = mapped_column(String(64), primary_key=True, doc="sha256 of all that decides the score")
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), doc="the run that has computed it, or does")
+    attempt: Mapped[int] = mapped_column(doc="of that run")
+    value: Mapped[float | None] = mapped_column(doc="empty where it is not finite, or not known yet")
+    kind: Mapped[str | None] = mapped_column(String(8), doc="finite, nan, +inf or -inf; empty while it is computed")
+    unit: Mapped[str | None] = mapped_column(String(30), doc="of the score")
 
 
 class LogRecord(Base):
@@ -196,11 +206,13 @@ class LogRecord(Base):
 
     __tablename__ = "logs"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), index=True)
-    attempt: Mapped[int]
-    at: Mapped[float]
-    text: Mapped[str] = mapped_column(Text)
+    id: Mapped[int] = mapped_column(
+        primary_key=True, doc="the number of the line, in the order in which lines were written"
+    )
+    run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), index=True, doc="the run")
+    attempt: Mapped[int] = mapped_column(doc="that printed it")
+    at: Mapped[float] = mapped_column(doc="when it was printed [s]")
+    text: Mapped[str] = mapped_column(Text, doc="of the line")
 
 
 class StudyRecord(Base):
@@ -208,11 +220,11 @@ class StudyRecord(Base):
 
     __tablename__ = "studies"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    name: Mapped[str] = mapped_column(String(40), index=True)
-    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"))
-    started_at: Mapped[float]
-    finished_at: Mapped[float | None]
+    id: Mapped[int] = mapped_column(primary_key=True, doc="the number of the study")
+    name: Mapped[str] = mapped_column(String(40), index=True, doc="of the study's command")
+    provenance_hash: Mapped[str] = mapped_column(ForeignKey("provenance.hash"), doc="code, packages and machine")
+    started_at: Mapped[float] = mapped_column(doc="when it began [s]")
+    finished_at: Mapped[float | None] = mapped_column(doc="when it was complete [s]")
 
 
 class StudyRowRecord(Base):
@@ -220,9 +232,9 @@ class StudyRowRecord(Base):
 
     __tablename__ = "study_rows"
 
-    study_id: Mapped[int] = mapped_column(ForeignKey("studies.id"), primary_key=True)
-    number: Mapped[int] = mapped_column(primary_key=True)
-    case_name: Mapped[str] = mapped_column(String(200))
-    verdict: Mapped[str] = mapped_column(String(12))
-    document: Mapped[str] = mapped_column(Text)
-    finished_at: Mapped[float]
+    study_id: Mapped[int] = mapped_column(ForeignKey("studies.id"), primary_key=True, doc="the study")
+    number: Mapped[int] = mapped_column(primary_key=True, doc="of the case, in the order in which they were done")
+    case_name: Mapped[str] = mapped_column(String(200), doc="the case")
+    verdict: Mapped[str] = mapped_column(String(12), doc="what was found, in a word")
+    document: Mapped[str] = mapped_column(Text, doc="what was measured, as JSON")
+    finished_at: Mapped[float] = mapped_column(doc="when it was done [s]")

@@ -1,7 +1,7 @@
-"""How an episode begins: as the benchmark's, or with pose, phase or path drawn at random."""
+"""How an episode begins: as the benchmark's, or with pose, phase, path or the environment's physics drawn at random."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal, cast, get_args
 
 import numpy as np
@@ -12,8 +12,9 @@ from zoobench.cell.problem import Problem
 from zoobench.cell.targets import target_fault
 from zoobench.controllers.base import WAVE_RATE
 from zoobench.errors import UsageError
+from zoobench.gym.drawn_physics import DrawnPhysics, Values, with_physics
 from zoobench.registry import Kind
-from zoobench.spec import Ref
+from zoobench.spec import Ref, RunSpec, Scalar
 from zoobench.tasks.base import Task
 
 Drawn = Literal["pose", "phase", "path"]
@@ -33,11 +34,13 @@ class Beginning:
         time: of the waves at its start [s].
         lead_in: muscle activity of the frames before it `[frames, muscle_count]`; empty for none.
         task: None for the problem's.
+        physics: parameters of the environment that are others than the problem's, by name.
     """
 
     time: float = 0.0
     lead_in: Array | None = None
     task: Task | None = None
+    physics: Mapping[str, Scalar] = field(default_factory=dict)
 
 
 class Beginnings:
@@ -50,13 +53,21 @@ class Beginnings:
     Args:
         problem: whose episodes they are.
         drawn: what is drawn; the rest is as in the benchmark.
+        physics: parameters of the environment that are drawn, see `zoobench.gym.drawn_physics.Values`.
+
+    Attributes:
+        physics: what is drawn of the environment.
 
     Raises:
+        UnknownNameError: the environment does not have a parameter that is to be drawn.
         UsageError: something else is to be drawn, or a path of a task that has none by formula.
     """
 
-    def __init__(self, problem: Problem, drawn: Iterable[str] = ()) -> None:
+    def __init__(
+        self, problem: Problem, drawn: Iterable[str] = (), physics: Mapping[str, Values] | None = None
+    ) -> None:
         self._problem = problem
+        self.physics = DrawnPhysics.of(problem.spec.env, {} if physics is None else physics)
         self._drawn = {cast("Drawn", drawn)} if isinstance(drawn, str) else set(cast("Iterable[Drawn]", drawn))
         if unknown := sorted(self._drawn - set(get_args(Drawn))):
             raise UsageError(f"{unknown[0]!r} cannot be drawn. Choose among {', '.join(get_args(Drawn))}.")
@@ -71,15 +82,17 @@ class Beginnings:
         Raises:
             UsageError: no random path has room in the arena.
         """
+        physics = self.physics.draw(rng)
         muscles = self._problem.body.muscle_count
         return Beginning(
             time=rng.uniform(0.0, 2.0 * np.pi / WAVE_RATE) if "phase" in self._drawn else 0.0,
             lead_in=np.tile(rng.uniform(-1.0, 1.0, muscles), (_LEAD_IN, 1)) if "pose" in self._drawn else None,
-            task=self._task(rng) if "path" in self._drawn else None,
+            task=self._task(with_physics(self._problem.spec, physics), rng) if "path" in self._drawn else None,
+            physics=physics,
         )
 
-    def _task(self, rng: np.random.Generator) -> Task:
-        spec = self._problem.spec
+    def _task(self, spec: RunSpec, rng: np.random.Generator) -> Task:
+        """A task with a random path that has room in the cell."""
         for _ in range(_TRIES):
             params = {**spec.task.kwargs, "path": "random", "path_seed": int(rng.integers(2**31))}
             ref = registry.resolve(Kind.TASK, Ref(spec.task.name, spec.task.version, tuple(sorted(params.items()))))

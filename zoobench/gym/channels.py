@@ -2,7 +2,7 @@
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from zoobench.arrays import Array
 from zoobench.cell.observation import Layout
+from zoobench.cell.vector_parts import Action, action_parts
 from zoobench.controllers.base import PHASE_COUNT, WAVE_RATE
 from zoobench.controllers.sine_basis import SineBasis, WavesNow
 from zoobench.errors import UsageError
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 Floats = NDArray[np.float32]
-Action = Literal["waves", "muscles"]
 
 LARGEST = 100.0
 """Bound of an observation [body lengths] or [20 body lengths/s]: far beyond what a robot does without blowing up."""
@@ -51,8 +51,7 @@ class Channels:
             raise UsageError(f"Actions {action!r} are not offered. Choose one of {', '.join(get_args(Action))}.")
         self._muscle_count, self._action = muscle_count, action
         self._waves = WavesNow(_BASIS, muscle_count)
-        count = _BASIS.parameter_count(muscle_count) if action == "waves" else muscle_count
-        self.action_space = spaces.Box(-1.0, 1.0, (count,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (action_parts(muscle_count, action)[-1].stop,), np.float32)
         high = _bounds(layout)
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
 

@@ -1,6 +1,6 @@
 """Many worlds in one solver as a Gymnasium vector environment."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -10,10 +10,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from zoobench.cell.session import Session
+from zoobench.cell.vector_parts import Action, action_parts, observation_parts
 from zoobench.errors import UsageError
-from zoobench.gym.channels import Action, Floats
+from zoobench.gym.beginnings import Beginnings
+from zoobench.gym.channels import Floats
+from zoobench.gym.drawn_physics import Values
 from zoobench.gym.registration import FRAMES
 from zoobench.gym.worlds import METADATA, Worlds, outcome, problem_of, refuse_options
+from zoobench.render.viewpoint import CameraName, View
 
 Numbers = NDArray[Any]
 Stepped = tuple[Floats, Numbers, Numbers, Numbers, dict[str, Any]]
@@ -27,9 +31,14 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
     `final_info` what `ZooEnv` tells at its end.
 
     Args:
-        env, design, task, action, fidelity, frames, draw, render_mode: as in `ZooEnv`.
+        env, design, task, action, fidelity, frames, draw, render_mode, width, height, camera: as in `ZooEnv`.
+        physics: none, as the worlds of one solver share their physics.
         num_envs: number of worlds.
         max_episode_steps: what `gymnasium.make_vec` gives; episodes of more frames are refused.
+
+    Attributes:
+        observation_parts, action_parts: name, place, shape and unit of every part of an observation and of an action,
+            each a `zoobench.cell.vector_parts.VectorPart`. As a table: `DataFrame(env.unwrapped.observation_parts)`.
 
     Raises:
         UnknownNameError, UsageError, SceneError: the components or options are unknown or cannot be simulated.
@@ -48,7 +57,11 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
         fidelity: str = "standard",
         frames: int = FRAMES,
         draw: Iterable[str] = (),
+        physics: Mapping[str, Values] | None = None,
         render_mode: str | None = None,
+        width: int = View.width,
+        height: int = View.height,
+        camera: CameraName = View.camera,
         max_episode_steps: int | None = None,
     ) -> None:
         if max_episode_steps is not None and max_episode_steps < frames:
@@ -56,9 +69,19 @@ class ZooVectorEnv(VectorEnv[Floats, Floats, Numbers]):
                 f"Episodes of {frames} frames do not fit into max_episode_steps={max_episode_steps}. "
                 f"Give max_episode_steps={frames}, too."
             )
+        if physics:
+            raise UsageError(
+                "The worlds of one solver share their physics, and physics drawn for each were asked for. Make "
+                "worlds with solvers of their own: gymnasium.make_vec(..., vectorization_mode='sync')."
+            )
         problem = problem_of(env, design, task, fidelity, frames, num_envs)
-        self._take(Worlds(problem, num_envs, action, draw, render_mode))
+        self._take(
+            Worlds(problem, num_envs, action, Beginnings(problem, draw), View(width, height, camera), render_mode)
+        )
         self.render_mode = render_mode
+        muscles = problem.body.muscle_count
+        self.observation_parts = observation_parts(muscles, problem.task)
+        self.action_parts = action_parts(muscles, action)
 
     @classmethod
     def of(cls, session: Session, action: Action = "waves") -> Self:

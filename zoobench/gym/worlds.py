@@ -1,6 +1,6 @@
 """The worlds behind an environment, simulated from the first episode on: what one world and many have in common."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -12,12 +12,15 @@ from zoobench.arrays import Array
 from zoobench.cell.free_cell import free_cell
 from zoobench.cell.problem import Problem
 from zoobench.cell.session import Session, Step, new_session, observation_model
+from zoobench.cell.vector_parts import Action
 from zoobench.errors import UsageError
 from zoobench.gym.beginnings import Beginning, Beginnings
-from zoobench.gym.channels import Action, Channels, Floats
+from zoobench.gym.channels import Channels, Floats
+from zoobench.gym.drawn_physics import with_physics
 from zoobench.render.pace import Pace
 from zoobench.render.present import Present
-from zoobench.spec import FRAME_SECONDS
+from zoobench.render.viewpoint import View
+from zoobench.spec import FRAME_SECONDS, Scalar
 from zoobench.tasks.base import Task
 
 if TYPE_CHECKING:
@@ -37,7 +40,8 @@ class Worlds:
         problem: the cell.
         count: number of worlds.
         action: see `Channels`.
-        drawn: see `Beginnings`.
+        beginnings: of its episodes.
+        view: of the pictures.
         render_mode: None, `rgb_array`, or `human` for a page in the browser that shows the first world.
 
     Raises:
@@ -45,10 +49,17 @@ class Worlds:
     """
 
     _beginnings: Beginnings | None = None
+    _view = View()
     _is_shown = False
 
     def __init__(
-        self, problem: Problem, count: int, action: Action, drawn: Iterable[str] = (), render_mode: str | None = None
+        self,
+        problem: Problem,
+        count: int,
+        action: Action,
+        beginnings: Beginnings,
+        view: View,
+        render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *METADATA["render_modes"]):
             raise UsageError(
@@ -58,7 +69,7 @@ class Worlds:
             raise UsageError(f"The design {problem.spec.design.name!r} is a design space. Choose a fixed body.")
         self._problem = problem
         self._take(count, Channels(problem.body.muscle_count, observation_model(problem).layout, action))
-        self._beginnings = Beginnings(problem, drawn)
+        self._beginnings, self._view = beginnings, view
         self._is_shown = render_mode == "human"
 
     @classmethod
@@ -82,6 +93,10 @@ class Worlds:
         """The session, which starts the simulator."""
         return new_session(self._problem, self.count, keeps_history=True)
 
+    def physics(self, world: int) -> dict[str, Scalar]:
+        """The parameters of the environment that were drawn for the episode of a world, by name."""
+        return dict(self._begun[world].physics)
+
     def begin(self, generators: Sequence[np.random.Generator], worlds: Iterable[int] | None = None) -> Floats:
         """Begin episodes in these worlds, by default in all; inputs of the policy for all `[worlds, count]`.
 
@@ -96,6 +111,8 @@ class Worlds:
             if picture := self._pictures.pop(world, None):
                 picture.close()
         begun = {world: self._begun[world] for world in chosen}
+        if self._beginnings is not None and self._begun[0].physics:
+            self._move_to(self._begun[0].physics, self._beginnings.physics.recurs)
         lead_ins = {world: each.lead_in for world, each in begun.items() if each.lead_in is not None}
         tasks = {world: each.task for world, each in begun.items() if each.task is not None}
         seen = self._inputs(self.session.begin(chosen, lead_ins=lead_ins, tasks=tasks))
@@ -129,7 +146,7 @@ class Worlds:
 
         present = Present.of(self.session, world)
         if world not in self._pictures:
-            self._pictures[world] = LivePicture(self._problem, present.positions, self._task(world))
+            self._pictures[world] = LivePicture(self._problem, present.positions, self._task(world), self._view)
         return self._pictures[world].at(present)
 
     def close(self) -> None:
@@ -139,6 +156,15 @@ class Worlds:
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
+
+    def _move_to(self, physics: Mapping[str, Scalar], recurs: bool) -> None:
+        """Simulate in other physics from here on: a scene of its own, which comes to rest anew.
+
+        That is for a single world, as all worlds of a solver share their scene. Physics that do not recur would fill
+        the folder of scenes at rest.
+        """
+        self._problem = Problem(with_physics(self._problem.spec, physics), worlds=1)
+        self.session = new_session(self._problem, 1, keeps_history=True, keeps_rest=recurs)
 
     def _show_start(self) -> None:
         """Show the start of the first world's episode on a page, whose address is said when it is opened."""
@@ -181,7 +207,7 @@ def refuse_options(options: object) -> None:
     if options:
         raise UsageError(
             f"reset takes no options, and {options!r} was given. What is drawn for an episode is chosen when the "
-            "environment is made: draw=('pose', 'phase', 'path')."
+            "environment is made: draw=('pose', 'phase', 'path') and physics={'friction': (0.2, 0.8)}."
         )
 
 

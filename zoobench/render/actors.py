@@ -75,12 +75,12 @@ def put_ground(canvas: Canvas, region: Region, towards: Array) -> None:
         )  # fmt: skip
 
 
-def put_medium(canvas: Canvas, region: Region, pixels_per_metre: float) -> Update:
-    """The medium's particles; if it hides the robot, those behind the robot and an outline of the rest."""
+def put_medium(canvas: Canvas, region: Region, pixels_per_metre: float, *, from_above: bool = False) -> Update:
+    """The medium's particles; if it hides the robot, those behind or, seen `from_above`, below it and an outline."""
     recording = region.recording
     if not recording.medium.shape[1]:
         return lambda _: None
-    shown = shown_grains(region)
+    shown = shown_grains(region, axis=1 if from_above else 2)
     if region.immersed:
         _put_tank(canvas, region)
     colour = np.array(medium_colour(recording.scene))
@@ -103,12 +103,12 @@ def put_medium(canvas: Canvas, region: Region, pixels_per_metre: float) -> Updat
     return update
 
 
-def shown_grains(region: Region) -> Mask:
-    """Which of the medium's particles are drawn: all, or where they hide the robot those behind it."""
+def shown_grains(region: Region, axis: int = 2) -> Mask:
+    """Which of the medium's particles are drawn: all, or where they hide the robot those behind it along an axis."""
     places = region.recording.medium[0]
     if not region.immersed:
         return np.ones(len(places), bool)
-    behind: Mask = places[:, 2] < region.recording.centre[0, 2]
+    behind: Mask = places[:, axis] < region.recording.centre[0, axis]
     return behind
 
 

@@ -1,13 +1,26 @@
 """The part of a world that is drawn, and the camera that looks at it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 
 from zoobench.arrays import Array
+from zoobench.errors import UsageError
 from zoobench.render.recording import Recording
 
-_ELEVATION, _AZIMUTH = 30.0, 72.0  # of the camera [degrees]
+CameraName = Literal["film", "follow", "side", "top"]
+
+_ANGLES: dict[CameraName, tuple[float, float]] = {
+    "film": (30.0, 72.0),
+    "follow": (30.0, 72.0),
+    "side": (8.0, 90.0),
+    "top": (90.0, 90.0),
+}
+"""Elevation and azimuth of every camera [degrees], see `camera_at`."""
+
+_SMALLEST_SIDE, _LARGEST_SIDE = 16, 4096  # of a picture [pixels]
+_NEAR = 0.5  # [body lengths] around the robot that a camera sees which follows it
 _SMALLEST = (0.2, 0.15)  # length and width of the ground that is drawn where nothing bounds it [m]
 _MARGIN = 0.03  # [m] of ground around what moves
 _HEADROOM = 0.01  # [m]
@@ -88,16 +101,57 @@ class Camera:
     half_height: float
 
 
-def camera_for(region: Region, aspect: float) -> Camera:
-    """A view from the right of the robot, in front of it and above, that holds the whole region.
+@dataclass(frozen=True)
+class View:
+    """How a world is to be looked at.
+
+    Attributes:
+        width, height: of the picture [pixels].
+        camera: `film` and `follow` look from the right of the robot, in front of it and above, `side` from its right,
+            `top` from above, where ahead is to the right. `follow` is near the robot and goes with it; the others hold
+            all that is drawn.
+
+    Raises:
+        UsageError: there is no such camera, or no picture of this size.
+    """
+
+    width: int = 640
+    height: int = 360
+    camera: CameraName = "film"
+
+    def __post_init__(self) -> None:
+        for side in (self.width, self.height):
+            if not isinstance(side, int) or not _SMALLEST_SIDE <= side <= _LARGEST_SIDE:
+                raise UsageError(
+                    f"A picture of {self.width!r} x {self.height!r} pixels cannot be drawn. Give whole numbers from "
+                    f"{_SMALLEST_SIDE} to {_LARGEST_SIDE}."
+                )
+        if self.camera not in _ANGLES:
+            *others, last = get_args(CameraName)
+            raise UsageError(f"A camera {self.camera!r} is not offered. Choose {', '.join(others)} or {last}.")
+
+
+def camera_for(region: Region, aspect: float, name: CameraName = "film") -> Camera:
+    """A camera that holds the whole region, or what is near the robot at its start, see `View`.
 
     Args:
         aspect: width of the picture by its height; a part at the top and on the right is left to text.
+        name: of the camera.
     """
+    if name == "follow":
+        region = _near(region)
     wider = np.array([region.apron, 0.0, region.apron])
     box = (region.low - wider, region.high + wider)
     corners = np.array([[box[bit >> d & 1][d] for d in range(3)] for bit in range(8)])
-    return camera_at(corners, _ELEVATION, _AZIMUTH, aspect, room=_ROOM, shift=_SHIFT)
+    return camera_at(corners, *_ANGLES[name], aspect, room=_ROOM, shift=_SHIFT)
+
+
+def _near(region: Region) -> Region:
+    """What is near the robot at its start."""
+    robot = region.recording.robot[0, region.recording.solid].astype(float)
+    around = np.array([1.0, 0.0, 1.0]) * _NEAR * np.ptp(robot[:, 0])
+    low, high = robot.min(axis=0) - around, robot.max(axis=0) + around
+    return replace(region, low=low, high=high, apron=0.0)
 
 
 def camera_at(

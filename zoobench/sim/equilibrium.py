@@ -36,10 +36,13 @@ _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
 """Of /proc/cpuinfo: the first two on x86, the others on ARM."""
 
 
-def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008) -> Matter | None:
+def equilibrated(
+    scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds: float = 0.008, is_kept: bool = True
+) -> Matter | None:
     """The scene's state of rest, for `Solver(..., start=...)`: see `come_to_rest`; None for no frames.
 
-    A damaged file is replaced, and where no file can be written the state is computed every time.
+    A damaged file is replaced, and where no file can be written the state is computed every time. One that is not to be
+    kept, as it will not be asked for again, is not written.
 
     Raises:
         DivergenceError: the scene diverges.
@@ -52,9 +55,10 @@ def equilibrated(scene: Scene, fidelity: Fidelity, frames: int, *, frame_seconds
     kept = _read(path)
     if kept is None:
         kept = come_to_rest(Solver(scene, fidelity, frame_seconds=frame_seconds), frames)
-        with contextlib.suppress(OSError):
-            _write(path, kept)
-            _trim(path.parent)
+        if is_kept:
+            with contextlib.suppress(OSError):
+                _write(path, kept)
+                _trim(path.parent)
     return kept
 
 

@@ -235,9 +235,19 @@ class Situation:
         return torch.mv(torch.stack([self.ahead, self.right]), vector)
 
 
+class ObservedPart(NamedTuple):
+    """A part of an observation, in words: its unit, - for pure numbers, and what it is."""
+
+    unit: str
+    meaning: str
+
+
 @runtime_checkable
 class Observed(Protocol):
-    """A task that adds to the observation; of any other a closed loop knows the time left only."""
+    """A task that adds to the observation; of any other a closed loop knows the time left only.
+
+    An attribute `observed_parts` may hold an `ObservedPart` for each of the names, which tables of observations show.
+    """
 
     def observed(self, situation: Situation) -> "Mapping[str, Tensor]":
         """What the task adds, by name, each `[count]`, in numbers of order one; differentiable by the situation.

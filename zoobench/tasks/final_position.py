@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task, constant
+from zoobench.tasks.base import Motion, ObservedPart, Situation, Task, constant
 from zoobench.tasks.readings import common_readings
 
 if TYPE_CHECKING:
@@ -29,6 +29,9 @@ class FinalPosition(Task):
     x: float = 0.1
     z: float = 0.0
     unit: ClassVar[str] = "m"
+    observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
+        "target_position": ObservedPart("body lengths", "from the centre of mass: ahead, right"),
+    }
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """The place relative to the centre of mass [body lengths], ahead and right."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from zoobench.errors import UsageError
 from zoobench.inputs import NO_FILE, InputFile
 from zoobench.registry import COMPOSED, Kind, register
-from zoobench.tasks.base import Motion, Observed, Route, Situation, Task
+from zoobench.tasks.base import Motion, Observed, ObservedPart, Route, Situation, Task
 from zoobench.tasks.final_position import FinalPosition
 from zoobench.tasks.movement_speed import MovementSpeed
 from zoobench.tasks.paths import PathShape
@@ -79,6 +79,15 @@ class Mix(Task):
     def routes(self) -> tuple[Route, ...]:
         """The paths of the targets of its tasks."""
         return tuple(route for _, task in self.terms.values() for route in task.routes)
+
+    @property
+    def observed_parts(self) -> Mapping[str, ObservedPart]:
+        """Of what its tasks add."""
+        return {
+            f"{name}_{part}": told
+            for name, (_, task) in self.terms.items()
+            for part, told in getattr(task, "observed_parts", {}).items()
+        }
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """What its tasks add, each under the task's name."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, Task, constant
+from zoobench.tasks.base import Motion, ObservedPart, Situation, Task, constant
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.readings import common_readings
 
@@ -30,6 +30,9 @@ class MovementSpeed(Task):
 
     heading: float = 0.0
     unit: ClassVar[str] = "m/s"
+    observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
+        "target_direction": ObservedPart("-", "unit vector: ahead, right"),
+    }
 
     def observed(self, situation: Situation) -> Mapping[str, "Tensor"]:
         """The target direction, ahead and right."""

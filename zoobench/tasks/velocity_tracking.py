@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, target_at, targets_of
+from zoobench.tasks.base import Motion, ObservedPart, Situation, target_at, targets_of
 from zoobench.tasks.heading import heading, heading_error
 from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
@@ -45,6 +45,9 @@ class VelocityTracking(PathTask):
 
     direction_weight: float = 0.9
     unit: ClassVar[str] = "m/s"
+    observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
+        "target_velocity": ObservedPart("body lengths/s", "ahead, right"),
+    }
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.direction_weight <= 1.0:

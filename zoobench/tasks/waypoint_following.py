@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from zoobench.errors import UsageError
 from zoobench.registry import Kind, register
-from zoobench.tasks.base import Motion, Situation, target_at, targets_of
+from zoobench.tasks.base import Motion, ObservedPart, Situation, target_at, targets_of
 from zoobench.tasks.heading import heading_error
 from zoobench.tasks.path_task import PathTask
 from zoobench.tasks.readings import common_readings
@@ -37,6 +37,10 @@ class WaypointFollowing(PathTask):
 
     tolerance: float = 0.02
     unit: ClassVar[str] = "m"
+    observed_parts: ClassVar[Mapping[str, ObservedPart]] = {
+        "target_position": ObservedPart("body lengths", "from the centre of mass: ahead, right"),
+        "target_velocity": ObservedPart("body lengths/s", "ahead, right"),
+    }
 
     def __post_init__(self) -> None:
         if not self.tolerance > 0.0:
