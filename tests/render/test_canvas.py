@@ -46,3 +46,18 @@ def test_only_png_files_are_written(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
     save(image, tmp_path / "new" / "one.png")
     np.testing.assert_array_equal(imageio.imread(tmp_path / "new" / "one.png"), image)
+
+
+def test_few_colours_keep_those_of_small_things(tmp_path: Path) -> None:
+    """Beside large bodies of all shades the dots of a legend stay what they are, and are told apart."""
+    from PIL import Image
+
+    dots = [(247, 67, 100), (247, 167, 67), (67, 247, 147), (128, 67, 247), (247, 67, 230), (168, 168, 168)]
+    shade = np.linspace(0, 1, 300)[:, None] * np.linspace(0.3, 1, 400)[None, :]
+    picture = (shade[..., None] * np.array([90.0, 150.0, 240.0])).astype(np.uint8)
+    for place, dot in enumerate(dots):
+        picture[10:16, 20 * place : 20 * place + 6] = dot
+    save(picture, tmp_path / "sheet.png", colours=64)
+    kept = np.asarray(Image.open(tmp_path / "sheet.png").convert("RGB")).astype(int)
+    for place, dot in enumerate(dots):
+        assert np.abs(kept[12, 20 * place + 2] - dot).max() <= 12

@@ -129,7 +129,10 @@ def save(image: Image, path: Path, *, colours: int | None = None) -> None:
     picture = Pillow.fromarray(image)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        (picture if colours is None else picture.quantize(colours)).save(path, optimize=True)
+        if colours is not None:
+            # the usual median cut gives the colours of small things, as a legend's, to large ones
+            picture = picture.quantize(colours, method=Pillow.Quantize.MAXCOVERAGE)
+        picture.save(path, optimize=True)
     except OSError as error:
         raise UsageError(
             f"{str(path)!r} cannot be written: {reason(error)}. Give a file in a folder that you may write to."
