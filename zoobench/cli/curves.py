@@ -71,4 +71,4 @@ def curves(
     for note in footnotes(result.spec.env for result in results):
         say(note)
     if not listing.rows:
-        say("No finished run has a learning curve yet. `zoobench run --env desert --task turning` makes some.")
+        say("No finished run has a learning curve yet. Try: zoobench run --env desert --task turning")
