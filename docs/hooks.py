@@ -1,5 +1,6 @@
-"""Pages of the site that are made from the code: the reference and the leaderboards."""
+"""Pages of the site that are made from the code: the reference, the leaderboards and the notebooks."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are not files of the folder `docs`."""
     pages = {"reference/commands.md": commands(), "reference/components.md": components()}
     pages |= reference_pages.pages()
+    for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.py")):
+        pages[f"notebooks/{notebook.stem}.md"] = notebook_page(notebook)
     for board in sorted((ROOT / "leaderboards").glob("*.md")):
         pages[f"leaderboards/{board.name}"] = board.read_text(encoding="utf-8")
     for path, text in pages.items():
@@ -29,6 +32,21 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Name the folders outside the site that pages link to in the repository."""
     return markdown.replace("[benchmarks](../benchmarks)", "the folder `benchmarks`")
+
+
+def notebook_page(notebook: Path) -> str:
+    """A notebook in percent format as Markdown: its text, and its code in blocks."""
+    _, *cells = re.split(r"^# %%", notebook.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    parts = []
+    for cell in cells:
+        kind, _, body = cell.partition("\n")
+        is_text = kind.strip() == "[markdown]"
+        parts.append(re.sub(r"^# ?", "", body, flags=re.MULTILINE) if is_text else f"```python\n{body.strip()}\n```\n")
+    name = notebook.relative_to(ROOT).as_posix()
+    parts.append(
+        f"The notebook is the file `{name}`. It runs as a script, and Jupyter opens it with `pip install jupytext`.\n"
+    )
+    return "\n".join(parts)
 
 
 def commands() -> str:

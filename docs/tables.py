@@ -14,7 +14,7 @@ from zoobench.report.leaderboard_export import from_text
 from zoobench.spec import Ref
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "docs/accuracy.md", "docs/guide/results.md")
+PAGES = ("README.md", "docs/accuracy.md", "docs/guide/results.md", "docs/guide/results-bodies.md")
 
 _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",

@@ -32,10 +32,9 @@ def test_two_commands_come_first_and_the_checks_use_the_same() -> None:
 def test_every_example_is_understood(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each `zoobench run` of the examples is a command line that `plan` accepts."""
     monkeypatch.chdir(ROOT)
-    examples = re.findall(
-        r"^zoobench run (.*?)(?:\s+#.*)?$", blocks(GUIDE / "commands.md", "sh")[0], flags=re.MULTILINE
-    )
-    assert len(examples) >= 5
+    printed = "".join(blocks(GUIDE / "runs.md", "sh"))
+    examples = re.findall(r"^zoobench run (.*?)(?:\s+#.*)?$", printed, flags=re.MULTILINE)
+    assert len(examples) >= 15
     for example in examples:
         options = shlex.split(example.replace("--retry failed", ""))
         with pytest.raises(SystemExit) as stop:

@@ -62,7 +62,7 @@ def test_smoke_runs_alone_are_nothing_to_show(zoobench: Command, tmp_path: Path)
     with Store(tmp_path / "zoobench.db") as store:
         add_curve(store, make_spec(fidelity="smoke-v1"), [0.2])
     for form in ("table", "csv"):
-        assert "No finished run has a curve yet" in zoobench("curves", "--format", form).err
+        assert "No finished run has a learning curve yet" in zoobench("curves", "--format", form).err
 
 
 @pytest.mark.parametrize(

@@ -65,11 +65,11 @@ def test_its_own_place_is_the_default(zoobench: Command, score: float) -> None:
 
 def test_what_is_left_out_of_the_matrix_is_not_nothing(zoobench: Command, score: float) -> None:
     """Before anything was evaluated, and when only smoke was."""
-    assert "Nothing was evaluated elsewhere yet" in zoobench("evaluate").err
+    assert "No solution was evaluated elsewhere yet" in zoobench("evaluate").err
     assert zoobench("evaluate", "1", "--fidelity", "smoke").code == 0
     shown = zoobench("evaluate", "--format", "json")
     assert json.loads(shown.out) == []
-    assert "was found or tried at fidelity smoke" in shown.err
+    assert "are of the fidelity smoke" in shown.err
 
 
 def test_what_cannot_be_evaluated_is_refused(zoobench: Command, score: float) -> None:

@@ -101,12 +101,12 @@ def test_doctor_finds_a_changed_number(zoobench: Command, database: Path) -> Non
     assert "; and 2 more" in checks["database"]["detail"]
 
 
-def test_doctor_mends_what_can_be(zoobench: Command, database: Path) -> None:
+def test_doctor_repairs_what_can_be(zoobench: Command, database: Path) -> None:
     """It says what it has done, and finds the database intact."""
     with sqlite3.connect(database) as connection:
         connection.execute("UPDATE finals SET value = value * 2 WHERE run_id = 1 AND name = 'score'")
     connection.close()
-    reply = zoobench("doctor", "--mend", "--format", "json")
+    reply = zoobench("doctor", "--repair", "--format", "json")
     assert reply.code == 0
-    assert "run 1, whose results had changed, is queued to be done again" in reply.err
-    assert "nothing to mend" in zoobench("doctor", "--mend", "--format", "json").err
+    assert "run 1 is queued again: its results had changed" in reply.err
+    assert "nothing to repair" in zoobench("doctor", "--repair", "--format", "json").err

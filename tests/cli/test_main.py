@@ -1,9 +1,12 @@
 """The command line as a whole: help, light imports, exit codes, documentation."""
 
 import json
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -128,6 +131,21 @@ def test_every_command_has_help_and_is_in_the_guide(zoobench: Command, command: 
 def test_summaries_are_shown_whole_in_the_overview(zoobench: Command) -> None:
     """No summary is so long that the overview cuts it off."""
     assert "..." not in zoobench("-h").out.replace("[ARGS]...", "")
+
+
+def _options(command: Any, name: str = "zoobench") -> Iterator[tuple[str, str]]:
+    """Name and help of every option and argument of a command and its subcommands."""
+    yield from ((f"{name} {each.opts[0]}", each.help) for each in command.params)
+    for word, child in getattr(command, "commands", {}).items():
+        yield from _options(child, f"{name} {word}")
+
+
+def test_every_option_is_explained_in_sentences() -> None:
+    """Each help text is a whole sentence that names the thing, without pointing to the option before it."""
+    texts = dict(_options(get_command(app)))
+    assert len(texts) > 150
+    pointing = re.compile(r"^(Of|What|How|Instead|Where [a-z]+s) |[Ll]ikewise|anew|if not given")
+    assert not [name for name, text in texts.items() if not text or not text.endswith(".") or pointing.search(text)]
 
 
 def test_version(zoobench: Command) -> None:

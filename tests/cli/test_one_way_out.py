@@ -200,7 +200,7 @@ def test_a_paper_gets_the_table_that_it_asks_for(zoobench: Command, odd: Path) -
         (("--rename", "lion"), "Write --rename lion='Lion (ours)'"),
         (("--unit", "furlongs"), "The units are"),
         (("--label", "a b"), "no label"),
-        (("--unit", "mm/s", "-f", "csv"), "is for people"),
+        (("--unit", "mm/s", "-f", "csv"), "changes tables for people"),
     ):
         refused = zoobench("table", *words)
         assert refused.code == 2, words

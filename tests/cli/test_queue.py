@@ -43,7 +43,7 @@ def test_runs_are_queued_and_a_worker_does_them(
     assert "2 done of 2 taken" in reply.err
     with Store(tmp_path / "zoobench.db") as store:
         assert [row.state for row in store.runs()] == [RunState.QUEUED, RunState.DONE, RunState.DONE]
-    assert "Nothing is to be done" in zoobench("run", *CELL, "--no-wait").err
+    assert "No run is left to do" in zoobench("run", *CELL, "--no-wait").err
     assert zoobench("work", "--sweep", "7").code == 2
     assert zoobench("run", *CELL, "--no-wait", "--memory", "2GB").code == 2
 
@@ -93,8 +93,8 @@ def test_cancelled_runs_are_not_done_until_they_are_asked_for(zoobench: Command,
     assert zoobench("cancel").code == 2
     assert "1 cancelled, 0 had ended" in zoobench("cancel", "1").err
     assert "1 cancelled, 1 had ended" in zoobench("cancel", "--sweep", "1").err
-    assert "Nothing is to be done" in zoobench("run", *CELL, "--no-wait").err
-    assert "2 to be done again" in zoobench("run", *CELL, "--no-wait", "--retry", "cancelled").err
+    assert "No run is left to do" in zoobench("run", *CELL, "--no-wait").err
+    assert "2 to be repeated" in zoobench("run", *CELL, "--no-wait", "--retry", "cancelled").err
     with Store(tmp_path / "zoobench.db") as store:
         assert store.counts() == {RunState.QUEUED: 2}
 
@@ -110,7 +110,7 @@ def test_runs_are_removed_only_on_demand_and_with_what_needs_them(zoobench: Comm
     reply = zoobench("remove", "1")
     assert reply.code == 0
     assert "would remove 2" in reply.err
-    assert "which needs one of them" in reply.err
+    assert "which depends on one of them" in reply.err
     assert zoobench("remove", "1", "--yes").code == 0
     with Store(tmp_path / "zoobench.db") as store:
         assert [row.id for row in store.runs()] == [3]
@@ -126,9 +126,9 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
             deque(store.save_study("transfer", [StudyRow("run 1 in ice", "OK", {})], provenance={}), maxlen=0)
     reply = zoobench("merge", "a.db", "b.db")
     assert reply.code == 1
-    assert reply.err.splitlines()[0] == "1 added, 1 different"
-    assert reply.err.splitlines()[-1] == "Left in the other database: 1 sweeps, 1 rows of transfer"
-    assert "run 1 here and run 1 there differ in finals" in reply.err
+    assert reply.err.splitlines()[0] == "1 added, 1 differing"
+    assert reply.err.splitlines()[-1] == "Not merged: 1 sweeps, 1 rows of transfer"
+    assert "run 1 of the target and run 1 of the source differ in finals" in reply.err
     assert zoobench("merge", "a.db", "./a.db").code == 2
     assert zoobench("merge", "new.db", "a.db").code == 0
     with sqlite3.connect("a.db") as connection:
@@ -136,7 +136,7 @@ def test_databases_are_merged_and_differences_named(zoobench: Command, tmp_path:
     connection.close()
     reply = zoobench("merge", "newer.db", "a.db")
     assert reply.code == 0
-    assert "Without a digest, so that nothing proves their results: 1, here 1" in reply.err
+    assert "1 runs without a digest, whose results cannot be verified, in the target: 1" in reply.err
     reply = zoobench("merge", "other.db", "none.db")
     assert reply.code == 2
     assert reply.err.strip().endswith("There is no database none.db to take runs from. Name one that exists.")

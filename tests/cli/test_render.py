@@ -37,7 +37,7 @@ def test_a_picture_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     stored(tmp_path / "zoobench.db", 5.0)
     reply = zoobench("render", SPEC.key()[:8], "-o", "run.png", "--width", 640)
     assert (reply.code, reply.out) == (0, "run.png\n"), reply.err
-    assert "and 5 is stored" in reply.err
+    assert "the stored one 5" in reply.err
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 

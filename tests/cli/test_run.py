@@ -139,7 +139,7 @@ def test_a_failed_run_gives_exit_code_1_and_is_repeated_only_on_demand(
     pretend()
     reply = zoobench("run", *CELL, "--seeds", "1")
     assert reply.code == 1
-    assert "1 unsuccessful before" in reply.err
+    assert "1 failed before" in reply.err
     assert zoobench("run", *CELL, "--seeds", "1", "--retry", "diverged").code == 1
     assert states(tmp_path / "zoobench.db") == [RunState.FAILED]
     assert zoobench("run", *CELL, "--seeds", "1", "--retry", "failed").code == 0
@@ -154,7 +154,7 @@ def test_rerun_does_a_finished_run_again(zoobench: Command, tmp_path: Path, pret
         before = store.finals(1)
     reply = zoobench("run", *CELL, "--seeds", "1", "--rerun", "rand*")
     assert reply.code == 0
-    assert "1 to be done again" in reply.err
+    assert "1 to be repeated" in reply.err
     with Store(tmp_path / "zoobench.db") as store:
         assert [attempt.outcome for attempt in store.attempts(1)] == [RunState.DONE, RunState.DONE]
         assert store.finals(1) == before
@@ -206,7 +206,7 @@ def test_an_interrupted_run_says_how_to_go_on(
     pretend(iterations=20)
     reply = zoobench("run", *CELL, "--seeds", "1")
     assert reply.code == 0
-    assert "0 new, 1 under way" in reply.err
+    assert "0 new, 1 in progress" in reply.err
     with Store(tmp_path / "zoobench.db") as store:
         first, second = store.attempts(1)
     assert (first.outcome, second.outcome) == (RunState.CANCELLED, RunState.DONE)
@@ -222,7 +222,7 @@ def test_plan_runs_nothing_and_makes_no_database(zoobench: Command, tmp_path: Pa
     assert re.search(r"new +(\d+ min )?\d+ s\n", zoobench("plan", *CELL).out)
     assert "2 runs to do of 2" in reply.err
     assert "Estimated: 2 by measured rates" in reply.err
-    assert re.search(r"Memory: up to [1-9][0-9]+ MiB a run", reply.err)
+    assert re.search(r"Memory: up to [1-9][0-9]+ MiB per run", reply.err)
     reply = zoobench("plan", "--env", "desert[relief=0.01]", *CELL[2:], "--format", "json")
     assert {record["estimate_s"] for record in json.loads(reply.out)} == {None}
     assert "Estimated: 2 unknown" in reply.err

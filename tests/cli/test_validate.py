@@ -34,7 +34,7 @@ def test_a_missed_bound_is_exit_code_1(zoobench: Command, monkeypatch: pytest.Mo
     monkeypatch.setattr(validation_suite, "CASES", (case,))
     reply = zoobench("validate", "--format", "csv")
     assert reply.code == 1
-    assert "made-up: MISSED" in reply.err
+    assert "made-up: FAILED" in reply.err
     lines = reply.out.splitlines()
     assert lines[1].startswith("made-up,good,0.5,<= 1,-,True,none,float64,")
     assert lines[2].startswith("made-up,bad,2.0,<= 1,m,False,none,float64,")
@@ -50,6 +50,6 @@ def test_a_known_shortfall_is_listed_with_its_reason(zoobench: Command, monkeypa
     monkeypatch.setattr(validation_suite, "CASES", (case,))
     reply = zoobench("validate", "--format", "csv")
     assert reply.code == 0
-    assert "made-up: falls short, as is known" in reply.err
+    assert "made-up: known shortfall" in reply.err
     assert "drift 2 <= 1 (known shortfall: water is thick)" in " ".join(reply.err.split())
     assert reply.out.splitlines()[1].startswith("made-up,drift,2.0,<= 1,m,False,none,float64,")

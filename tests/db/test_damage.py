@@ -57,7 +57,7 @@ def test_others_are_read_beside_a_damaged_run(store: Store, caplog: pytest.LogCa
         assert [run.id for run in store.newest(5)] == [3, 1]
         assert len(store.past([spec()])) <= 2
     (record,) = caplog.records
-    assert "doctor --mend" in record.message
+    assert "doctor --repair" in record.message
     assert store.damage() == ["the settings of run 2 have changed"]
 
 
@@ -97,10 +97,10 @@ def test_settings_are_mended_by_what_is_left_of_them(store: Store) -> None:
     _change(store, f"UPDATE specs SET document = '?' WHERE key = '{KEY}'")
     _change(store, f"UPDATE specs SET env = 'sea-v1', seed = 9 WHERE key = '{spec(0).key()}'")
     said = store.mend()
-    assert sorted(said) == ["the settings of run 1 were written anew", "the settings of run 2 were written anew"]
+    assert sorted(said) == ["the settings of run 1 were restored", "the settings of run 2 were restored"]
     assert (store.runs(), store.damage(), store.mend()) == (before, [], [])
     _damage(store)
-    assert store.mend() == ["run 2 was removed, as nothing tells its settings"]
+    assert store.mend() == ["run 2 was removed: its settings cannot be restored"]
     assert [run.id for run in store.runs()] == [1, 3]
     assert store.damage() == []
 
@@ -108,7 +108,7 @@ def test_settings_are_mended_by_what_is_left_of_them(store: Store) -> None:
 def test_a_run_with_other_results_is_queued_again(store: Store) -> None:
     """Its settings decide them; those that are intact stay."""
     _change(store, "UPDATE finals SET value = 9e9 WHERE run_id = 2")
-    assert store.mend() == ["run 2, whose results had changed, is queued to be done again"]
+    assert store.mend() == ["run 2 is queued again: its results had changed"]
     assert [run.state for run in store.runs()] == [RunState.DONE, RunState.QUEUED, RunState.DONE]
     assert store.damage() == []
 

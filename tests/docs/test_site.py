@@ -61,8 +61,18 @@ def test_pages_of_guide_and_leaderboards_are_in_the_navigation(site: Path) -> No
     pages = [path for path in (ROOT / "docs").rglob("*.md") if path.name != "index.md"]
     assert len(pages) > 10
     places = [path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in pages]
+    places += [f"notebooks/{notebook.stem}" for notebook in (ROOT / "docs" / "notebooks").glob("*.py")]
     places += [f"leaderboards/{board.stem}" for board in (ROOT / "leaderboards").glob("*.md")]
     assert not [place for place in places if f'href="{place}/' not in first]
+
+
+def test_a_notebook_is_a_page_of_text_and_code(site: Path) -> None:
+    """Its comments are text with headings, its cells are blocks, and no mark of the percent format is left."""
+    page = (site / "notebooks" / "compare" / "index.html").read_text(encoding="utf-8")
+    assert 'id="learning-curves"' in page
+    assert "zoobench" in page
+    assert "# %%" not in page
+    assert "jupytext:" not in page
 
 
 def test_tables_of_pages_are_those_of_what_was_published() -> None:

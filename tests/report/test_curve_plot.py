@@ -116,6 +116,22 @@ def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: p
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
 
 
+def test_the_axes_of_a_narrow_figure_are_named_within_it(store: Store, tmp_path: Path) -> None:
+    """No word is cut off at the edge of a figure of 60 mm."""
+    from matplotlib.figure import Figure
+
+    drawn: list[Figure] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        results = choose_results(store, RunSelection(env="ice"))
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png", width=60.0)
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    label = figure.axes[0].xaxis.label.get_window_extent()
+    assert label.x0 >= 0.0
+    assert label.x1 <= figure.bbox.x1
+
+
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:
     """85 mm are 241 points; the fonts are embedded as TrueType, and the caption is left to the paper."""
     results = choose_results(store, RunSelection())

@@ -45,21 +45,32 @@ def _group() -> None:
 
 
 def _plan(
-    levels: Annotated[str, Option("--levels", help="Where gaits are evaluated, with commas.")] = (
+    levels: Annotated[str, Option("--levels", help="Fidelities at which gaits are evaluated, separated by commas.")] = (
         "draft,standard,paper,fine"
     ),
-    found: Annotated[str, Option("--found", help="Levels at which gaits are trained.")] = "draft,standard",
-    seeds: Annotated[int, Option("--seeds", help="Trainings of each.")] = 2,
-    iterations: Annotated[int, Option("--iterations", help="Length of a training.")] = 32,
-    stages: Annotated[int, Option("--stages", help="Gaits of a training: at its end, after half of it and so on.")] = 4,
-    gradients: Annotated[str, Option("--gradients", help="Finest level with gradients; empty: none.")] = "paper",
-    around: Annotated[str, Option("--around", help="Level at which knobs are turned; empty: none.")] = "",
-    draws: Annotated[int, Option("--draws", help="Random controllers, for comparison.")] = 0,
-    frames: Annotated[int, Option("--frames", help="Length of an episode in control frames.")] = 100,
-    beyond: Annotated[
-        str, Option("--beyond", help="Finer level at which solutions judge the finest of --levels; empty: none.")
+    found: Annotated[str, Option("--train-at", help="Fidelities at which gaits are trained.")] = "draft,standard",
+    seeds: Annotated[int, Option("--seeds", help="Training seeds per cell.")] = 2,
+    iterations: Annotated[int, Option("--iterations", help="Optimiser iterations per training run.")] = 32,
+    stages: Annotated[
+        int,
+        Option(
+            "--stages", help="Gaits per training run: the final one, the best after half of the iterations, and so on."
+        ),
+    ] = 4,
+    gradients: Annotated[
+        str, Option("--gradients", help="Finest fidelity at which gradients are compared; empty: none.")
+    ] = "paper",
+    around: Annotated[
+        str, Option("--vary-at", help="Fidelity whose numerical settings are varied one at a time; empty: none.")
     ] = "",
-    quick: Annotated[bool, Option("--quick", help="Two levels and a few frames, as a check.")] = False,
+    draws: Annotated[int, Option("--draws", help="Number of random controllers, evaluated for comparison.")] = 0,
+    frames: Annotated[int, Option("--frames", help="Episode length in control frames.")] = 100,
+    beyond: Annotated[
+        str, Option("--verify-at", help="Finer fidelity at which the finest of --levels is verified; empty: none.")
+    ] = "",
+    quick: Annotated[
+        bool, Option("--quick", help="Use two fidelities and a few frames, to check that the study works.")
+    ] = False,
 ) -> "StudyPlan":
     """The settings of the study."""
     from zoobench.verify.accuracy.plan import QUICK, StudyPlan
@@ -75,18 +86,20 @@ def run(
     env: EnvOption = "*",
     task: TaskOption = "movement-speed,turning",
     design: Annotated[
-        str, component_option("designs", "--design", "Designs; animals that live there if not given.")
+        str, component_option("designs", "--design", "Designs. Default: the animals of each environment.")
     ] = "",
-    energy: Annotated[str, Option("--energy", help="Levels whose energy is followed; empty: none.")] = "draft",
-    dry: Annotated[bool, Option("--dry-run", help="Only estimate the time.")] = False,
+    energy: Annotated[
+        str, Option("--energy", help="Fidelities whose energy balance is computed; empty: none.")
+    ] = "draft",
+    dry: Annotated[bool, Option("--dry-run", help="Estimate the time and start nothing.")] = False,
     jobs: WorkersOption = 2,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Carry out what is not done yet of the study.
+    """Run what the accuracy study has no result of yet.
 
-    Gaits are trained by gradient at some levels, and those of several stages of a training are evaluated at every
-    level, at the finest one with a second transfer too. Then the energy of a short episode is followed through every
-    substep. Interrupted, it goes on where it stopped when the same command is typed again.
+    Gaits are trained by gradient at the fidelities of --train-at. Gaits from several stages of each training run are
+    evaluated at every fidelity, at the finest also with a second transfer scheme. The energy balance of a short episode
+    is computed substep by substep. After an interruption, the same command resumes the study.
     """
     from zoobench import registry
     from zoobench.harness.grid import parse_selector
@@ -112,23 +125,27 @@ def run(
 def show(
     env: EnvOption = "*",
     task: TaskOption = "*",
-    table: Annotated[str, Option("--table", help="short, levels, matrix, knobs, random, energy or all.")] = "all",
-    source: Annotated[Path | None, Option("--from", help="A file of --export instead of the database.")] = None,
+    table: Annotated[
+        str, Option("--table", help="Table to print: short, levels, matrix, knobs, random, energy or all.")
+    ] = "all",
+    source: Annotated[
+        Path | None, Option("--from", help="Read a file written by --export instead of the database.")
+    ] = None,
     published: Annotated[
-        bool, Option("--published", help="Levels that come with zoobench, by which --tolerance chooses.")
+        bool, Option("--published", help="Show the results that come with zoobench and that --tolerance uses.")
     ] = False,
     export: Annotated[Path | None, Option("--export", help="Write the measurements to this file.")] = None,
     publish: Annotated[
-        Path | None, Option("--publish", help="Write the rows by which --tolerance and --decide choose.")
+        Path | None, Option("--publish", help="Write the rows that --tolerance and --decide use to this file.")
     ] = None,
-    plots: Annotated[Path | None, Option("--plots", help="Draw scores and energy into this folder.")] = None,
+    plots: Annotated[Path | None, Option("--plots", help="Draw scores and energy balances into this folder.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show errors, what they decide, costs and losses of energy.
+    """Show score errors, rankings, costs and energy balances.
 
-    Scores of gaits are compared with those at the finest level; costs are CPU times per simulated second. Nothing is
-    simulated. Without a study of your own, `--published` shows the levels of the one that zoobench comes with.
+    Scores are compared with those at the finest fidelity. Costs are CPU seconds per simulated second. Nothing is
+    simulated. `--published` shows the study that comes with zoobench.
     """
     from zoobench.harness import presets
     from zoobench.harness.grid import parse_selector
@@ -144,7 +161,7 @@ def show(
     envs = [ref.name for ref in parse_selector(env, Kind.ENV)]
     tasks = [ref.name for ref in parse_selector(task, Kind.TASK)]
     if published and (source or export or publish):
-        raise UsageError("--published has levels alone, no measurements. Leave out --from, --export and --publish.")
+        raise UsageError("--published has no single measurements. Leave out --from, --export and --publish.")
     measured = Measurements(()) if published else _stored(db) if source is None else read(source)
     analysis = analyse(measured, envs, tasks)
     if published:
@@ -172,16 +189,16 @@ def show(
 
 @accuracy.command("exact")
 def exact(
-    quick: Annotated[bool, Option("--quick", help="Two grids of each case.")] = False,
-    only_read: Annotated[bool, Option("--stored", help="Simulate nothing: judge what the database holds.")] = False,
+    quick: Annotated[bool, Option("--quick", help="Use two grids per case.")] = False,
+    only_read: Annotated[bool, Option("--stored", help="Simulate nothing; show the results in the database.")] = False,
     plots: Annotated[Path | None, Option("--plots", help="Draw error against time into this folder.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Compare with exact answers on finer and finer grids.
+    """Measure the order of accuracy against exact solutions.
 
-    Errors and times of cases of `validate` that have a closed form, and the observed order of accuracy beside that of
-    the theory. Exit code 1 if an order is missed.
+    Gives errors and times of the cases of `validate` with a closed form on successively finer grids, and the observed
+    and the theoretical order of accuracy. Exit code 1 if an observed order is too low.
     """
     from zoobench.verify.accuracy.analytic import AnalyticRow, AnalyticSummary, figure, summarise
     from zoobench.verify.comparison_figure import draw
@@ -206,7 +223,7 @@ def _tell_cost(wanted: "list[RunSpec]", db: str, jobs: int) -> None:
     states, estimator = known_runs(db, wanted, _level_rate)
     estimates = [estimator(spec) for spec in wanted if states.get(spec.key()) is not RunState.DONE]
     total = duration(total_seconds([each and each.seconds for each in estimates], jobs))
-    say(f"{len(estimates)} runs to do of {len(wanted)}; estimated time with {jobs} at once, once started: {total}")
+    say(f"{len(estimates)} runs to do of {len(wanted)}; estimated time with {jobs} in parallel: {total}")
     if estimates:
         say(f"Estimated: {basis_text(estimator, estimates, origin())}")
 
@@ -259,11 +276,11 @@ def _follow_energy(trained: "list[RunSpec]", fidelities: "list[Ref]", db: str) -
     with Steps(len(rest)) as steps:
 
         def tell(case: str) -> None:
-            steps.begin(f"energy of {case}")
-            say(f"following the energy of {case}")
+            steps.begin(f"energy balance of {case}")
+            say(f"computing the energy balance of {case}")
 
         for row in save_each(db, ENERGY_STUDY, balances(rest, on_case=tell), stored):
-            steps.end(f"energy of {row.env} at {row.fidelity}: followed")
+            steps.end(f"energy balance of {row.env} at {row.fidelity}: computed")
 
 
 def _stored(db: str) -> "Measurements":
@@ -299,7 +316,7 @@ def _measure_rows(db: str, levels: int | None) -> "Iterator[AnalyticRow]":
                 steps.end(name)
 
         for row in save_each(db, EXACT_STUDY, each(), stored):
-            say(f"  {row.cells} cells: {row.quantity} off by {row.error:.2g}, {row.slowdown:.2g} s per second")
+            say(f"  {row.cells} cells: {row.quantity} error {row.error:.2g}, {row.slowdown:.2g} s per simulated second")
             yield row
 
 
@@ -310,6 +327,6 @@ def _stored_rows(db: str) -> "list[AnalyticRow]":
     with Store(db, create=False) as store:
         study = store.study(EXACT_STUDY)
     if study is None:
-        raise UsageError(f"{store.name} holds no errors against exact answers. Leave --stored out to measure them.")
+        raise UsageError(f"{store.name} holds no errors against exact solutions. Leave --stored out to measure them.")
     documents = [{**row.document, "settings": tuple(map(tuple, row.document["settings"]))} for row in study.rows]
     return [AnalyticRow(**document) for document in documents]

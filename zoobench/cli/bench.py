@@ -20,40 +20,43 @@ TABLES = ("rates", "costs", "growth", "runs", "ratios", "run-ratios")
 
 
 def bench(
-    scenes: Annotated[str, Option("--scenes", help="Environments to measure; all if not given.")] = "",
-    particles: Annotated[str, Option("--particles", help="Particle counts to come close to.")] = "10000",
-    gradients: Annotated[bool, Option(help="Measure the backward pass too.")] = True,
-    repeats: Annotated[int, Option("--repeats", min=1, help="Measured episodes, of which the median.")] = 5,
+    scenes: Annotated[str, Option("--scenes", help="Environments to measure. Default: all.")] = "",
+    particles: Annotated[
+        str, Option("--particles", help="Approximate particle counts, separated by commas.")
+    ] = "10000",
+    gradients: Annotated[bool, Option(help="Measure the backward pass, too.")] = True,
+    repeats: Annotated[int, Option("--repeats", min=1, help="Episodes per case; the median is reported.")] = 5,
     frames: Annotated[
-        int, Option("--frames", min=0, help="Length of an episode in control frames; 0: long enough to measure well.")
+        int, Option("--frames", min=0, help="Episode length in control frames; 0: chosen for a precise measurement.")
     ] = 0,
-    precision: Annotated[int, Option("--precision", help="32 or 64 bits.")] = 32,
-    worlds: Annotated[int, Option("--worlds", min=1, help="Worlds side by side.")] = 1,
-    device: Annotated[str, Option("--device", help="cpu or cuda.")] = "cpu",
+    precision: Annotated[int, Option("--precision", help="Floating-point precision: 32 or 64 bits.")] = 32,
+    worlds: Annotated[int, Option("--worlds", min=1, help="Worlds simulated in parallel.")] = 1,
+    device: Annotated[str, Option("--device", help="Device: cpu or cuda.")] = "cpu",
     run: Annotated[
         list[str] | None,
         Option(
             "--run",
-            help="Also, or without --scenes instead, where the time of a `zoobench run` with these options goes, as in "
-            "'--env ground --task turning'; can be given several times.",
+            help="Profile a `zoobench run` with these options, as in '--env ground --task turning'. Without --scenes, "
+            "nothing else is measured. Can be given several times.",
         ),
     ] = None,
     sources: Annotated[
-        list[Path] | None, Option("--from", help="Measure nothing: show the results in this file, or in several.")
+        list[Path] | None,
+        Option("--from", help="Measure nothing; show the results in this file. Can be given several times."),
     ] = None,
     against: Annotated[Path | None, Option("--against", help="Compare with the results in this file.")] = None,
     output: Annotated[
-        Path | None, Option("--output", "-o", help="Write the results into this file (.json) as they come.")
+        Path | None, Option("--output", "-o", help="Write each result to this .json file when it is ready.")
     ] = None,
-    plot: Annotated[Path | None, Option("--plot", help="Draw rates and shares into this file.")] = None,
-    table: Annotated[str, Option("--table", help=f"{', '.join(TABLES)} or all.")] = "all",
+    plot: Annotated[Path | None, Option("--plot", help="Draw rates and shares of time into this file.")] = None,
+    table: Annotated[str, Option("--table", help=f"Table to print: {', '.join(TABLES)} or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Measure how fast the simulator is here.
+    """Measure the speed of the simulator on this machine.
 
-    Million particle-substeps per second of processor time: forward, the reverse alone, and forward and backward
-    together; cost of launches, compile times and memory; how the cost grows with the number of particles. Beside them
-    stands the rate of a small C++ program, if there is a compiler, by which --against compares two machines.
+    Rates are million particle-substeps per second of CPU time: forward, backward, and both together. The tables also
+    give kernel-launch overhead, compile times, memory, and the growth of the cost with the number of particles. If a
+    C++ compiler is installed, the rate of a small C++ program is measured, too; --against uses it to compare machines.
     """
     from zoobench.verify.bench import bench_rows
     from zoobench.verify.bench.bench import cases
@@ -147,7 +150,7 @@ def _print(results: "BenchResults", old: "BenchResults | None", chosen: Sequence
         "run-ratios": (comparison.RunRatioRow, list(comparison.run_ratios(results, old)) if old else []),
     }
     if old is not None and not found["ratios"][1] and not found["run-ratios"][1]:
-        say("Nothing to compare: no case of the other file, with its particles, worlds and precision, was measured.")
+        say("Nothing to compare: no case with the same particles, worlds and precision is in both results.")
     listings = {name: listing_of(*found[name]) for name in chosen}
     if form is Format.JSON and len(chosen) > 1:
         records = {name: listing.records() for name, listing in listings.items()}

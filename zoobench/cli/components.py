@@ -28,7 +28,7 @@ def list_components(
         str,
         Argument(
             metavar="KIND",
-            help=f"List this kind only: {', '.join(KindName)}.",
+            help=f"Kind to list: {', '.join(KindName)}.",
             show_default=False,
             autocompletion=_kinds,
         ),
@@ -37,8 +37,8 @@ def list_components(
 ) -> None:
     """List the components of the benchmark.
 
-    Environments, tasks, designs, controllers, methods and fidelities, each with its newest version, and the suites of
-    `zoobench run --suite`, which are whole benchmarks. `presets` lists the settings of `zoobench run --preset`.
+    These are the environments, tasks, designs, controllers, methods and fidelities in their newest versions, and the
+    suites of `zoobench run --suite`. `zoobench list presets` shows the settings of `zoobench run --preset`.
     """
     from zoobench import registry
     from zoobench.harness import suites
@@ -98,19 +98,21 @@ def show(
     name: Annotated[
         str,
         Argument(
-            help="A component (desert, diffphysics-v1), or a run by number or key.",
+            help="A component (desert, diffphysics-v1), or a run: its number or key.",
             autocompletion=completion.all_components,
         ),
     ],
-    picture: Annotated[Path | None, Option("--picture", help="Draw the body of a design or a run to this PNG.")] = None,
+    picture: Annotated[
+        Path | None, Option("--picture", help="Draw the body of the design or run into this PNG file.")
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Show a component or a run in full.
 
-    A component with its parameters and their defaults, a design also with its size, mass, muscles and particles; a run
-    with its state, attempts, final values, provenance, and the command that repeats it. A picture needs the extra
-    `render`.
+    Of a component it shows the parameters and their defaults, and of a design also size, mass, muscles and particle
+    counts. Of a run it shows state, attempts, final values, provenance, and the command that repeats it. A picture
+    needs the extra `render`.
     """
     if form not in (Format.TABLE, Format.JSON):
         raise UsageError(f"`zoobench show` prints no {form}. Choose table or json.")

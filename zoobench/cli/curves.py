@@ -26,21 +26,23 @@ class Currency(StrEnum):
 @takes(selection)
 def curves(
     chosen: RunSelection,
-    by: Annotated[Currency, Option("--by", help="The amount against which scores are shown.")] = Currency.SUBSTEPS,
-    output: Annotated[Path | None, Option("--output", "-o", help="Draw into this file (.png, .pdf or .svg).")] = None,
+    by: Annotated[Currency, Option("--by", help="Horizontal axis: what the methods have spent.")] = Currency.SUBSTEPS,
+    output: Annotated[
+        Path | None, Option("--output", "-o", help="Draw the curves into this .png, .pdf or .svg file.")
+    ] = None,
     width: Annotated[
         float | None,
-        Option("--width", min=20.0, max=1000.0, help="Width of the picture [mm], as 85 for a column of a paper."),
+        Option("--width", min=20.0, max=1000.0, help="Width of the figure [mm], as in 85 for a column of a paper."),
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show learning curves: best scores by the amount spent.
+    """Show learning curves.
 
-    A picture has a panel for each cell and a line for each method: the mean over seeds, in a band from the lowest to
-    the highest. With --width it is as a paper takes it, without a caption, which is said instead. Without a picture, a
-    table gives the means at shares of the amount that all methods of a cell have spent; csv and json give every point.
-    Finished runs only; smoke runs are left out.
+    They are best scores so far over the budget spent. The figure has a panel per cell and a line per method: the mean
+    over seeds, with a band from minimum to maximum. With --width it is drawn for a paper: the caption is printed
+    instead of drawn. Without -o, a table gives the means at fractions of the budget that all methods of a cell have
+    spent; csv and json give every point. Only finished runs are shown. Smoke runs are left out.
     """
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
@@ -49,7 +51,7 @@ def curves(
     from zoobench.report.run_results import choose_results
 
     if width is not None and output is None:
-        raise UsageError("--width is that of a picture. Name its file with -o, as in -o curves.pdf.")
+        raise UsageError("--width is the width of a figure. Name its file with -o, as in -o curves.pdf.")
     with Store(db, create=False) as store:
         results = choose_results(store, chosen)
         known = {} if output is None and form in _POINTS else report.curves(store, results, by.value)
@@ -59,7 +61,7 @@ def curves(
             count = draw(results, known, output, width)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
             if width is not None:
-                say(f"What it shows: {CAPTION}")
+                say(f"Caption: {CAPTION}")
             return
         if form in _POINTS:
             listing = report.points_listing(store, results)
@@ -69,4 +71,4 @@ def curves(
     for note in footnotes(result.spec.env for result in results):
         say(note)
     if not listing.rows:
-        say("No finished run has a curve yet. `zoobench run --env desert --task turning` makes some.")
+        say("No finished run has a learning curve yet. Try: zoobench run --env desert --task turning")

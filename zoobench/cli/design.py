@@ -12,31 +12,34 @@ from zoobench.cli.solutions import archive_of, body_of_run, names_run
 from zoobench.errors import UsageError
 from zoobench.spec import Ref
 
-design = App(no_args_is_help=True, help="Write bodies to files.")
+design = App(no_args_is_help=True, help="Export bodies to files.")
 
 
 @design.callback()
 def _group() -> None:
-    """Write bodies to files."""
+    """Export bodies to files."""
 
 
 @design.command("export")
 def export(
-    name: Annotated[str, Argument(help="A design, as in panda or 'mesh[path=body.stl]', or a run that is done.")],
-    out: Annotated[Path, Option("--out", "-o", help="The file: .stl is a surface, .ply, .pcd and .npz are particles.")],
+    name: Annotated[str, Argument(help="A design, as in panda or 'mesh[path=body.stl]', or a finished run.")],
+    out: Annotated[
+        Path, Option("--out", "-o", help="Output file: .stl for a surface; .ply, .pcd or .npz for particles.")
+    ],
     fidelity: Annotated[
-        str | None, Option("--fidelity", help="Resolution of the body.", show_default="fine, or a run's own")
+        str | None,
+        Option("--fidelity", help="Fidelity whose particle spacing the body has.", show_default="fine, or a run's own"),
     ] = None,
     elite: Annotated[
-        int | None, Option("--elite", min=1, help="Number of a body in the run's archive; 1 is the best.")
+        int | None, Option("--elite", min=1, help="Rank of a body in the run's archive; 1 is the best.")
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Write the body of a design or of a run's solution to a file for other tools.
+    """Export the body of a design or of a run's solution.
 
-    In metres, x ahead and y up. A surface (.stl) encloses the body's volume and needs the extra `meshes`; particles
-    (.ply, .pcd, .npz) come with their muscles, fibres, stiffness and density. The body of a design space is its
-    workspace.
+    Coordinates are in metres, with x forward and y up. A surface (.stl) encloses the body's volume and needs the extra
+    `meshes`. Particles (.ply, .pcd, .npz) have their muscles, fibre directions, stiffness and density. For a design
+    space, the whole workspace is exported.
     """
     from zoobench.harness.grid import parse_one
     from zoobench.registry import Kind
@@ -58,15 +61,15 @@ def export(
 
 @design.command("archive")
 def archive(
-    name: Annotated[str, Argument(help="A run of quality-diversity that is done.")],
-    out: Annotated[Path, Option("--out", "-o", help="The file: .csv, .png or .npz.")],
+    name: Annotated[str, Argument(help="A finished run of the method quality-diversity.")],
+    out: Annotated[Path, Option("--out", "-o", help="Output file: .csv, .png or .npz.")],
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Write the archive of a run of quality-diversity: the best bodies of every size and shape.
+    """Export the archive of a quality-diversity run.
 
-    A table of their numbers, scores, volumes (as a share of the workspace) and elongations (.csv), a map of them (.png,
-    which needs the extra `plots`), or all with their parameters (.npz). The best is number 1; `export --elite` writes
-    one body.
+    The archive has the best body for each size and shape. A .csv file has rank, score, volume (as a fraction of the
+    workspace) and elongation of each body. A .png file is a map of the archive and needs the extra `plots`. A .npz file
+    has the parameters, too. `design export --elite` exports one body.
     """
     from zoobench.db.store import Store
     from zoobench.render.elites import write

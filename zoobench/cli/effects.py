@@ -22,17 +22,19 @@ def effects(
     env: EnvOption = "*",
     fidelity: OneFidelityOption = "draft",
     particles: Annotated[
-        int, Option("--particles", help="Instead, choose each grid for about this many particles; 0: do not.")
+        int, Option("--particles", help="Choose the grids for about this many particles instead; 0: use --fidelity.")
     ] = 0,
-    repeats: Annotated[int, Option("--repeats", min=1, help="Measurements in turn, with an effect and without.")] = 7,
-    table: Annotated[str, Option("--table", help="coverage, costs, shares or all.")] = "all",
+    repeats: Annotated[
+        int, Option("--repeats", min=1, help="Number of alternating measurements with and without an effect.")
+    ] = 7,
+    table: Annotated[str, Option("--table", help="Table to print: coverage, costs, shares or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show which effects are simulated, and their costs.
+    """Show the simulated physical effects and their costs.
 
-    Coverage is derived from the scenes. Costs are nanoseconds of processor time per particle and substep, with an
-    effect and without it, their ratio with its 95 % interval, and bytes of state per particle. Shares are those of the
-    parts of a substep. Each table is printed when it is ready, but JSON of several is one object.
+    Coverage is derived from the scenes. Costs are nanoseconds of CPU time per particle and substep with and without an
+    effect, their ratio with its 95 % interval, and bytes of state per particle. Shares are the fractions of a substep's
+    time. Each table is printed when it is ready; JSON of several tables is one object.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind

@@ -17,23 +17,23 @@ if TYPE_CHECKING:
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import TransferRow, TransferTargets
 
-_LIKEWISE = "Likewise; the run's own if not given."
-
 
 def evaluate(
     runs: DoneRunsArgument = None,
     env: Annotated[
-        str, component_option("envs", "--env", "Environments: names or globs, with commas; the run's own if not given.")
+        str,
+        component_option("envs", "--env", "Environments: names or globs, separated by commas. Default: the run's own."),
     ] = "",
-    task: Annotated[str, component_option("tasks", "--task", _LIKEWISE)] = "",
-    fidelity: Annotated[str, component_option("fidelities", "--fidelity", _LIKEWISE)] = "",
+    task: Annotated[str, component_option("tasks", "--task", "Tasks. Default: the run's own.")] = "",
+    fidelity: Annotated[str, component_option("fidelities", "--fidelity", "Fidelities. Default: the run's own.")] = "",
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Evaluate solutions in other environments.
 
-    Or in other tasks or fidelities: one episode each, with the stored solution unchanged; the scores are stored.
-    Without runs, the matrix of all stored scores: where solutions were found by where they were evaluated.
+    The unchanged solution of each run is simulated for one episode in each environment, task and fidelity, and the
+    scores are stored. Without runs, the command prints all stored scores as a matrix: a row for where a solution was
+    trained, a column for where it was evaluated.
     """
     if not runs:
         chosen = (("--env", env), ("--task", task), ("--fidelity", fidelity))
@@ -95,7 +95,7 @@ def _show(db: str, form: Format, others: list[str]) -> None:
     from zoobench.spec import Ref
 
     if others:
-        raise UsageError(f"Without runs, all that was evaluated is shown. Leave {' '.join(others)} out, or name runs.")
+        raise UsageError(f"Without runs, all stored scores are shown. Leave {' '.join(others)} out, or name runs.")
     with Store(db, create=False) as store:
         documents = [row.document for study in store.studies(TRANSFER) for row in study.rows]
         specs = {run.id: run.spec for run in store.runs(ids={document["run"] for document in documents})}
@@ -107,11 +107,11 @@ def _show(db: str, form: Format, others: list[str]) -> None:
     for note in footnotes(Ref.parse(env) for document in documents for env in (document["env"], document["home"][0])):
         say(note)
     if documents and not found:
-        say("All that was evaluated was found or tried at fidelity smoke, whose numbers no table shows.")
+        say("All stored scores are of the fidelity smoke, which tables leave out.")
     elif not found:
-        say("Nothing was evaluated elsewhere yet. `zoobench evaluate RUN --env '*'` does.")
+        say("No solution was evaluated elsewhere yet. Try: zoobench evaluate RUN --env '*'")
     elif form in (Format.TABLE, Format.MD):
-        say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were found")
+        say("cells: mean over runs ± half of the 95 % Student-t interval; bold or *: where the solutions were trained")
 
 
 def _all(solutions: Iterable[NamedSolution], targets: "TransferTargets") -> "Iterator[TransferRow]":

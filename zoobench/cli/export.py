@@ -22,18 +22,18 @@ class Exported(StrEnum):
 @takes(selection)
 def export(
     chosen: RunSelection,
-    output: Annotated[Path, Option("--output", "-o", help="The file to write, with the ending .parquet.")] = Path(
+    output: Annotated[Path, Option("--output", "-o", help="Output file, ending in .parquet.")] = Path(
         "zoobench.parquet"
     ),
     what: Annotated[
-        Exported, Option("--what", help="A row per run, or the learning curves with a row per point.")
+        Exported, Option("--what", help="results: a row per run; metrics: learning curves, a row per point.")
     ] = Exported.RESULTS,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Write results to a Parquet file.
 
-    Needs the extra `parquet`. In Python `zoobench.load("zoobench.db").results()` gives the same as a data frame of
-    pandas, and `results --format csv` the same as text.
+    Needs the extra `parquet`. In Python, `zoobench.load("zoobench.db").results()` gives the same data as a pandas data
+    frame. `zoobench results --format csv` prints it as text.
     """
     from zoobench.db.parquet import export_metrics, export_results
 

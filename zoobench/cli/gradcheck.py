@@ -27,19 +27,24 @@ def gradcheck(
     design: OneDesignOption = "caterpillar",
     controller: OneControllerOption = "sine-basis",
     fidelity: Annotated[
-        str, component_option("fidelities", "--fidelity", "The grid; the precision is 64 bits in any case.")
+        str,
+        component_option("fidelities", "--fidelity", "Resolution of the simulation; the precision is always 64 bits."),
     ] = "smoke",
-    horizons: Annotated[str, Option("--horizons", help="Substeps, with commas.")] = "10,50,200,800",
-    directions: Annotated[int, Option("--directions", help="How many in every group; the worst is shown.")] = 1,
-    seed: Annotated[int, Option("--seed", min=0, help="Of the controller's parameters and the directions.")] = 0,
-    table: Annotated[str, Option("--table", help="rows, summary or all.")] = "all",
+    horizons: Annotated[str, Option("--horizons", help="Horizons in substeps, separated by commas.")] = "10,50,200,800",
+    directions: Annotated[
+        int, Option("--directions", help="Random directions per parameter group; the worst is shown.")
+    ] = 1,
+    seed: Annotated[
+        int, Option("--seed", min=0, help="Seed of the controller's parameters and of the directions.")
+    ] = 0,
+    table: Annotated[str, Option("--table", help="Table to print: rows, summary or all.")] = "all",
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Check gradients against central differences.
 
-    Along random directions in every group of parameters, over growing horizons, with a summary that says at which
-    horizon chaos takes over. Exit code 1 if a derivative is off by more than 1e-4 within 100 substeps, or is not
-    finite.
+    Directional derivatives are compared for every parameter group and horizon. The summary gives the horizon from which
+    the dynamics are chaotic. Exit code 1 if the relative error exceeds 1e-4 within 100 substeps, or if a derivative is
+    not finite.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind

@@ -25,7 +25,7 @@ FOLDER = Path("leaderboards")
 
 SuiteArgument = Annotated[
     str,
-    Argument(help="A suite: its name (`zoobench list suites`) or a .yaml.", autocompletion=completion.suites),
+    Argument(help="Suite: a name from `zoobench list suites`, or a .yaml file.", autocompletion=completion.suites),
 ]
 
 leaderboard = App(no_args_is_help=True, help="Show, publish and check the results of whole suites.")
@@ -33,7 +33,7 @@ leaderboard = App(no_args_is_help=True, help="Show, publish and check the result
 
 @leaderboard.command("show")
 def show(suite: SuiteArgument, db: DatabaseOption = DEFAULT_DATABASE, form: FormatOption = Format.TABLE) -> None:
-    """Print the tables of a suite, with its missing runs."""
+    """Print the tables of a suite and the number of its missing runs."""
     from zoobench.report.footer import footer
     from zoobench.report.leaderboard_pages import tables_of, without_empty_rows
 
@@ -53,22 +53,22 @@ def confirm(
     db: DatabaseOption = DEFAULT_DATABASE,
     folder: Annotated[
         Path | None,
-        Option("--from", help="Lengthen the best solutions of this folder's export instead, and write its pages anew."),
+        Option("--from", help="Only run the longer episodes, for the solutions in this folder, and update its pages."),
     ] = None,
 ) -> None:
-    """Evaluate the best solutions two fidelities finer, and over three times their frames.
+    """Verify the best solutions on a finer grid and in longer episodes.
 
-    An episode of each for every row and method; the scores are stored, and a publication tells in which rows the order
-    of the methods stands on the finer grid, and which gaits last. What diverges is done again with 27 particles per
-    cell, what has a score there is not. Bodies whose parameters belong to a grid, those of `particle`, have none on a
-    finer one. A suite's export holds the best solution of a row alone, and tells nothing of finer grids.
+    The best solution of each row and method is simulated two fidelities finer, and over three times its frames. The
+    scores are stored. `leaderboard publish` then marks the rows whose ranking agrees on the finer grid, and the gaits
+    that last. A simulation that diverges is repeated with 27 particles per cell. Bodies of the design space `particle`
+    cannot be simulated on a finer grid. With --from, only the longer episodes are run.
     """
     if folder is not None:
         _lengthen_published(suite, folder)
         return
     _refine(suite, db)
     _lengthen(suite, db)
-    say("Everything was evaluated; `zoobench leaderboard publish` tells what stands and what lasts.")
+    say("All evaluations are done. Next: zoobench leaderboard publish")
 
 
 def _lengthen(suite: str, db: str) -> None:
@@ -164,31 +164,31 @@ def _unconfirmed(board: "Leaderboard") -> "list[tuple[RunSpec, Ref]]":
 @leaderboard.command("publish")
 def publish(
     suite: SuiteArgument,
-    folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER,
+    folder: Annotated[Path, Argument(help="Folder of the leaderboards.")] = FOLDER,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Write the leaderboard of a suite into a folder.
 
-    Or add to the one that is there. The .json is the export of all results; the pages .csv and .md are made from it
-    alone. Runs that only an earlier export has stay.
+    An existing leaderboard is updated: runs that only its earlier export has are kept. The .json file is the export of
+    all results. The .csv and .md pages are generated from it.
     """
     from zoobench.report import leaderboard_files
 
     written = leaderboard_files.publish(_board_of(suite, db), folder)
     if count := written.left_out:
         runs = "1 run" if count == 1 else f"{count:,} runs"
-        say(f"Left out: {runs} of the earlier export, which the suite does not ask for any more")
+        say(f"Left out: {runs} of the earlier export, no longer part of the suite")
     for path in written.paths:
         say(f"Written: {path}")
     _note_report(folder)
 
 
 @leaderboard.command("check")
-def check(folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER) -> None:
-    """Compare pages with their exports.
+def check(folder: Annotated[Path, Argument(help="Folder of the leaderboards.")] = FOLDER) -> None:
+    """Check that the pages match their exports.
 
-    Every page is rebuilt from its export and compared byte for byte; of index.html only where it comes from. Exit
-    code 1 if something differs; the first differing line of every file is printed.
+    Every page is generated again from its export and compared byte for byte; of index.html only the source is compared.
+    The first differing line of each file is printed. Exit code 1 if a file differs.
     """
     from zoobench.report.leaderboard_files import differences, exports_of
 
@@ -197,14 +197,14 @@ def check(folder: Annotated[Path, Argument(help="The folder of the leaderboards.
         say(difference)
     if found:
         raise Exit(1)
-    say(f"Every page is what its export makes of it: {', '.join(path.stem for path in exports_of(folder))}")
+    say(f"All pages match their exports: {', '.join(path.stem for path in exports_of(folder))}")
 
 
 @leaderboard.command("rebuild")
-def rebuild(folder: Annotated[Path, Argument(help="The folder of the leaderboards.")] = FOLDER) -> None:
-    """Write pages anew from their exports.
+def rebuild(folder: Annotated[Path, Argument(help="Folder of the leaderboards.")] = FOLDER) -> None:
+    """Generate the pages again from their exports.
 
-    For pages of an earlier zoobench, which wrote them in another form; no result changes.
+    Use it after an update of zoobench that changes the pages. No result changes.
     """
     from zoobench.report import leaderboard_files
 
@@ -212,7 +212,7 @@ def rebuild(folder: Annotated[Path, Argument(help="The folder of the leaderboard
     for path in written:
         say(f"Written: {path}")
     if not written:
-        say("Every page is what its export makes of it; nothing was written.")
+        say("All pages match their exports; nothing was written.")
     _note_report(folder)
 
 
@@ -221,7 +221,7 @@ def _note_report(folder: Path) -> None:
     from zoobench.report.leaderboard_files import INDEX, index_command, is_behind
 
     if is_behind(folder):
-        say(f"{folder / INDEX} shows earlier results. To write it anew: {index_command(folder)}")
+        say(f"{folder / INDEX} shows earlier results. To update it: {index_command(folder)}")
 
 
 def _board_of(suite: str, db: str) -> "Leaderboard":

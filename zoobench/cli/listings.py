@@ -34,7 +34,7 @@ def results(
 ) -> None:
     """Print one row per run.
 
-    The table gives the score; csv, json and md give every final value and all settings.
+    The table shows the score. csv, json and md have every final value and all settings.
     """
     from zoobench.db.store import Store
     from zoobench.report.run_results import OVERVIEW, iterate_results
@@ -84,17 +84,16 @@ def _note_results(envs: "Collection[Ref]", *, has_smoke: bool) -> None:
     for note in footnotes(envs):
         say(note)
     if has_smoke:
-        say("Runs of fidelity smoke test the machinery: their numbers mean nothing and no table shows them.")
+        say("Runs of the fidelity smoke only test the installation. Their scores mean nothing; tables leave them out.")
 
 
 def _look(
-    columns: Annotated[
-        str, Option("--columns", help="Only these columns, in this order, as in env,design,cmaes.")
-    ] = "",
+    columns: Annotated[str, Option("--columns", help="Columns to show, in this order, as in env,design,cmaes.")] = "",
     rename: Annotated[
-        list[str] | None, Option("--rename", help="Another name: lion='Lion (ours)'; can be given several times.")
+        list[str] | None,
+        Option("--rename", help="Rename a row or column, as in lion='Lion (ours)'. Can be given several times."),
     ] = None,
-    unit: Annotated[str, Option("--unit", help="Show scores in this unit, as mm/s for m/s.")] = "",
+    unit: Annotated[str, Option("--unit", help="Unit of the scores, as in mm/s for m/s.")] = "",
     caption: Annotated[str, Option("--caption", help="Caption of a LaTeX table.")] = "",
     label: Annotated[str, Option("--label", help="Label of a LaTeX table, as in tab:speeds.")] = "",
 ) -> "Look":
@@ -109,31 +108,36 @@ def table(
     chosen: RunSelection,
     look: "Look",
     normalised: Annotated[
-        bool, Option("--normalised", help="Also place each score between doing nothing (0) and the row's best (1).")
+        bool,
+        Option("--normalised", help="Also show normalised scores: 0 for the baseline, 1 for the best mean of the row."),
     ] = False,
     pivot: Annotated[
-        bool, Option("--pivot", help="Environments as columns, and a row for each task, design and method.")
+        bool, Option("--pivot", help="Show environments as columns, with a row per task, design and method.")
     ] = False,
     aggregated: Annotated[
-        bool, Option("--aggregate", help="Also compare the methods over all rows, and say how.")
+        bool, Option("--aggregate", help="Also compare the methods over all rows, and state the statistics used.")
     ] = False,
     by: Annotated[
-        Currency | None, Option("--by", help="Compare scores when all runs of a row had spent the same of this.")
+        Currency | None, Option("--by", help="Compare the methods at an equal amount spent, in this currency.")
     ] = None,
     at: Annotated[
-        float | None, Option("--at", help="With --by: how much; the most that all have reached if not given.")
+        float | None,
+        Option(
+            "--at",
+            help="With --by: the amount at which to compare. Default: the largest that all runs of a row have spent.",
+        ),
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Compare the methods, with 95 % intervals.
 
-    Mean score over the seeds with its Student-t interval, a column per method, a table per fidelity, budget, episode
-    length and quantity, and below it where the numbers come from. Of errors less is better. For a paper there is
-    --format latex, with --columns, --rename, --unit, --caption and --label. With --by, runs of all budgets stand in
-    one, each with its best score at an equal amount spent. Smoke runs are left out. A normalised score is 0 where a
-    method is no better than a robot at rest or the mean random controller, and 1 for the best mean of the row. A mean
-    marked ‡ is so near to the row's best that its fidelity cannot tell which is better.
+    A cell is the mean score over seeds with its Student-t interval. Each method has a column. Each fidelity, budget,
+    episode length and quantity has a table, with its provenance below. Of errors, lower is better. For a paper, use
+    --format latex with --columns, --rename, --unit, --caption and --label. With --by, one table has runs of all budgets
+    with their best scores at an equal amount spent. Smoke runs are left out. A normalised score is 0 for the better of
+    an idle robot and the mean random controller, and 1 for the best mean of the row. The mark ‡ means that the fidelity
+    is too coarse to rank this mean against the row's best.
     """
     from dataclasses import replace
 
@@ -145,9 +149,11 @@ def table(
     from zoobench.verify.accuracy.tolerance import orders
 
     if look.options() and form in (Format.CSV, Format.JSON):
-        raise UsageError(f"{look.options()[0]} is for people, and {form} gives everything as it is. Leave it out.")
+        raise UsageError(
+            f"{look.options()[0]} changes tables for people, and {form} has the data unchanged. Leave it out."
+        )
     if aggregated and form is Format.CSV:
-        raise UsageError("CSV holds one table. Leave --aggregate out, or choose another --format.")
+        raise UsageError("A CSV file has one table. Leave --aggregate out, or choose another --format.")
     switches = {"--normalised": normalised, "--pivot": pivot, "--aggregate": aggregated}
     flags = [*(flag for flag, is_on in switches.items() if is_on), *_spending_flags(by, at)]
     with Store(db, create=False) as store:
@@ -165,7 +171,7 @@ def table(
     look.check([(part, style.listing(part)) for item in tables for part in item.parts()])
     print_tables(tables, foot, form, style, look)
     if not tables:
-        say("No run to compare yet. `zoobench run --env desert --task turning` makes some.")
+        say("No finished run to compare yet. Try: zoobench run --env desert --task turning")
 
 
 def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRow]") -> "list[str]":
@@ -181,7 +187,7 @@ def _changed_code(store: "Store", tables: "list[Table]", origins: "list[OriginRo
 
 def logs(
     run: RunArgument,
-    attempt: Annotated[int | None, Option("--attempt", help="One attempt only.")] = None,
+    attempt: Annotated[int | None, Option("--attempt", help="Number of the attempt. Default: all.")] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Print the log of a run and its traceback."""
@@ -201,7 +207,7 @@ def logs(
         if item.traceback:
             print_text(item.traceback.rstrip())
     if not lines and not any(item.traceback for item in attempts):
-        say(f"Run {found.id} is {found.state} and has printed nothing.")
+        say(f"Run {found.id} is {found.state} and has no log output.")
 
 
 def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
@@ -211,7 +217,7 @@ def _spending_flags(by: Currency | None, at: float | None) -> list[str]:
         UsageError: an amount of nothing.
     """
     if at is not None and (by is None or not 0.0 < at < math.inf):
-        raise UsageError(f"--at {at:g} is no amount spent. Give a positive number, and with --by of what.")
+        raise UsageError(f"--at {at:g} is no amount. Give a positive number, together with --by.")
     return [*(["--by", by.value] if by else []), *(["--at", f"{at:.10g}"] if at is not None else [])]
 
 

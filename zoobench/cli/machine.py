@@ -10,16 +10,16 @@ from zoobench.report.listing import Listing
 
 
 def doctor(
-    full: Annotated[bool, Option("--full", help="Read a large database from end to end, too.")] = False,
-    mend: Annotated[bool, Option("--mend", help="Put right what is damaged in the database and can be.")] = False,
+    full: Annotated[bool, Option("--full", help="Check every row of the database, also of a large one.")] = False,
+    mend: Annotated[bool, Option("--repair", help="Repair the damage in the database that can be repaired.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
     """Check this installation and machine.
 
-    Python, packages, Taichi, the compile cache, plug-ins, the database and disk space; exit code 1 if there is a
-    problem. With --mend damaged settings are written anew from what is left of them, a run of which too little is left
-    is removed, and one whose results have changed is queued to be done again.
+    It checks Python, packages, Taichi, the compile cache, plug-ins, the database and disk space. Exit code 1 if there
+    is a problem. --repair restores damaged settings, removes runs whose settings cannot be restored, and queues
+    runs whose results have changed.
     """
     from zoobench.verify.doctor import Verdict, examine
 
@@ -27,7 +27,7 @@ def doctor(
         from zoobench.db.store import Store
 
         with Store(db, create=False) as store:
-            for sentence in store.mend() or ["nothing to mend"]:
+            for sentence in store.mend() or ["nothing to repair"]:
                 say(sentence)
     checks = list(examine(db, full=full))
     rows = tuple((check.name, str(check.verdict), check.detail) for check in checks)

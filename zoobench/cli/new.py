@@ -22,17 +22,17 @@ def new(
         str,
         Argument(
             metavar="KIND",
-            help=f"What the package adds: {', '.join(kind.singular for kind in _OFFERED)}.",
+            help=f"Kind of the component: {', '.join(kind.singular for kind in _OFFERED)}.",
             autocompletion=_kinds,
         ),
     ],
-    name: Annotated[str, Argument(help="Name of the component, in kebab-case: wet-rock.")],
-    into: Annotated[Path, Option("--into", help="The folder in which the package's folder is made.")] = Path(),
+    name: Annotated[str, Argument(help="Name of the component in kebab-case, as in wet-rock.")],
+    into: Annotated[Path, Option("--into", help="Parent folder of the package.")] = Path(),
 ) -> None:
-    """Begin a package of your own with a component.
+    """Create a package with a new component.
 
-    It works as it is: with an entry point, by which zoobench finds it once it is installed, and tests from
-    `zoobench.testing`, which check what every component owes.
+    The package works as it is. Its entry point lets zoobench find the component once the package is installed. Its
+    tests, from `zoobench.testing`, check the requirements of every component.
     """
     wanted = kind_named(kind, _OFFERED)
     from zoobench.plugins.package import write_package

@@ -40,9 +40,9 @@ def _choose_database(location: str) -> str:
 
 DatabaseOption = Annotated[
     str,
-    Option("--db", envvar="ZOOBENCH_DB", help="The database: a path, or a PostgreSQL URL.", callback=_choose_database),
+    Option("--db", envvar="ZOOBENCH_DB", help="Database: a file, or a PostgreSQL URL.", callback=_choose_database),
 ]
-FormatOption = Annotated[Format, Option("--format", "-f", help="How to print.")]
+FormatOption = Annotated[Format, Option("--format", "-f", help="Output format.")]
 
 
 def _run_argument(text: str, offer: Any = completion.runs) -> Any:
@@ -50,16 +50,16 @@ def _run_argument(text: str, offer: Any = completion.runs) -> Any:
     return Argument(help=text, autocompletion=offer)
 
 
-_OR_BEST = "; or best:ENV/TASK/DESIGN, the best of a leaderboard."
+_OR_BEST = "; or best:ENV/TASK/DESIGN, the best solution on a leaderboard."
 
-RunArgument = Annotated[str, _run_argument("A run, by its number or the start of its key.")]
-RunsArgument = Annotated[list[str] | None, _run_argument("Runs, by their numbers or the starts of their keys.")]
+RunArgument = Annotated[str, _run_argument("A run: its number, or the start of its key.")]
+RunsArgument = Annotated[list[str] | None, _run_argument("Runs: their numbers, or the starts of their keys.")]
 DoneRunArgument = Annotated[
-    str, _run_argument(f"A run that is done, by its number or the start of its key{_OR_BEST}", completion.solutions)
+    str, _run_argument(f"A finished run: its number, or the start of its key{_OR_BEST}", completion.solutions)
 ]
 DoneRunsArgument = Annotated[
     list[str] | None,
-    _run_argument(f"Runs that are done, by their numbers or the starts of their keys{_OR_BEST}", completion.solutions),
+    _run_argument(f"Finished runs: their numbers, or the starts of their keys{_OR_BEST}", completion.solutions),
 ]
 
 
@@ -69,21 +69,21 @@ def component_option(kind: str, name: str, text: str) -> Any:
 
 
 EnvOption = Annotated[str, component_option("envs", "--env", "Environments: names or globs, separated by commas.")]
-TaskOption = Annotated[str, component_option("tasks", "--task", "Tasks.")]
-DesignOption = Annotated[str, component_option("designs", "--design", "Designs; the preset's if not given.")]
+TaskOption = Annotated[str, component_option("tasks", "--task", "Tasks: names or globs, separated by commas.")]
+DesignOption = Annotated[str, component_option("designs", "--design", "Designs. Default: the preset's.")]
 ControllerOption = Annotated[
-    str, component_option("controllers", "--controller", "Controllers; the preset's if not given.")
+    str, component_option("controllers", "--controller", "Controllers. Default: the preset's.")
 ]
 MethodOption = Annotated[
     str,
-    component_option("methods", "--method", "Methods, as in 'random,diffphysics[lr=0.05]'; the preset's if not given."),
+    component_option("methods", "--method", "Methods, as in 'random,diffphysics[lr=0.05]'. Default: the preset's."),
 ]
-SeedsOption = Annotated[str | None, Option("--seeds", help="How many seeds (3), or which (0,1,2).")]
+SeedsOption = Annotated[str | None, Option("--seeds", help="Number of seeds (3), or the seeds themselves (0,1,2).")]
 PresetOption = Annotated[
     str,
     Option(
         "--preset",
-        help="Settings that go together; see `zoobench list presets`.",
+        help="Named set of defaults; see `zoobench list presets`.",
         show_default="quick",
         autocompletion=completion.presets,
     ),
@@ -92,52 +92,54 @@ SuiteOption = Annotated[
     str,
     Option(
         "--suite",
-        help="A benchmark: its name (`zoobench list suites`) or .yaml. Other options narrow it down.",
+        help="Suite of runs: a name from `zoobench list suites`, or a .yaml file. Other options select a part of it.",
         autocompletion=completion.suites,
     ),
 ]
-SmokeOption = Annotated[bool, Option("--smoke", help="The preset smoke: seconds; never shown in tables.")]
-BudgetOption = Annotated[
-    str | None, Option("--budget", help="The budget of each run, as in '200000 substeps' or '60 seconds'.")
+SmokeOption = Annotated[
+    bool, Option("--smoke", help="Use the preset smoke, which takes seconds. Tables leave its runs out.")
 ]
-FramesOption = Annotated[int | None, Option("--frames", help="Length of an episode in control frames.")]
+BudgetOption = Annotated[
+    str | None, Option("--budget", help="Budget per run, as in '200000 substeps' or '60 seconds'.")
+]
+FramesOption = Annotated[int | None, Option("--frames", help="Episode length in control frames.")]
 FidelityOption = Annotated[
-    str, component_option("fidelities", "--fidelity", "How finely to simulate, as in 'draft[precision=64]'.")
+    str, component_option("fidelities", "--fidelity", "Resolution of the simulation, as in 'draft[precision=64]'.")
 ]
 DeviceOption = Annotated[
     str,
-    Option("--device", help="Where to simulate: cpu, or cuda for a GPU of NVIDIA, as fidelity[device=cuda] does."),
+    Option(
+        "--device", help="Device of the simulation: cpu, or cuda for an NVIDIA GPU. Short for fidelity[device=cuda]."
+    ),
 ]
 ToleranceOption = Annotated[
     float | None,
-    Option("--tolerance", help="Instead: the coarsest fidelity with scores within this share of the finest, as 0.2."),
+    Option("--tolerance", help="Choose the coarsest fidelity whose relative score error is at most this, as 0.2."),
 ]
 DecideOption = Annotated[
     float | None,
     Option(
         "--decide",
-        help="Likewise, the coarsest at which scores keep their order if their ratio is above this; with several "
-        "designs, scores of two bodies.",
+        help="Choose the coarsest fidelity that ranks scores as the finest does if their ratio exceeds this, as 1.5. "
+        "With several designs, these are scores of two bodies.",
     ),
 ]
-WorkersOption = Annotated[
-    int, Option("--jobs", "-j", min=1, max=10_000, help="How many runs at a time; about one per core.")
-]
+WorkersOption = Annotated[int, Option("--jobs", "-j", min=1, max=10_000, help="Runs in parallel; about one per core.")]
 
-TimeoutOption = Annotated[str | None, Option("--timeout", help="Stop an attempt after this time: 90s, 10min, 2h.")]
+TimeoutOption = Annotated[str | None, Option("--timeout", help="Time limit per attempt: 90s, 10min, 2h.")]
 MemoryOption = Annotated[
     str,
     Option(
         "--memory",
         envvar="ZOOBENCH_MEMORY",
-        help="What the process of each run may take, as in 2GB; one that takes more fails. If not given, it stores a "
-        "quarter of its part of the free memory. Gradients take longer with less; no result depends on it.",
+        help="Memory limit per run, as in 2GB. A run that exceeds it fails. By default a run stores states for "
+        "gradients in a quarter of its share of the free memory. Less memory slows gradients and changes no result.",
     ),
 ]
 
 OneDesignOption = Annotated[str, component_option("designs", "--design", "The design.")]
 OneControllerOption = Annotated[str, component_option("controllers", "--controller", "The controller.")]
-OneFidelityOption = Annotated[str, component_option("fidelities", "--fidelity", "How finely to simulate.")]
+OneFidelityOption = Annotated[str, component_option("fidelities", "--fidelity", "Resolution of the simulation.")]
 
 
 def selection(

@@ -11,17 +11,17 @@ from zoobench.cli.output import say
 
 def picture(
     env: EnvOption = "*",
-    out: Annotated[Path, Option("--out", help="Folder that the PNG files are written to.")] = Path("pictures"),
+    out: Annotated[Path, Option("--out", help="Folder of the PNG files.")] = Path("pictures"),
     design: OneDesignOption = "caterpillar",
     controller: OneControllerOption = "sine-basis",
     fidelity: OneFidelityOption = "draft",
-    frames: Annotated[int, Option("--frames", min=0, help="Control frames before the picture; 0 is the start.")] = 0,
+    frames: Annotated[int, Option("--frames", min=0, help="Control frames simulated before the picture.")] = 0,
     seed: Annotated[int, Option("--seed", min=0, help="Seed of the controller's random parameters.")] = 0,
 ) -> None:
     """Draw environments with a robot in them.
 
-    One PNG for each environment, at rest or after some frames of the controller with random parameters, and a sheet of
-    all if there are several. Prints the paths of the files. Needs the extra `render`.
+    Each environment has a PNG file, which shows the robot at rest or after some frames with random controller
+    parameters. With several environments, one more file shows all of them. Needs the extra `render`.
     """
     from zoobench.harness.grid import parse_one, parse_selector
     from zoobench.registry import Kind

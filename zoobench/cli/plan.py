@@ -30,11 +30,11 @@ def plan(
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Show the runs that `run` would do, and their time.
+    """Show the runs that `run` would start, and their time.
 
-    Takes the options of `run`. The time is estimated from finished runs in the database, else from measured rates of
-    the simulator; the last lines say which, and of a suite with parts what each part costs. Nothing runs or is
-    written.
+    The options are those of `run`. The estimate uses finished runs in the database, or else measured rates of the
+    simulator; the last lines name its source. For a suite with parts they also give the time of each part. Nothing is
+    run or written.
     """
     from zoobench.harness import suites
     from zoobench.harness.grid import Skip
@@ -56,13 +56,16 @@ def plan(
     to_do = [(spec, each) for spec, each, state in zip(specs, estimates, known, strict=True) if state in _TO_DO]
     skips = [cell for cell in cells if isinstance(cell, Skip)]
     total = duration(total_seconds([each and each.seconds for _, each in to_do], jobs))
-    say(f"{len(to_do)} runs to do of {len(specs)}, {len(skips)} skipped; estimated time with {jobs} at once: {total}")
+    say(
+        f"{len(to_do)} runs to do of {len(specs)}, {len(skips)} skipped; "
+        f"estimated time with {jobs} in parallel: {total}"
+    )
     for line in _part_lines(suites.load(asked.suite).parts if asked.suite else {}, to_do):
         say(line)
     if to_do:
         say(f"Estimated: {basis_text(estimator, [each for _, each in to_do], origin())}")
         if memory := expected_memory(spec for spec, _ in to_do):
-            say(f"Memory: up to {memory / 2**20:.0f} MiB a run, as it was measured; --memory limits it")
+            say(f"Memory: up to {memory / 2**20:.0f} MiB per run, as measured; --memory sets a limit")
     for note in footnotes(spec.env for spec in specs):
         say(note)
     for skip in skips:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from zoobench.db.rows import RunRow
     from zoobench.db.store import Store
 
-SweepOption = Annotated[int | None, Option("--sweep", help="The runs of this sweep.")]
+SweepOption = Annotated[int | None, Option("--sweep", help="All runs of this sweep.")]
 
 
 def cancel(runs: RunsArgument = None, sweep: SweepOption = None, db: DatabaseOption = DEFAULT_DATABASE) -> None:
-    """End runs that are queued or in progress.
+    """Cancel runs that are queued or in progress.
 
-    Their workers drop them within seconds. `run --retry cancelled` goes on with them from their checkpoints.
+    Workers stop them within seconds. `zoobench run --retry cancelled` resumes them from their checkpoints.
     """
     from zoobench.db.store import Store
 
@@ -33,12 +33,13 @@ def cancel(runs: RunsArgument = None, sweep: SweepOption = None, db: DatabaseOpt
 def remove(
     runs: RunsArgument = None,
     sweep: SweepOption = None,
-    yes: Annotated[bool, Option("--yes", "-y", help="Remove them; without it they are only shown.")] = False,
+    yes: Annotated[bool, Option("--yes", "-y", help="Remove the runs. Without it they are only listed.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Remove runs with their results, and what needs them.
+    """Remove runs, and the runs that depend on them.
 
-    A run needs those that it names as start, gait or body. What was evaluated with the solutions goes, too.
+    Their results go with them. A run depends on the runs that its settings name as start, gait or body. Scores from
+    `evaluate` are removed, too.
     """
     from zoobench.db.removal import dependents
     from zoobench.db.store import Store
@@ -47,7 +48,7 @@ def remove(
     with Store(db, create=False) as store:
         chosen = _chosen(store, runs, sweep)
         others = dependents(store.runs(), {row.id for row in chosen})
-        for rows, why in ((chosen, ""), (others, ", which needs one of them")):
+        for rows, why in ((chosen, ""), (others, ", which depends on one of them")):
             for row in rows:
                 say(visible(f"  {'removed' if yes else 'would remove'} {row.id} {row.spec}, {row.state}{why}"))
         if not yes:
@@ -57,14 +58,14 @@ def remove(
 
 
 def merge(
-    target: Annotated[str, Argument(help="The database to add to: a path, or a PostgreSQL URL.")],
-    source: Annotated[str, Argument(help="The database whose runs are added; it stays as it is.")],
+    target: Annotated[str, Argument(help="Target database: a file, or a PostgreSQL URL.")],
+    source: Annotated[str, Argument(help="Source database. It is not changed.")],
 ) -> None:
     """Add the runs of one database to another.
 
-    A run of both is known by its settings. What only the source has done is taken from there; where both have done it,
-    their results must agree bit for bit, and if some do not, they are named and the exit code is 1. Sweeps stay where
-    they are, and so do studies, among them the scores of `evaluate`: how many is said.
+    Runs with equal settings are the same run. If both databases have its result, the results must be equal bit for bit;
+    differing runs are listed, and the exit code is 1. Sweeps and studies, such as the scores of `evaluate`, are not
+    merged; their numbers are printed.
     """
     from zoobench.db.query import Reader
     from zoobench.db.store import Store
@@ -101,21 +102,24 @@ def _tell_merge(report: "MergeReport") -> None:
 
     groups = {
         "added": report.added,
-        "done there, and here not before": report.completed,
-        "the same in both": report.agreeing,
-        "left as they are here": report.kept,
-        "different": report.differing,
+        "completed from the source": report.completed,
+        "identical in both": report.agreeing,
+        "unchanged in the target": report.kept,
+        "differing": report.differing,
         "left out": report.left_out,
     }
     say(", ".join(f"{len(found)} {name}" for name, found in groups.items() if found) or "no runs")
     for item in report.differing:
-        say(f"  run {item.here} here and run {item.there} there differ in {', '.join(item.parts)}; that here stays")
+        say(
+            f"  run {item.here} of the target and run {item.there} of the source differ in {', '.join(item.parts)}; "
+            "the target keeps its own"
+        )
     for run_id, reason in report.left_out:
-        say(visible(f"  run {run_id} there {reason}"))
+        say(visible(f"  run {run_id} of the source {reason}"))
     if report.unproved:
         names = ", ".join(map(str, report.unproved[:10])) + (", ..." if len(report.unproved) > 10 else "")
-        say(f"Without a digest, so that nothing proves their results: {len(report.unproved)}, here {names}")
+        say(f"{len(report.unproved)} runs without a digest, whose results cannot be verified, in the target: {names}")
     left = [f"{report.sweeps} sweeps"] if report.sweeps else []
     left += [f"{count} rows of {name}" for name, count in report.studies.items()]
     if left:
-        say(f"Left in the other database: {', '.join(left)}")
+        say(f"Not merged: {', '.join(left)}")

@@ -29,30 +29,33 @@ class Strip(StrEnum):
 
 def render(
     run: DoneRunArgument,
-    out: Annotated[Path, Option("--out", "-o", help="The file: .mp4, .gif, .png (a sheet), .npz or .pvd.")],
+    out: Annotated[Path, Option("--out", "-o", help="Output file: .mp4, .gif, .png (six stills), .npz or .pvd.")],
     form: Annotated[
-        FilmFormat | None, Option("--format", help="File format, if the file's name has no ending.")
+        FilmFormat | None, Option("--format", help="File format, for a file name without an ending.")
     ] = None,
     every: Annotated[int, Option("--every", min=1, help="Keep every n-th control frame.")] = 1,
-    rate: Annotated[float, Option("--fps", min=1.0, max=120.0, help="Kept frames shown per second.")] = 25.0,
+    rate: Annotated[float, Option("--fps", min=1.0, max=120.0, help="Frames per second of the film.")] = 25.0,
     width: Annotated[
         int | None,
-        Option("--width", min=320, max=7680, help="Width of the picture in pixels.", show_default="by format"),
+        Option("--width", min=320, max=7680, help="Width in pixels.", show_default="by format"),
     ] = None,
     strip: Annotated[
         Strip | None,
-        Option("--strip", help="Instead of a film, draw (.png) the body over the iterations, or the gait in a period."),
+        Option(
+            "--strip", help="Draw a .png instead of a film: the body over the iterations, or one period of the gait."
+        ),
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Film the best episode of a run, simulated again.
+    """Film the best episode of a run.
 
-    Shows the robot with its muscles' activation in colour, the medium, the ground with a ruler, and the path of the
-    target. A .png is a sheet of six moments. For other tools, .npz holds the frames as arrays and .pvd (--format vtk)
-    is an index of VTK files. A control frame is 8 ms. All but .npz need the extra `render`; no screen is needed.
+    The episode is simulated again. The film shows the robot with its muscle activation in colour, the medium, the
+    ground with a ruler, and the target's path. A .png file has six stills. For other tools, a .npz file has the frames
+    as arrays, and a .pvd file (--format vtk) is an index of VTK files. A control frame is 8 ms. All formats but .npz
+    need the extra `render`; no screen is needed.
 
-    A strip (--strip, .png) shows the best bodies after 1, 2, 4 and so on iterations, which the database keeps, by
-    muscles and by stiffness; or the body within the last period of its muscles' activity, and that activity.
+    `--strip iterations` draws the best bodies after 1, 2, 4 and so on iterations, coloured by muscle and by stiffness.
+    `--strip gait` draws the body and the muscle activation over the last period.
     """
     from zoobench.render.film import film
     from zoobench.render.film_files import check_tools, moments_of, write
@@ -72,8 +75,8 @@ def render(
         episode = film(spec, found.params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
         if episode.evaluation.score != found.score:
             say(
-                f"The score of this simulation is {episode.evaluation.score:.6g}, and {found.score:.6g} is stored: "
-                "the run was done with other code or on another processor."
+                f"The score of this simulation is {episode.evaluation.score:.6g}, the stored one {found.score:.6g}: "
+                "the run used other code or another processor."
             )
         title = f"{found.name}: {spec}, {spec.fidelity.name}, {found.text(found.score)}"
         write(

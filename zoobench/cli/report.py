@@ -23,23 +23,24 @@ _FILM_EVERY = 2  # control frames to a picture of a film
 @takes(selection)
 def report(
     chosen: RunSelection,
-    output: Annotated[Path, Option("--output", "-o", help="The file (.html).")] = Path("report.html"),
-    source: Annotated[Path | None, Option("--from", help="A folder of leaderboards instead of the database.")] = None,
+    output: Annotated[Path, Option("--output", "-o", help="Output file, ending in .html.")] = Path("report.html"),
+    source: Annotated[
+        Path | None, Option("--from", help="Read a folder of leaderboards instead of the database.")
+    ] = None,
     stills: Annotated[
-        int, Option("--stills", min=0, help="Simulate so many of the best robots again, and show pictures of them.")
+        int, Option("--stills", min=0, help="Number of the best robots to simulate again and show as stills.")
     ] = 0,
     films: Annotated[
-        int, Option("--films", min=0, help="Likewise, with films of a few seconds, of some 100 kB each.")
+        int, Option("--films", min=0, help="Number of the best robots to show as films of about 100 kB each.")
     ] = 0,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Write the results as one page for a browser.
+    """Write the results as one HTML page.
 
-    It holds the tables, which can be sorted and filtered, the methods over all rows, learning curves, scores by cost,
-    failures, and where all of it comes from, with the command that repeats each row. It needs no network, and fits
-    phones, dark screens and paper. Smoke runs are left out, and rows for which a browser has no room: beyond
-    the first 200, or 2,500 runs. Needs the extra `report`;
-    stills and films need `render` as well.
+    The page has tables that sort and filter, a comparison of the methods over all rows, learning curves, scores over
+    cost, failures and provenance, with the command that repeats each row. It needs no network. Smoke runs are left
+    out, and so are rows beyond the first 200 or beyond 2,500 runs. Needs the extra `report`; stills and films also need
+    `render`.
     """
     from zoobench.files import replace_files
     from zoobench.report.page.html import check_tools, page
@@ -47,10 +48,10 @@ def report(
     from zoobench.verify.accuracy.tolerance import error_at, published
 
     if output.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"{str(output)!r} does not end in .html, and the report is a page for a browser. Let it.")
+        raise UsageError(f"{str(output)!r} does not end in .html, the format of the report. Choose such a name.")
     check_tools()
     if source is not None and chosen != RunSelection():
-        raise UsageError("--from shows whole leaderboards. Leave out what chooses runs of a database.")
+        raise UsageError("--from shows whole leaderboards. Leave out the options that select runs of a database.")
     if stills or films:
         from zoobench.render.canvas import check_drawing  # loads the simulator
 
@@ -77,7 +78,7 @@ def report(
         ) from None
     for section in sections:
         if section.left_out:
-            say(f"{section.left_out:,} rows of {section.name} had no room. Choose some with --env, --task and so on.")
+            say(f"Left out: {section.left_out:,} rows of {section.name}. Select rows with --env, --task and so on.")
     say(f"Written: {output}, {len(text.encode()) / 2**20:.1f} MiB")
 
 
@@ -107,7 +108,7 @@ def _database_section(db: str, chosen: RunSelection, output: Path, stills: int, 
         tables, left_out = fitted(tables_of_cells(cells))
         tables = mark_undecided(with_early_winners(store, tables), orders)
         if not tables:
-            raise UsageError("No run to show yet. `zoobench run --env desert --task turning` makes some.")
+            raise UsageError("No finished run to show yet. Try: zoobench run --env desert --task turning")
         results = results_of(store, runs_in(tables, cells))
         origins = store.origins([run for table in tables for run in table.runs])
         command = ["zoobench", "report", *chosen.options(), *_flags(stills, films)]

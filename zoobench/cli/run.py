@@ -50,29 +50,31 @@ def run(
     asked: "RunRequest",
     jobs: WorkersOption = 2,
     timeout: TimeoutOption = None,
-    retry: Annotated[Retry | None, Option("--retry", help="Try these unsuccessful runs again.")] = None,
+    retry: Annotated[
+        Retry | None, Option("--retry", help="Repeat runs of this command that ended in this state.")
+    ] = None,
     rerun: Annotated[
-        str, Option("--rerun", help="Do finished runs again where a component's name fits this glob.")
+        str, Option("--rerun", help="Repeat finished runs with a component whose name matches this glob.")
     ] = "",
     memory: MemoryOption = "",
     priority: Annotated[
-        int | None, Option("--priority", help="Of queued runs those of the highest priority come first; usually 0.")
+        int | None, Option("--priority", help="Queue priority. Runs with a higher number start first; new runs have 0.")
     ] = None,
     on: Annotated[
         str,
         Option(
             "--on",
-            help="Where: here; slurm or 'slurm[partition=cpu,time=120]', with options of sbatch and minutes; ray or "
-            "ray=ADDRESS, a cluster of Ray. -j says how many runs at a time.",
+            help="Where to run: here; slurm, or 'slurm[partition=cpu,time=120]' with options of sbatch and the time in "
+            "minutes; ray, or ray=ADDRESS for a Ray cluster. -j sets the number of parallel runs.",
         ),
     ] = "here",
-    no_wait: Annotated[bool, Option("--no-wait", help="Only queue; `zoobench work` does the runs.")] = False,
+    no_wait: Annotated[bool, Option("--no-wait", help="Only queue the runs. `zoobench work` executes them.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Run every combination that is not done yet.
+    """Run every combination that has no result yet.
 
-    Typed again after an interruption it goes on where it stopped, inside a run too. Where an option is not given, the
-    preset decides, or the suite.
+    After an interruption, the same command resumes every run from its last checkpoint. The preset or the suite sets
+    the options that are not given.
     """
     from zoobench.cell.loading import check_devices
     from zoobench.cell.memory import allow
@@ -81,7 +83,9 @@ def run(
     from zoobench.harness.suites import spec_of
 
     if no_wait and (timeout is not None or memory):
-        raise UsageError("--timeout and --memory limit attempts, and --no-wait makes none. Give them to zoobench work.")
+        raise UsageError(
+            "--timeout and --memory limit attempts, and --no-wait starts none. Give them to zoobench work."
+        )
     engine: Callable[..., WorkerPool] | None = engine_named(on)
     limit = None if timeout is None else parse_duration(timeout)
     if memory:
@@ -94,8 +98,8 @@ def run(
     queued = queue(cells, db, retry=retry, rerun=rerun, priority=priority)
     if all(isinstance(cell, Skip) for cell in cells):
         raise UsageError(
-            "Nothing was run, as none of this can be, for the reasons above. Choose another method, controller or "
-            "design."
+            "Nothing was run: every combination was skipped, for the reasons above. Choose another method, controller "
+            "or design."
         )
     if no_wait:
         _tell_sweep(queued, db)
@@ -170,7 +174,7 @@ def _tell_sweep(queued: Queued, db: str) -> None:
     from zoobench.db.store import Store
 
     if not queued.todo:
-        say("Nothing is to be done.")
+        say("No run is left to do.")
         return
     with Store(db) as store:
         sweep = store.begin_sweep(queued.todo)
@@ -197,10 +201,10 @@ def _queue_again(store: "Store", report: "EnqueueReport", retry: Retry | None, r
 def _tell_plan(report: "EnqueueReport", again: list[int], skips: "Iterable[Skip]") -> None:
     groups = {
         "new": report.new,
-        "under way": report.existing_open,
-        "to be done again": again,
+        "in progress": report.existing_open,
+        "to be repeated": again,
         "done already": set(report.existing_done) - set(again),
-        "unsuccessful before (--retry all tries them again)": set(report.existing_failed) - set(again),
+        "failed before (--retry all repeats them)": set(report.existing_failed) - set(again),
         "skipped": report.skipped,
     }
     always = ("new", "done already", "skipped")

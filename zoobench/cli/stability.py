@@ -15,20 +15,21 @@ from zoobench.report.listing import Listing
 
 
 def stability(
-    cases: Annotated[str, Option("--case", help="Cases: names or globs, with commas.")] = "*",
-    fast: Annotated[bool, Option("--fast", help="Only the cases done in seconds.")] = False,
+    cases: Annotated[str, Option("--case", help="Cases: names or globs, separated by commas.")] = "*",
+    fast: Annotated[bool, Option("--fast", help="Only the cases that take seconds.")] = False,
     largest_step: Annotated[
-        bool, Option("--largest-step", help="Instead, compare the largest stable steps with the predicted ones.")
+        bool, Option("--largest-step", help="Compare measured and predicted largest stable steps instead.")
     ] = False,
-    only_list: Annotated[bool, Option("--list", help="Instead, list the cases.")] = False,
+    only_list: Annotated[bool, Option("--list", help="List the cases instead.")] = False,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Simulate extreme cases and judge each by its physics.
+    """Test the stability of the simulator in extreme cases.
 
-    Checks volume ratios, energy, momentum, penetration and gradients against bounds. Also reports the smallest step [s]
-    and its fraction of the largest stable one, frames repeated with half the step, and the shares of clamped
-    particle-frames and repeated frames. Every row is stored when its case has ended. Exit code 1 if a case fails.
+    Volume ratios, energy, momentum, penetration and gradients are checked against bounds. The table also has the
+    smallest step [s], its ratio to the largest stable step, the frames repeated with half the step, and the fractions
+    of clamped particle-frames and of repeated frames. Each row is stored when its case ends. Exit code 1 if a case
+    fails.
     """
     from zoobench.verify.cases import select
     from zoobench.verify.stability import stability_suite as suite

@@ -21,10 +21,10 @@ def status(
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Count the runs and show those in progress.
+    """Count the runs by state and show those in progress.
 
-    For each: attempt, share of the budget used, score of the incumbent, seconds since it last reported a metric,
-    seconds that its worker's lease still lasts, time left.
+    Each run has its attempt, fraction of the budget spent, best score so far, seconds since its last report, seconds
+    until its worker's lease ends, and estimated time left.
     """
     from zoobench.db.store import Store
 

@@ -17,22 +17,22 @@ from zoobench.cli.run import carry_through, queue
 
 
 def submit(
-    policy: Annotated[str, Option("--policy", help="The agent, module:function or file.py:function.")],
+    policy: Annotated[str, Option("--policy", help="The agent: module:function or file.py:function.")],
     env: Annotated[str, component_option("envs", "--env", "The environment.")],
     task: Annotated[str, component_option("tasks", "--task", "The task.")],
     design: OneDesignOption = "caterpillar",
     fidelity: OneFidelityOption = "standard",
-    frames: Annotated[int, Option("--frames", min=1, help="Length of the episode in control frames.")] = 200,
-    action: Annotated[str, Option("--action", help="What the agent gives: waves or muscles.")] = "waves",
-    weights: Annotated[str, Option("--weights", help="A file that the agent reads, to be part of the record.")] = "",
-    name: Annotated[str, Option("--name", help="A name for tables.")] = "",
+    frames: Annotated[int, Option("--frames", min=1, help="Episode length in control frames.")] = 200,
+    action: Annotated[str, Option("--action", help="Action space of the agent: waves or muscles.")] = "waves",
+    weights: Annotated[str, Option("--weights", help="File of the agent's weights, recorded in the provenance.")] = "",
+    name: Annotated[str, Option("--name", help="Name of the agent in tables.")] = "",
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
     """Evaluate an agent that was trained elsewhere.
 
-    The function takes the observation of a control frame and returns the action, as in the environment of Gymnasium. It
-    acts for one episode under the meter. The score is stored with its provenance and with the muscles' activity, by
-    which it can be repeated without the agent. Tables show it as `external`.
+    The function maps the observation of a control frame to the action, as in the Gymnasium environment. It controls the
+    robot for one episode. The score is stored with its provenance and the muscle activation, which repeats the episode
+    without the agent. Tables show the method as `external`.
     """
     from zoobench.harness.submission import submission
 

@@ -14,22 +14,22 @@ _COLUMNS = (
     "case", "measure", "value", "bound", "unit", "ok", "resolution", "precision", "seconds", "source",
 )  # fmt: skip
 
-_VERDICTS = {"pass": "ok", "known": "falls short, as is known", "fail": "MISSED"}
+_VERDICTS = {"pass": "ok", "known": "known shortfall", "fail": "FAILED"}
 
 
 def validate(
-    case: Annotated[str, Option("--case", help="Cases: names or globs, with commas.")] = "*",
-    fast: Annotated[bool, Option("--fast", help="Only the cases done in seconds.")] = False,
+    case: Annotated[str, Option("--case", help="Cases: names or globs, separated by commas.")] = "*",
+    fast: Annotated[bool, Option("--fast", help="Only the cases that take seconds.")] = False,
     plots: Annotated[
-        Path | None, Option("--plots", help="A folder for one plot per case: computed and reference.")
+        Path | None, Option("--plots", help="Draw computed and reference values of each case into this folder.")
     ] = None,
     form: FormatOption = Format.TABLE,
 ) -> None:
-    """Check the simulator against closed forms and experiments.
+    """Validate the simulator against closed forms and experiments.
 
-    One row per measured number, with its bound and their source, for forward runs and gradients. Exit code 1 if a
-    number misses its bound, unless it is known to; known shortfalls are listed with their reasons, and one that is none
-    any longer is a miss, too.
+    Each row is a measured value of a forward run or a gradient, with its bound and source. Exit code 1 if a value
+    exceeds its bound. Known shortfalls are listed with their reasons and do not count; a known shortfall that meets its
+    bound does.
     """
     from zoobench.verify.cases import select
     from zoobench.verify.comparison_figure import draw

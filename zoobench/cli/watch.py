@@ -21,34 +21,41 @@ def watch(
     run: Annotated[
         str,
         Argument(
-            help="A run, or best:ENV/TASK/DESIGN: its robot moves as it was trained; of a run that goes on, as at its "
-            "best so far.",
+            help="A run, or best:ENV/TASK/DESIGN, whose gait is shown; the best so far of a run in progress.",
             autocompletion=completion.solutions,
         ),
     ] = "",
-    env: Annotated[str, component_option("envs", "--env", "The environment; the run's, or ground.")] = "",
-    task: Annotated[str, component_option("tasks", "--task", "The task; the run's, or movement-speed.")] = "",
-    design: Annotated[str, component_option("designs", "--design", "The design; the run's, or caterpillar.")] = "",
+    env: Annotated[str, component_option("envs", "--env", "Environment. Default: the run's, or ground.")] = "",
+    task: Annotated[str, component_option("tasks", "--task", "Task. Default: the run's, or movement-speed.")] = "",
+    design: Annotated[str, component_option("designs", "--design", "Design. Default: the run's, or caterpillar.")] = "",
     fidelity: Annotated[
-        str, component_option("fidelities", "--fidelity", "How finely to simulate; as the run, or draft.")
+        str, component_option("fidelities", "--fidelity", "Resolution of the simulation. Default: the run's, or draft.")
     ] = "",
     frames: Annotated[
-        int | None, Option("--frames", min=1, help=f"Control frames of an episode; the run's, or {_FRAMES}.")
+        int | None,
+        Option("--frames", min=1, help=f"Episode length in control frames. Default: the run's, or {_FRAMES}."),
     ] = None,
     host: Annotated[
-        str, Option("--host", help="Where the page is served: 0.0.0.0 for everybody in your network.")
+        str, Option("--host", help="Address to serve on; 0.0.0.0 for everybody in your network.")
     ] = "127.0.0.1",
     port: Annotated[
         int | None,
-        Option("--port", min=0, max=65535, help="0 for any free one.", show_default="the first free one from 8080 on"),
+        Option(
+            "--port",
+            min=0,
+            max=65535,
+            help="Port to serve on; 0 for any free one.",
+            show_default="the first free one from 8080 on",
+        ),
     ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Watch a robot in the browser and move it.
+    """Watch a robot in the browser and control it.
 
-    Says the address of a page that shows it while it is simulated. Its panel has a slider for each muscle, pause, speed
-    and start again; keys contract and extend muscles, too. The robot of a run moves as it was trained, until
-    you take over. Ctrl-C ends it. Everybody who can reach the address can steer. Needs the extra `watch`.
+    The command prints the address of a page that shows the live simulation. The page has a slider for each muscle, and
+    controls for pause, speed and restart. Keys contract and extend muscles. The robot of a run follows its trained gait
+    until you take over. Ctrl-C stops the server. Everybody who can reach the address can control the robot. Needs the
+    extra `watch`.
     """
     from zoobench.harness.interruption import Interruption
     from zoobench.render.viewer import Viewer, check_viewing

@@ -21,20 +21,22 @@ if TYPE_CHECKING:
 def work(
     max_time: Annotated[
         str | None,
-        Option("--max-time", help="End after this time, as in 3h; the run in hand is handed back at a checkpoint."),
+        Option(
+            "--max-time", help="Stop after this time, as in 3h. The current run is queued again with its checkpoint."
+        ),
     ] = None,
-    max_runs: Annotated[int | None, Option("--max-runs", min=1, help="End after so many runs.")] = None,
+    max_runs: Annotated[int | None, Option("--max-runs", min=1, help="Stop after this number of runs.")] = None,
     sweep: Annotated[
-        int | None, Option("--sweep", help="Only the runs of this sweep, as `zoobench run --no-wait` names it.")
+        int | None, Option("--sweep", help="Only runs of this sweep. `zoobench run --no-wait` prints its number.")
     ] = None,
     timeout: TimeoutOption = None,
     memory: MemoryOption = "",
     db: DatabaseOption = DEFAULT_DATABASE,
 ) -> None:
-    """Do queued runs, one at a time, until none is left.
+    """Execute queued runs until none is left.
 
-    What a batch job or a container needs: any number of workers share a database, and none does what another has in
-    hand. On SIGTERM or Ctrl-C the run in hand is queued again and goes on from its checkpoint; the exit code is 130.
+    Use it in batch jobs and containers. It executes one run at a time. Any number of workers can share a database. On
+    SIGTERM or Ctrl-C the current run is queued again with its checkpoint, and the exit code is 130.
     """
     from zoobench.cell.memory import allow
     from zoobench.cli.progress import describe
@@ -64,7 +66,7 @@ def work(
 
     is_stopped = work_shift(WorkerOrders(db, sweep, limit), shift, tell)
     if is_stopped:
-        say("Stopped. The run in hand is queued again: the next worker goes on with it.")
+        say("Stopped. The current run is queued again; the next worker resumes it.")
         raise Exit(130)
     states = [row.state for row in seen.values()]
     say(f"{states.count(RunState.DONE)} done of {len(states)} taken. Next: {command_text('status', db=db)}")

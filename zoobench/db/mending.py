@@ -30,14 +30,14 @@ def _mend_settings(session: Session) -> Iterator[str]:
         try:
             whole = spec_columns(key, spec_of(row))
         except StorageError:
-            yield f"run {runs.get(key, key[:12])} was removed, as nothing tells its settings"
+            yield f"run {runs.get(key, key[:12])} was removed: its settings cannot be restored"
             _remove(session, key, runs.get(key))
             continue
         if digest_of(str(row["document"])) == key:
             whole["document"] = row["document"]
         if whole != row:
             session.execute(update(SpecRecord).where(SpecRecord.key == key).values(whole))
-            yield f"the settings of run {runs.get(key, key[:12])} were written anew"
+            yield f"the settings of run {runs.get(key, key[:12])} were restored"
 
 
 def _remove(session: Session, key: str, run_id: int | None) -> None:

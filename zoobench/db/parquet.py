@@ -42,7 +42,7 @@ def _write(path: Path, parts: "Iterator[pd.DataFrame]") -> int:
             writer.write_table(table.cast(writer.schema))
             count += len(part)
         if writer is None:
-            raise UsageError("There is no run to export. `zoobench run --env desert --task turning` makes some.")
+            raise UsageError("There is no run to export. Try: zoobench run --env desert --task turning")
         writer.close()
         unfinished.replace(path)
     except FileNotFoundError:

@@ -37,7 +37,7 @@ def long_document() -> ColumnElement[str | None]:
     return case((is_long, SpecRecord.document), else_=None)
 
 
-_REMEDY = "`zoobench doctor --mend` puts right what can be; else restore the database from a copy."
+_REMEDY = "`zoobench doctor --repair` repairs what can be repaired; else restore the database from a copy."
 
 _told: set[str] = set()
 """Keys of damaged runs that a word was said about."""

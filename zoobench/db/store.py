@@ -170,7 +170,7 @@ class Store(Reader):
         with self._database.read() as session:
             changed = changed_results(session)
         again = self.retry(changed, states=[state for state in RunState if state not in OPEN_STATES])
-        return said + [f"run {run_id}, whose results had changed, is queued to be done again" for run_id in again]
+        return said + [f"run {run_id} is queued again: its results had changed" for run_id in again]
 
     def claim(
         self,

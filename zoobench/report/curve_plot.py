@@ -104,6 +104,8 @@ def draw(
         axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
         _panel(axes, group, known, looks)
         axes.set_title(titles[number], fontsize=10 if width is None else 8)
+        if width is not None:
+            axes.set_xlabel(axes.get_xlabel().replace(", ", ",\n"))
     _draw_key(figure)
     if width is None:
         _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))

@@ -25,19 +25,19 @@ def test_every_table_is_rectangular_and_says_what_was_measured() -> None:
     level = dict(zip(*[tables[0][0], tables[0][1][0]], strict=True))
     assert level["score error"] == "50 % ± 5 % or more"
     assert level["score / finest"] == "0.50 (0.50 to 0.50)"
-    assert level["finest / score where found"] == "200 %"
+    assert level["finest / score where trained"] == "200 %"
     assert tables[1] == (
-        ("env", "task", "found at", "at draft", "at standard", "at paper"),
+        ("env", "task", "trained at", "at draft", "at standard", "at paper"),
         [("ground", TASK, "draft", "100 %", "220 %", "210 %")],
     )
     assert tables[2][1] == [("ground", TASK, "20 %, 2 s")]
     assert tables[3][1] == [("ground", "draft", "2", "25.0 %", "20.0 %", "30.0 %", "0.0 %", "10.0 %", "15.0 %")]
 
 
-def test_the_short_table_says_which_differences_hold() -> None:
-    """All, those above a ratio, or none that is known; of two bodies only where there are pairs of them."""
+def test_the_short_table_says_which_rankings_agree() -> None:
+    """At any difference, above one, or at none that is known; of two bodies only where there are pairs of them."""
     row = analyse(ladder()).levels[0]
-    for decides, text in {1.0: "all", 1.5: "above 50 %", None: "none known"}.items():
+    for decides, text in {1.0: "any difference", 1.5: "above 50 %", None: "not known"}.items():
         one = replace(row, one_body=KeptOrders(decides, 96, ("caterpillar",)))
         two = replace(row, two_bodies=KeptOrders(decides, 20, ("caterpillar", "panda")))
         rows = short_table([one, two])[1]

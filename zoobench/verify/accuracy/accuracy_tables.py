@@ -12,11 +12,11 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 
 def short_table(rows: Sequence[LevelRow]) -> Table:
-    """One row per level: by how much scores are off, and which differences hold, of one body and of two."""
+    """One row per level: the score error, and the differences above which rankings agree with the finest level's."""
     return _table(
         rows, "env", "task", ("level", lambda row: row.fidelity), ("score error", _error),
-        (f"{HELD:.0%} of orders of one body hold", lambda row: _held(row.one_body)),
-        ("of two bodies", lambda row: _held(row.two_bodies)),
+        (f"ranking agrees with finest in {100 * HELD:.0f} % of pairs: one body", lambda row: _held(row.one_body)),
+        ("two bodies", lambda row: _held(row.two_bodies)),
         ("bodies", lambda row: ", ".join(sorted(row.bodies))),
     )  # fmt: skip
 
@@ -25,9 +25,9 @@ def level_table(rows: Sequence[LevelRow]) -> Table:
     """One row per level, or knob: errors in percent with the uncertainty of the reference, what it decides, costs."""
     return _table(
         rows, "env", "task", "fidelity", ("score error", _error), ("score / finest", _band),
-        ("finest / score where found", lambda row: _percent(row.transfer)),
-        ("decides ratios above", lambda row: _number(row.one_body.ratio)),
-        ("of two bodies", lambda row: _number(row.two_bodies.ratio)),
+        ("finest / score where trained", lambda row: _percent(row.transfer)),
+        ("ranking agrees for ratios above: one body", lambda row: _number(row.one_body.ratio)),
+        ("two bodies", lambda row: _number(row.two_bodies.ratio)),
         ("1-cos gradient", lambda row: _number(row.angle)),
         ("s per simulated s", lambda row: _number(row.seconds)),
         ("with gradient", lambda row: _number(row.gradient_seconds)), ("MiB", lambda row: _whole(row.memory)),
@@ -41,7 +41,7 @@ def matrix_table(rows: Sequence[MatrixRow]) -> Table:
     cells: dict[tuple[str, str, str], dict[str, str]] = {}
     for row in rows:
         cells.setdefault((row.env, row.task, row.found), {})[row.evaluated] = _percent(row.ratio)
-    columns = ("env", "task", "found at", *(f"at {name}" for name in names))
+    columns = ("env", "task", "trained at", *(f"at {name}" for name in names))
     return columns, [(*place, *(found.get(name, "") for name in names)) for place, found in cells.items()]
 
 
@@ -63,7 +63,7 @@ def energy_table(rows: Sequence[EnergyRow]) -> Table:
         return lambda row: f"{100 * getattr(row, name):.1f} %"
 
     return _table(
-        rows, "env", "fidelity", ("put in [J]", lambda row: _number(row.put_in)), ("taken back", share("back")),
+        rows, "env", "fidelity", ("work done [J]", lambda row: _number(row.put_in)), ("work absorbed", share("back")),
         ("stored", share("stored")), ("viscosity", share("viscous")), ("yield", share("plastic")),
         ("contact", share("contact")), ("unexplained", share("unexplained")),
     )  # fmt: skip
@@ -81,11 +81,11 @@ TABLES: dict[str, tuple[type[Any], Callable[[Any], Table], Callable[[Analysis], 
 
 
 def _held(orders: KeptOrders) -> str:
-    """Which orders hold, by the difference of the scores."""
+    """The difference of scores above which rankings agree."""
     if not orders.pairs:
         return "not compared"
     ratio = orders.ratio
-    which = "none known" if ratio is None else "all" if ratio == 1.0 else f"above {_percent(ratio - 1)}"
+    which = "not known" if ratio is None else "any difference" if ratio == 1.0 else f"above {_percent(ratio - 1)}"
     return f"{which} ({orders.pairs} pairs)"
 
 

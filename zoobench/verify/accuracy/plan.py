@@ -71,7 +71,7 @@ class StudyPlan:
         if min(self.seeds, self.iterations, self.stages, self.frames) < 1 or self.draws < 0:
             raise UsageError("Seeds, iterations, stages and frames must be at least 1, draws at least 0.")
         if self.beyond and max(map(LADDER.index, self.levels)) >= LADDER.index(self.beyond):
-            raise UsageError(f"{self.beyond} is not beyond {', '.join(self.levels)}. Name a finer level, or none.")
+            raise UsageError(f"{self.beyond} is not finer than {', '.join(self.levels)}. Name a finer level, or none.")
 
     def fidelities(self) -> list[Ref]:
         """Where gaits are evaluated, from coarse to fine, the finest level with both transfers, then the knobs."""
