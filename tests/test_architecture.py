@@ -36,7 +36,7 @@ ALLOWED = {
     "fidelities": "registry sim.model",
     "designs": "errors arrays spec inputs registry sim.model",
     "envs": "errors arrays registry sim.model designs",
-    "tasks": "errors arrays inputs registry",
+    "tasks": "errors arrays spec inputs registry",
     "controllers": "errors arrays spec inputs registry",
     "cell": "errors arrays spec inputs registry rounding sim.model sim designs envs tasks controllers",
     "render": "errors arrays spec registry sim.model sim designs envs tasks cell",

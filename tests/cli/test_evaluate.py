@@ -51,8 +51,12 @@ def test_variants_of_an_environment_are_told_apart(zoobench: Command, score: flo
     rows = csv.DictReader(io.StringIO(zoobench("evaluate", "1", "--env", envs, "--format", "csv").out))
     assert len({row["env"] for row in rows}) == 2
     level = "draft,draft[transfer=apic]"
-    shown = zoobench("evaluate", "1", "--fidelity", level).out.splitlines()
-    assert [line.split()[4] for line in shown[2:]] == ["draft[transfer=aflip]", "draft[transfer=apic]"]
+    shown = zoobench("evaluate", "1", "--fidelity", level)
+    assert [line.split()[4] for line in shown.out.splitlines()[2:]] == ["draft[transfer=aflip]", "draft[transfer=apic]"]
+    assert "run 1, ground x movement-speed x draft[transfer=apic]: score" in shown.err
+    latex = zoobench("evaluate", "--format", "latex").out
+    assert r"\caption{Score [m/s]}" in latex
+    assert r"table-space-text-post = {{\scriptsize~(n=1)}}" in latex
     header = zoobench("evaluate").out.splitlines()[2]
     assert header.index("youngs_modulus=5000.0]") < header.index("youngs_modulus=20000.0]")
 

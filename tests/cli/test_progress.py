@@ -40,8 +40,8 @@ def test_lines_tell_each_change_once(capsys: pytest.CaptureFixture[str]) -> None
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.splitlines() == [
-        "[0/2] running   1 desert x turning x caterpillar x diffphysics seed 1, 25%, score 0.5, 30 s left",
-        "[2/2] done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75, 10 s",
+        "[0/2] running   1 desert x turning x caterpillar x diffphysics seed 1, 25%, score 0.5 m/s, 30 s left",
+        "[2/2] done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75 m/s, 10 s",
         "[2/2] diverged  2 desert x turning x caterpillar x diffphysics seed 2, 10 s: det F is -1.",
     ]
 
@@ -54,7 +54,7 @@ def test_lines_report_a_long_run_now_and_then(
     lines = Lines([1])
     lines.update([row(1, RunState.RUNNING)])
     lines.update([row(1, RunState.RUNNING, 0.5, 0.1)])
-    assert "50%, score 0.1, 10 s left" in capsys.readouterr().err
+    assert "50%, score 0.1 m/s, 10 s left" in capsys.readouterr().err
 
 
 def test_bars_show_runs_in_progress_and_the_total(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,7 +72,7 @@ def test_bars_show_runs_in_progress_and_the_total(monkeypatch: pytest.MonkeyPatc
         bars.update([row(1, RunState.DONE, 1.0, 0.75), row(2, RunState.RUNNING, 0.2)])
         bars.update([replace(row(1, RunState.DONE, 1.0, 0.75)), row(2, RunState.FAILED)])
     text = screen.getvalue()
-    assert text.count("done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75, 10 s") == 1
+    assert text.count("done      1 desert x turning x caterpillar x diffphysics seed 1, score 0.75 m/s, 10 s") == 1
     assert "failed    2 desert" in text
     assert "2 of 2 done" in text
 
@@ -87,7 +87,7 @@ def test_bars_stay_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None
     lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue()).splitlines()]
     name = "1 desert x turning x caterpillar x diffphysics seed 1"
     after = [second for first, second in pairwise(lines) if first == name]
-    assert after[-1] == f"{'━' * 12}╺{'━' * 11} 50%, score 0.001234, 10 s left"
+    assert after[-1] == f"{'━' * 12}╺{'━' * 11} 50%, score 0.001234 m/s, 10 s left"
 
 
 def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,10 +34,10 @@ def test_a_run_is_filmed_from_what_is_stored(zoobench: Command, tmp_path: Path) 
 def test_a_picture_is_drawn(zoobench: Command, tmp_path: Path) -> None:
     """A run is known by the start of its key too; another score than the stored one is told."""
     needs_drawing()
-    stored(tmp_path / "zoobench.db", 5.0)
+    stored(tmp_path / "zoobench.db", -5.0)
     reply = zoobench("render", SPEC.key()[:8], "-o", "run.png", "--width", 640)
     assert (reply.code, reply.out) == (0, "run.png\n"), reply.err
-    assert "the stored one 5" in reply.err
+    assert "and error 5 m is stored" in reply.err
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 

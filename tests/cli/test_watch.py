@@ -104,7 +104,7 @@ def test_the_robot_of_a_run_is_shown_as_it_was_trained(
         assert each is not None
         assert Problem(each.cell, worlds=1).parameter_count == 0
     assert shown[0] is not None
-    assert shown[0].words == "block in ice: turning, run 1, random, 1 m/s"
+    assert shown[0].words == "block in ice: turning, run 1, random, score 1 m/s"
 
 
 def test_a_run_that_goes_on_is_shown_at_its_best_so_far(
@@ -137,9 +137,9 @@ def test_a_run_that_goes_on_is_shown_at_its_best_so_far(
     assert rest[::2] == rest[1::2]
     assert len({each.cell for each in rest if each}) == 3
     assert [each.words.split(", ", 1)[1] for each in rest[::2] if each] == [
-        "run 1 after 1 iteration, random, 0.1 m/s",
-        "run 1 after 2 iterations, random, 0.2 m/s",
-        "run 1, random, 0.3 m/s",
+        "run 1 after 1 iteration, random, score 0.1 m/s",
+        "run 1 after 2 iterations, random, score 0.2 m/s",
+        "run 1, random, score 0.3 m/s",
     ]
 
 

@@ -64,7 +64,6 @@ def test_a_solution_is_found_by_its_name_and_key(folder: Path) -> None:
     found = published.named(NAME)
     assert (found.spec, found.params, found.score, found.unit) == (BEST, (3.0, 1 / 3), 3.0, "m/s")
     assert published.names() == [NAME, BOARD_NAME]
-    assert found.words == "of the leaderboard mine: diffphysics, seed 1, score 3 m/s"
     start = published.start(BEST.key()[:16])
     assert start is not None
     assert (start.spec, start.params) == (BEST, found.params)

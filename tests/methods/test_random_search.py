@@ -24,3 +24,10 @@ def test_the_budget_is_used_to_the_last_episode() -> None:
     RandomSearch(batch=8).run(problem, Context())
     assert problem.meter.episodes == 19
     assert problem.meter.iterations == 3
+
+
+def test_a_batch_far_beyond_the_budget_begins_at_once() -> None:
+    """How many draws the budget affords is not found by counting down to it."""
+    problem = Quadratic(Budget("episodes", 3))
+    RandomSearch(batch=10**15).run(problem, Context())
+    assert problem.meter.episodes == 3

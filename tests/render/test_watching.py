@@ -87,6 +87,16 @@ def test_a_gait_does_what_it_did(viewer: Viewer, controller: str, design: str) -
     assert expected
 
 
+def test_an_episode_on_a_path_is_told_by_its_error(viewer: Viewer) -> None:
+    """As tables show it: above zero."""
+    told: list[str] = []
+    path = Watched(free_cell("ground", "waypoint-following", "caterpillar", "smoke", 4), "by hand")
+    watch(viewer, lambda: path, told.append, _after(8))
+    noun, error, unit = told[1].split()
+    assert (noun, unit) == ("error", "m")
+    assert float(error) > 0.0
+
+
 def _trained(spec: RunSpec, params: np.ndarray) -> RunSpec:
     axes = (spec.env, spec.task, spec.design, spec.fidelity)
     return with_gait(free_cell(*map(str, axes), spec.frames), Start(spec, tuple(params.tolist())))

@@ -116,20 +116,24 @@ def test_missing_matplotlib_is_told(store: Store, tmp_path: Path, monkeypatch: p
         draw(results, curves(store, results, "substeps"), tmp_path / "curves.png")
 
 
-def test_the_axes_of_a_narrow_figure_are_named_within_it(store: Store, tmp_path: Path) -> None:
-    """No word is cut off at the edge of a figure of 60 mm."""
+@pytest.mark.parametrize("width", [45.0, 85.0, 180.0])
+def test_words_stay_within_a_figure_for_a_paper(store: Store, tmp_path: Path, width: float) -> None:
+    """Titles and labels are folded, not cut off."""
     from matplotlib.figure import Figure
 
     drawn: list[Figure] = []
+    spec = replace(make_spec(env="shallow-water-v1"), task=Ref("velocity-tracking", 1))
+    add_curve(store, spec, [-0.05, -0.02], unit="m/s")
+    results = choose_results(store, RunSelection())
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
-        results = choose_results(store, RunSelection(env="ice"))
-        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png", width=60.0)
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png", width)
     (figure,) = drawn
     figure.draw_without_rendering()
-    label = figure.axes[0].xaxis.label.get_window_extent()
-    assert label.x0 >= 0.0
-    assert label.x1 <= figure.bbox.x1
+    for axes in figure.axes:
+        for text in (axes.title, axes.xaxis.label, axes.yaxis.label):
+            ends = text.get_window_extent()
+            assert figure.bbox.x0 <= ends.x0 < ends.x1 <= figure.bbox.x1, text.get_text()
 
 
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:

@@ -131,7 +131,8 @@ def test_latex_is_a_table_of_booktabs_and_siunitx_with_everything_escaped() -> N
         r"\caption{5 \%}",
         r"\label{tab:x}",
         r"\begin{tabular}{l S[table-format = -2.2, detect-weight, mode = text] "
-        r"S[table-format = 1.3(2), separate-uncertainty = true, detect-weight, mode = text]}",
+        r"S[table-format = 1.3(2), separate-uncertainty = true, table-space-text-post = {{\scriptsize~(n=1)}}, "
+        r"detect-weight, mode = text]}",
         r"\toprule",
         r"a\_b & {n [\%]} & {v} \\",
         r"\midrule",

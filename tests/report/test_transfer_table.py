@@ -7,7 +7,14 @@ import pytest
 
 from tests.report.content import make_spec
 from zoobench.report.listing import Listing
-from zoobench.report.transfer_table import newest, transfer_cells, transfer_matrices, tried
+from zoobench.report.transfer_table import (
+    episode_listing,
+    episode_overview,
+    newest,
+    transfer_cells,
+    transfer_matrices,
+    tried,
+)
 from zoobench.spec import Budget, Ref, RunSpec
 
 
@@ -99,6 +106,9 @@ def test_errors_stand_apart_and_are_positive() -> None:
     score, error = transfer_matrices(tried([row(2, "ice-v1", 1.0), *paths], {}))
     assert (score.title, error.title) == ("Score [m/s]", "Error [m], less is better")
     assert error.reading()[0][-1] == "0.02 (n=1)"
+    (episode,) = episode_overview(paths).records()
+    assert (episode["error"], episode["unit"]) == (0.02, "m, less is better")
+    assert episode_listing(paths).records()[0]["score"] == -0.02
 
 
 def test_only_where_it_was_found_is_stressed() -> None:

@@ -14,6 +14,7 @@ from zoobench.report.run_results import choose_results
 from zoobench.report.views import (
     counts_text,
     duration,
+    finals_shown,
     results_listing,
     results_overview,
     results_record,
@@ -68,12 +69,19 @@ def test_people_are_shown_errors_and_programs_scores(tmp_path: Path) -> None:
         running = [run for run in store.runs() if run.state is RunState.RUNNING]
         assert running_overview(running).records()[0]["error"] == 0.03
         assert running_listing(running).records()[0]["score"] == -0.03
-        assert ", error 0.03," in describe(running[0])
+        assert ", error 0.03 m," in describe(running[0])
         add_done(store, make_spec(), 1.0)
         both = results_overview(choose_results(store, RunSelection())).records()
         record = results_record(choose_results(store, RunSelection())[0])
     assert [row["score or error"] for row in both] == [0.02, None, 1.0]
     assert record["finals"]["score"]["value"] == -0.02
+    finals = {name: {"value": -0.02, "unit": "m"} for name in ("idle_score", "score", "drift")} | {
+        "random_score": {"value": None, "unit": "m"}
+    }
+    assert finals_shown(path.task, finals) == [
+        ("idle_error", 0.02, "m"), ("error", 0.02, "m"), ("drift", -0.02, "m"), ("random_error", None, "m")
+    ]  # fmt: skip
+    assert [name for name, *_ in finals_shown(make_spec().task, finals)] == list(finals)
 
 
 def test_records_mark_smoke_runs(tmp_path: Path) -> None:

@@ -78,7 +78,9 @@ def test_a_robot_in_pieces_meets_no_wall() -> None:
 
 
 def test_a_row_is_told_in_a_line() -> None:
-    """Its score, what became of it, or both."""
-    row = LastingRow(4, "k", 18, 0.25, "at a wall", 1.0, None, "m/s")
+    """Its score or error, what became of it, or both."""
+    row = LastingRow(4, "k", "turning-v1", 18, 0.25, "at a wall", 1.0, None, "m/s")
     assert (row.title, row.result) == ("run 4", "score 0.25 m/s, at a wall")
     assert replace(row, run="best", score=None).result == "at a wall"
+    error = replace(row, task="waypoint-following-v1", score=-0.25, unit="m")
+    assert error.result == "error 0.25 m, at a wall"

@@ -65,9 +65,10 @@ def runs(context: Context, incomplete: str) -> list[tuple[str, str]]:
 def solutions(context: Context, incomplete: str) -> list[tuple[str, str]]:
     """The newest runs, and the best ones of the published leaderboards."""
     from zoobench.db import published
+    from zoobench.harness.starts import words_of
 
     best = published.names() if incomplete else []  # there are more of them than fit a screen
-    return runs(context, incomplete) + [(name, published.named(name).words) for name in starting(best, incomplete)]
+    return runs(context, incomplete) + [(name, words_of(published.named(name))) for name in starting(best, incomplete)]
 
 
 def _names(chosen: "Iterable[Kind]") -> list[str]:

@@ -295,7 +295,7 @@ def _print_body(body: dict[str, Any]) -> None:
 
 
 def _print_run(card: dict[str, Any]) -> None:
-    from zoobench.report.views import duration
+    from zoobench.report.views import duration, finals_shown
 
     spec = RunSpec.from_dict(card["spec"])
     emit_facts(
@@ -312,7 +312,8 @@ def _print_run(card: dict[str, Any]) -> None:
         ]
     )
     finals = [
-        (f"  {name}", f"{cell_text(one['value'])} {one['unit']}".rstrip()) for name, one in card["finals"].items()
+        (f"  {name}", f"{cell_text(value)} {unit}".rstrip())
+        for name, value, unit in finals_shown(spec.task, card["finals"])
     ]
     for title, entries in (("finals", finals), ("attempts", _attempt_facts(card))):
         print(f"\n{title}" + ("" if entries else ": none"))

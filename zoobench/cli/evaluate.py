@@ -42,6 +42,7 @@ def evaluate(
     from zoobench.cell.loading import check_devices
     from zoobench.db.rows import TRANSFER
     from zoobench.db.store import Store
+    from zoobench.report.labels import labels
     from zoobench.report.transfer_table import episode_listing, episode_overview
     from zoobench.spec import Ref
     from zoobench.verify.transfer_study import stored
@@ -55,11 +56,14 @@ def evaluate(
     saved = save_each(db, TRANSFER, _all(own, targets), stored) if own else iter(())
     episodes = [spec for each in (*own, *published) for spec in targets.of(each.spec)]
     check_devices(episodes)  # before any of them
+    names = [labels(getattr(spec, axis) for spec in episodes) for axis in ("env", "task", "fidelity")]
     found = []
     with Steps(len(episodes)) as steps:
         for row in chain(saved, _all(published, targets)):
             found.append(row)
-            steps.end(f"{row.title} in {Ref.parse(row.env).name}: {row.result}")
+            places = zip(names, map(Ref.parse, (row.env, row.task, row.fidelity)), strict=True)
+            place = " x ".join(known[ref] for known, ref in places)
+            steps.end(f"{row.title}, {place}: {row.result}")
     if published:
         say("Scores of published solutions are shown and not stored: the database does not have their runs.")
     documents = [asdict(row) for row in found]

@@ -79,7 +79,7 @@ def _print_for_people(listing: "Listing", form: Format) -> None:
     from zoobench.report.listing import to_markdown
 
     if form is Format.LATEX:
-        print(f"{PREAMBLE}\n{to_latex(listing)}")
+        print(f"{PREAMBLE}\n{to_latex(listing, caption=listing.title)}")
         return
     if listing.title:
         print_text(f"### {in_markdown(listing.title)}\n" if form is Format.MD else f"{listing.title}\n")

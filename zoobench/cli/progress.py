@@ -199,20 +199,18 @@ def _name(row: "RunRow") -> str:
 
 def _standing(row: "RunRow") -> str:
     """Progress, score and time left of a run in progress, as the tail of a line."""
-    from zoobench.report.quantities import quantity_of
-    from zoobench.report.views import duration
+    from zoobench.report.views import duration, score_text
 
     if row.fraction <= 0:
         return ""
-    score = "" if row.score is None else f", {quantity_of(row.spec.task).text(row.score)}"
+    score = "" if row.score is None else f", {score_text(row.spec.task, row.score)}"
     return f", {row.fraction:.0%}{score}, {duration(row.seconds_left)} left"
 
 
 def _ending(row: "RunRow") -> str:
     from zoobench.report.foreign_text import visible
-    from zoobench.report.quantities import quantity_of
-    from zoobench.report.views import duration
+    from zoobench.report.views import duration, score_text
 
-    score = "" if row.score is None else f", {quantity_of(row.spec.task).text(row.score)}"
+    score = "" if row.score is None else f", {score_text(row.spec.task, row.score)}"
     reason = f": {row.reason}" if row.reason else ""
     return visible(f"{row.state:<9} {_name(row)}{score}, {duration(row.seconds)}{reason}")

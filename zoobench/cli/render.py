@@ -75,8 +75,8 @@ def render(
         episode = film(spec, found.params, moments=moments, progress=lambda done: step("simulating", done, spec.frames))
         if episode.evaluation.score != found.score:
             say(
-                f"The score of this simulation is {episode.evaluation.score:.6g}, the stored one {found.score:.6g}: "
-                "the run used other code or another processor."
+                f"This simulation gives {found.text(episode.evaluation.score, 6)}, and {found.text(found.score, 6)} is "
+                "stored: the run was done with other code or on another processor."
             )
         title = f"{found.name}: {spec}, {spec.fidelity.name}, {found.text(found.score)}"
         write(

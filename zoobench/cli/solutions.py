@@ -32,11 +32,11 @@ class NamedSolution:
     score: float
     unit: str
 
-    def text(self, score: float) -> str:
+    def text(self, score: float, digits: int = 4) -> str:
         """A score of this task as it is said: `score 0.12 m/s`, or `error 0.05 m`."""
-        from zoobench.report.quantities import quantity_of
+        from zoobench.report.views import score_text
 
-        return f"{quantity_of(self.spec.task).text(score)} {self.unit}".rstrip()
+        return score_text(self.spec.task, score, self.unit, digits)
 
 
 def solution_named(text: str, db: str) -> NamedSolution:
@@ -51,10 +51,11 @@ def solution_named(text: str, db: str) -> NamedSolution:
     """
     from zoobench.db import published
     from zoobench.db.store import Store
+    from zoobench.harness.starts import words_of
 
     if names_published(text):
         best = published.named(text)
-        say(f"{text} is {best.words}")
+        say(f"{text} is {words_of(best)}")
         return NamedSolution(best.name, None, _of_today(best.spec), best.params, best.score, best.unit)
     with Store(db, create=False) as store:
         return solution_of_run(store, text)

@@ -58,13 +58,6 @@ class PublishedRun:
         return Start(self.spec, self.params)
 
     @property
-    def words(self) -> str:
-        """Which run it is, for people: its board, method, seed and score."""
-        method, seed = self.spec.method.name, self.spec.seed
-        wall = ", at a wall" if self.at_wall else ""
-        return f"of the leaderboard {self.board}: {method}, seed {seed}, score {self.score:.4g} {self.unit}{wall}"
-
-    @property
     def _place(self) -> str:
         return f"{self.spec.env.name}/{self.spec.task.name}/{self.spec.design.name}"
 

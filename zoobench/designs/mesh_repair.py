@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from zoobench.designs.shells import Indices, edges_of, is_closed, shells_of, turned_outwards, without_crumbs
+from zoobench.designs.shells import Indices, edges_of, is_closed, percent, shells_of, turned_outwards, without_crumbs
 from zoobench.designs.solid_mesh import Mesh
 from zoobench.designs.voxel_fill import filled
 from zoobench.errors import UsageError, extra
@@ -134,7 +134,7 @@ def _said(mesh: Mesh, cavities: int, crumbs: str) -> Iterator[str]:
         (mesh.inverted / volume, "is enclosed by parts inside out: it does not count"),
     ):
         if share > _SAID:
-            yield f"{100.0 * share:.2g} % of the volume {words}."
+            yield f"{percent(share)} of the volume {words}."
 
 
 def trimesh_or_advice() -> Any:

@@ -120,10 +120,15 @@ def without_crumbs(mesh: Mesh, shells: Indices) -> tuple[Mesh, str]:
     used, indices = np.unique(faces, return_inverse=True)
     number = int((shares < CRUMB).sum())
     what = f"{number} pieces that touch nothing, together" if number > 1 else "A piece that touches nothing,"
-    share = 100.0 * float(shares[shares < CRUMB].sum())
+    share = float(shares[shares < CRUMB].sum())
     return Mesh(mesh.vertices[used], indices.reshape(-1, 3)), (
-        f"{what} {share:.2g} % of the volume, {'were' if number > 1 else 'was'} left out."
+        f"{what} {percent(share)} of the volume, {'were' if number > 1 else 'was'} left out."
     )
+
+
+def percent(share: float) -> str:
+    """A share of the volume as it is said, to two digits or to whole per cent: `0.33 %`, `100 %`."""
+    return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"
 
 
 def _touching(lower: Array, upper: Array) -> Indices:

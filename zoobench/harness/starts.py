@@ -11,6 +11,7 @@ from zoobench.errors import UsageError
 from zoobench.inputs import Start, StoredRun, find_with, make_known, named_run, named_runs, run_name
 from zoobench.registry import Kind
 from zoobench.spec import Ref, RunSpec, repeat_command
+from zoobench.tasks.quantities import quantity_of
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader
@@ -94,6 +95,13 @@ def _named_published(text: str) -> str:
     return name
 
 
+def words_of(best: published.PublishedRun) -> str:
+    """Which published run it is, for people: its board, method, seed and score or error."""
+    spec, wall = best.spec, ", at a wall" if best.at_wall else ""
+    score = quantity_of(spec.task, best.unit).text(best.score)
+    return f"of the leaderboard {best.board}: {spec.method.name}, seed {spec.seed}, {score}{wall}"
+
+
 def published_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
     """For each published run that some runs name, a line that says which it is.
 
@@ -102,7 +110,7 @@ def published_notes(specs: Iterable[RunSpec]) -> Iterator[str]:
     """
     for key in dict.fromkeys(key for spec in specs for key in named_runs(spec.method, spec.controller, spec.design)):
         if found := published.with_key(key):
-            yield f"{run_name(found.key)}, {found.full_name}, is {found.words}"
+            yield f"{run_name(found.key)}, {found.full_name}, is {words_of(found)}"
 
 
 def start_notes(specs: Iterable[RunSpec], location: str) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """Random search: the baseline of all methods."""
 
+from bisect import bisect
 from dataclasses import dataclass
 
 from zoobench.cell.problem import Problem
@@ -29,8 +30,10 @@ class RandomSearch:
     def run(self, problem: Problem, context: RunContext) -> Solution:
         """Draw, evaluate and keep the best; the last batch is reduced to fit the budget."""
         incumbent = resume(problem, context)
-        sizes = range(self.batch, 0, -1)
-        while (size := next(filter(problem.affords, sizes), 0)) or not problem.meter.episodes:
+        sizes = range(1, self.batch + 1)
+        while (
+            size := bisect(sizes, False, key=lambda count: not problem.affords(count))
+        ) or not problem.meter.episodes:
             # the first draw is always tried, so that the problem reports a budget too small for it
             draws = [problem.initial(context.rng) for _ in range(max(size, 1))]
             evaluations = problem.evaluate_batch(draws)

@@ -13,6 +13,7 @@ from zoobench.render.panel import Panel
 from zoobench.render.present import Present
 from zoobench.render.viewer import Viewer
 from zoobench.spec import FRAME_SECONDS, RunSpec
+from zoobench.tasks.quantities import quantity_of
 
 Check = Callable[[], None]
 """Called in every control frame, and while nothing is simulated; it may raise KeyboardInterrupt."""
@@ -117,8 +118,8 @@ class _Shown:
             self._last = "failed"
             yield str(failure)
         for evaluation in step.evaluations.values():
-            self._last = f"{evaluation.score:.4g} {self.problem.task.unit}"
-            yield f"score {self._last}"
+            self._last = quantity_of(self.problem.spec.task).text(evaluation.score)
+            yield self._last
 
     def _activity(self, panel: Panel, seen: Array) -> Array:
         """Of the muscles in the next frame, by hand or by the gait `[muscle_count]`."""

@@ -12,10 +12,10 @@ from zoobench.report.lasting import Lasting
 from zoobench.report.leaderboard import BoardRow, particles_per_cell
 from zoobench.report.listing import Listing
 from zoobench.report.provisional import marked
-from zoobench.report.quantities import Quantity
 from zoobench.report.table_cell import TableCell
 from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
+from zoobench.tasks.quantities import Quantity
 
 DENSE = " °"
 """The mark at a score with more particles in a cell."""

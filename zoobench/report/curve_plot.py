@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from zoobench.errors import UsageError
@@ -24,9 +25,11 @@ if TYPE_CHECKING:
 MOST_PANELS = 24
 
 _PANEL = (5.4, 3.9)  # [inches]
-_NARROWEST = 2.3  # panel of a figure whose width is given [inches]
+_NARROWEST, _SHORTEST = 2.3, 2.0  # panel of a figure whose width is given [inches]
 _INCH = 25.4  # [mm]
 _AXES = ("env", "task", "design", "controller", "fidelity")
+_SMALL, _SMALL_LETTER = 8, 0.065  # size of the letters of a narrow figure [points], and their width [inches]
+_NUMBERS, _FEWEST = 0.85, 8  # room for the numbers beside a panel [inches], and letters in a line at least
 _LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
 AMOUNTS = {"substeps": "simulated substeps, forward and backward", "episodes": "episodes", "seconds": "wall time [s]"}
@@ -103,9 +106,9 @@ def draw(
     for number, group in enumerate(groups):
         axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
         _panel(axes, group, known, looks)
-        axes.set_title(titles[number], fontsize=10 if width is None else 8)
+        axes.set_title(titles[number], fontsize=10)
         if width is not None:
-            axes.set_xlabel(axes.get_xlabel().replace(", ", ",\n"))
+            _fold(axes, size[0] / columns)
     _draw_key(figure)
     if width is None:
         _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))
@@ -119,8 +122,15 @@ def _layout(count: int, width: float | None) -> tuple[int, tuple[float, float]]:
     if width is not None:
         inches = width / _INCH
         columns = max(1, min(columns, int(inches / _NARROWEST)))
-        return columns, (inches, 0.75 * inches / columns * -(-count // columns) + 0.5)
+        return columns, (inches, max(_SHORTEST, 0.75 * inches / columns) * -(-count // columns) + 0.5)
     return columns, (_PANEL[0] * columns + 0.4, _PANEL[1] * -(-count // columns) + 0.9)
+
+
+def _fold(axes: "Axes", room: float) -> None:
+    """Write title, labels and numbers small, in lines that a panel of this width [inches] has room for."""
+    axes.tick_params(labelsize=_SMALL)
+    for text in (axes.title, axes.xaxis.label, axes.yaxis.label):
+        text.set(fontsize=_SMALL, text=fill(text.get_text(), max(_FEWEST, int((room - _NUMBERS) / _SMALL_LETTER))))
 
 
 def _draw_key(figure: "Figure") -> None:

@@ -58,11 +58,16 @@ def _cell(value: object, text: str, is_number: bool) -> str:
     number = _number(value)
     if number is None:
         return f"{{{latex_text(text)}}}" if text else ""
+    return number + _behind(value)
+
+
+def _behind(value: object) -> str:
+    """The marks and notes of a number."""
     if not isinstance(value, Measured):
-        return number
+        return ""
     marks = f"\\textsuperscript{{{latex_text(value.marks.replace(' ', ''))}}}" if value.marks else ""
     notes = f"{{\\scriptsize~({latex_text(', '.join(value.notes))})}}" if value.notes else ""
-    return number + marks + notes
+    return marks + notes
 
 
 def _number(value: object) -> str | None:
@@ -88,7 +93,9 @@ def _kind(values: Sequence[object], is_number: bool) -> str:
     spread = f"({max(ends)})" if ends else ""
     point = f"{whole}.{places}" if places else f"{whole}"
     uncertain = ", separate-uncertainty = true" if ends else ""
-    return f"S[table-format = {sign}{point}{spread}{uncertain}, detect-weight, mode = text]"
+    behind = max((_behind(value) for value in values if _number(value)), key=len)
+    room = f", table-space-text-post = {{{behind}}}" if behind else ""
+    return f"S[table-format = {sign}{point}{spread}{uncertain}{room}, detect-weight, mode = text]"
 
 
 def _stressed(text: str, is_number: bool) -> str:

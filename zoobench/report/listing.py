@@ -133,7 +133,7 @@ def cell_text(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         is_count = value.is_integer() and 1e4 <= abs(value) < 1e15  # above, .4g gives an exponent, as in 1.593e+05
-        return f"{value:.0f}" if is_count else f"{value:.4g}"
+        return f"{value:.0f}" if is_count else f"{value:z.4g}"
     return estimate_text(value) if isinstance(value, Measured) else visible(str(value))
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.report.listing import Listing, Measured
-from zoobench.report.quantities import check_units, conversion
 from zoobench.report.tables import Table
+from zoobench.report.units import check_units, conversion
 
 _SIGNS = " †¶"  # of footnotes at names
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from zoobench.db.many_rows import OriginRow
 from zoobench.db.rows import FinalRow, RunRow, RunState
-from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.spec import WALL_GAP, RunSelection, RunSpec
+from zoobench.tasks.quantities import Quantity, quantity_of
 
 if TYPE_CHECKING:
     from zoobench.db.query import Reader

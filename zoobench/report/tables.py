@@ -12,10 +12,10 @@ from typing import TypeVar
 from zoobench.report.cells import Cell, cells_of, comparable
 from zoobench.report.entries import Entry, entries_of, entry_of
 from zoobench.report.labels import in_order
-from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.report.run_results import RunResult
 from zoobench.report.table_cell import TableCell, compare
 from zoobench.spec import Budget, BudgetKind, Ref, RunSpec, currency, repeat_command
+from zoobench.tasks.quantities import Quantity, quantity_of
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 from zoobench.report.labels import in_order, labels
 from zoobench.report.listing import Listing, Measured, listing_of
 from zoobench.report.provisional import marked
-from zoobench.report.quantities import Quantity, quantity_of
 from zoobench.report.run_results import SMOKE
 from zoobench.report.statistics import Interval, t_interval
 from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.tasks.quantities import Quantity, heading, quantity_of
 
 Document = Mapping[str, Any]
 """A row of the study."""
@@ -241,11 +241,14 @@ def episode_overview(documents: Sequence[Document]) -> Listing:
     homes = [Ref.parse(row["home"][0]) for row in documents]
     names = {name: labels(refs) for name, refs in places.items()}
     envs = marked(labels([*homes, *places["env"]]))
+    quantities = [quantity_of(task, row["unit"]) for task, row in zip(places["task"], documents, strict=True)]
     rows = [
         (
             row["run"], envs[home], envs[places["env"][number]], names["task"][places["task"][number]],
-            names["fidelity"][places["fidelity"][number]], row["score"], row["unit"], row["reason"] or None,
+            names["fidelity"][places["fidelity"][number]],
+            None if row["score"] is None else quantity.sign * row["score"], quantity.unit_text, row["reason"] or None,
         )
-        for number, (row, home) in enumerate(zip(documents, homes, strict=True))
+        for number, (row, home, quantity) in enumerate(zip(documents, homes, quantities, strict=True))
     ]  # fmt: skip
-    return Listing(("run", "found_in", "env", "task", "fidelity", "score", "unit", "reason"), tuple(rows))
+    columns = ("run", "found_in", "env", "task", "fidelity", heading(quantities), "unit", "reason")
+    return Listing(columns, tuple(rows))

@@ -10,10 +10,11 @@ from zoobench.db.rows import AttemptRow, RunRow, RunState
 from zoobench.report.labels import labels
 from zoobench.report.leaderboard import BoardRow
 from zoobench.report.listing import Listing, listing_of, percent
+from zoobench.report.normalise import REFERENCES
 from zoobench.report.provisional import footnotes, marked
-from zoobench.report.quantities import heading, quantity_of
-from zoobench.report.run_results import RunResult
+from zoobench.report.run_results import SCORE, RunResult
 from zoobench.spec import AXES, WALL_GAP, Budget, Ref, RunSpec, is_at_wall, repeat_command
+from zoobench.tasks.quantities import heading, quantity_of
 
 _SHORT_AXES = ("env", "task", "design", "method", "fidelity")
 _TELLING = ("controller", "frames", "budget")
@@ -279,6 +280,24 @@ def _run_record(result: RunResult) -> dict[str, Any]:
         "is_smoke": result.is_smoke,
         "provisional": " ".join(footnotes([run.spec.env])) or None,
     }
+
+
+def score_text(task: Ref, score: float, unit: str = "", digits: int = 4) -> str:
+    """A score as it is said, see `Quantity.text`."""
+    return quantity_of(task, unit).text(score, digits)
+
+
+def finals_shown(task: Ref, finals: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, float | None, str]]:
+    """Names, values and units of the finals of a run's card, for people: scores as errors where the task's are."""
+    quantity = quantity_of(task)
+    shown = []
+    for name, final in finals.items():
+        is_score = name in (SCORE, *REFERENCES)
+        value = final["value"]
+        if is_score and value is not None:
+            value *= quantity.sign
+        shown.append((name.replace("score", quantity.noun) if is_score else name, value, final["unit"]))
+    return shown
 
 
 def _finals_record(result: RunResult) -> dict[str, Any]:

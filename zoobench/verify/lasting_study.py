@@ -14,7 +14,8 @@ from zoobench.errors import Divergence, Failure, UsageError
 from zoobench.inputs import named_runs, run_name, solution_in
 from zoobench.registry import KINDS, Kind
 from zoobench.sim.model.diagnostics import TORN
-from zoobench.spec import Budget, RunSpec, is_at_wall
+from zoobench.spec import Budget, Ref, RunSpec, is_at_wall
+from zoobench.tasks.quantities import quantity_of
 
 AT_A_WALL, TURNED_AWAY = "at a wall", "turned away"
 
@@ -25,7 +26,7 @@ class LastingRow:
 
     Attributes:
         run, key: number of the run that found the solution, or its name if it is published, and its key.
-        frames: that were asked for.
+        task, frames: of the episode.
         score: over all of them; None without one.
         end: what became of the robot, empty if it went on: `at a wall`, `turned away`, `torn in frame 252`,
             `diverged in frame 252`, or why there is no such episode.
@@ -35,6 +36,7 @@ class LastingRow:
 
     run: int | str
     key: str
+    task: str
     frames: int
     score: float | None
     end: str
@@ -50,7 +52,7 @@ class LastingRow:
     @property
     def result(self) -> str:
         """For people."""
-        score = "" if self.score is None else f"score {self.score:.4g} {self.unit}"
+        score = "" if self.score is None else quantity_of(Ref.parse(self.task), self.unit).text(self.score)
         return ", ".join(filter(None, (score, self.end)))
 
 
@@ -67,7 +69,7 @@ def lasting(run: int | str, spec: RunSpec, parameters: Sequence[float], times: i
     for kind, ref in ((kind, getattr(spec, axis)) for axis, kind in KINDS.items() if kind is not Kind.METHOD):
         registry.get(kind, ref.name, ref.version)
     frames = times * spec.frames
-    row = LastingRow(run, spec.key(), frames, None, _fault(spec, frames), None, None, "")
+    row = LastingRow(run, spec.key(), str(spec.task), frames, None, _fault(spec, frames), None, None, "")
     if row.end:
         return row
     try:

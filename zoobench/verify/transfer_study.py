@@ -12,6 +12,7 @@ from zoobench.cell.robot import Robot
 from zoobench.db.rows import StudyRow
 from zoobench.errors import UsageError
 from zoobench.spec import Budget, Ref, RunSpec
+from zoobench.tasks.quantities import quantity_of
 
 
 class MisfitError(UsageError):
@@ -52,7 +53,7 @@ class TransferRow:
     @property
     def result(self) -> str:
         """The score, or why there is none, for people."""
-        return self.reason if self.score is None else f"score {self.score:.4g} {self.unit}"
+        return self.reason if self.score is None else quantity_of(Ref.parse(self.task), self.unit).text(self.score)
 
 
 @dataclass(frozen=True)

@@ -111,6 +111,14 @@ def _spinning_particle(
     return Solver(scene, fidelity), float(np.linalg.norm(rate))
 
 
+def test_matter_that_no_step_suits_is_refused() -> None:
+    """In words, without a fixed step that nobody asked for."""
+    scene = scenes.medium_scene()
+    hard = replace(scene, robot=replace(scene.robot, stiffness=scene.robot.stiffness * 1e40))
+    with pytest.raises(StepSizeError, match=r"The robot needs steps of \S+ s, more than 1e\+09 in a control frame"):
+        choose_step(hard, scenes.fidelity(), 0.01, stiffness_max=1e40)
+
+
 def test_isolated_particle_stays_bounded_near_the_limit() -> None:
     """It swings for 5,000 substeps at 0.9 of its own dt_iso without growing."""
     solver, rate = _spinning_particle(0.9)

@@ -17,10 +17,10 @@ from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells, comparable_results, in_rows, in_settings
 from zoobench.report.page.sections import Accuracy, Level, Section
 from zoobench.report.palette import DASHES, Style, styles, styles_of
-from zoobench.report.quantities import heading
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
 from zoobench.spec import Ref
+from zoobench.tasks.quantities import heading
 
 Chart = dict[str, Any]
 Points = list[dict[str, Any]]

@@ -31,6 +31,9 @@ SPEED_ROOM = 0.8
 
 REFUSED_FRACTION = 0.9
 
+MOST_SUBSTEPS = 1e9
+"""Of a control frame."""
+
 SKIN_FRACTION = 0.7
 """Largest chosen step by the stable one of matter in the ground's skin [-]."""
 
@@ -149,12 +152,19 @@ def choose_step(
     It is shortened to divide the frame into a whole number of substeps.
 
     Raises:
-        StepSizeError: the fixed step is above 0.9 dt_iso, where simulations with muscles and impacts diverge.
+        StepSizeError: the fixed step is above 0.9 dt_iso, where simulations with muscles and impacts diverge, or a
+            frame has too many steps.
     """
     limits = step_limits(scene, fidelity, stiffness_max, density_ratio_min)
     matter = min(limits, key=lambda name: limits[name])
     dt_iso = limits[matter]
-    count = whole_substeps(frame_seconds, fidelity.step or fidelity.courant * dt_iso)
+    chosen = fidelity.courant * dt_iso
+    if not fidelity.step and chosen * MOST_SUBSTEPS < frame_seconds:
+        raise StepSizeError(
+            f"The {matter} needs steps of {chosen:.3g} s, more than {MOST_SUBSTEPS:.0e} in a control frame. "
+            "Make it softer, weaker or denser."
+        )
+    count = whole_substeps(frame_seconds, fidelity.step or chosen)
     found = StepLimit(dt_iso, matter, frame_seconds / count, count)
     if found.fraction > REFUSED_FRACTION:
         raise StepSizeError(

@@ -7,14 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from zoobench import registry
-from zoobench.errors import UsageError
 from zoobench.registry import Kind
 from zoobench.spec import Ref
 
 ERROR = "error"
 """Tag of a task whose score is an error with its sign turned."""
-
-_PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6}
 
 
 @dataclass(frozen=True, order=True)
@@ -45,9 +42,10 @@ class Quantity:
         """By which a score is multiplied to be shown."""
         return -1.0 if self.is_error else 1.0
 
-    def text(self, score: float) -> str:
-        """A score as it is said: `score 0.1234`, or `error 0.05` for one of -0.05."""
-        return f"{self.noun} {self.sign * score:.4g}"
+    def text(self, score: float, digits: int = 4) -> str:
+        """A score as it is said: `score 0.1234 m/s`, or `error 0.05 m` for one of -0.05."""
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        return f"{self.noun} {self.sign * score:z.{digits}g}{unit}"
 
 
 def heading(quantities: Iterable[Quantity]) -> str:
@@ -61,24 +59,3 @@ def quantity_of(task: Ref, unit: str = "") -> Quantity:
         return Quantity(False, unit)
     component = registry.get(Kind.TASK, task.name)
     return Quantity(ERROR in component.tags, unit or str(getattr(component.factory, "unit", "")))
-
-
-def conversion(unit: str, wanted: str) -> float | None:
-    """By which numbers in a unit are multiplied to be in another, `mm/s` for `m/s`; None where that is not one."""
-    if unit == wanted:
-        return 1.0
-    found = [1.0 / scale for prefix, scale in _PREFIXES.items() if wanted == f"{prefix}{unit}"]
-    back = [scale for prefix, scale in _PREFIXES.items() if unit == f"{prefix}{wanted}"]
-    return next(iter(found + back), None) if unit and wanted else None
-
-
-def check_units(wanted: tuple[str, ...], units: set[str]) -> None:
-    """Check that each wanted unit is one of what is shown.
-
-    Raises:
-        UsageError: one is not.
-    """
-    for unit in wanted:
-        if not any(conversion(own, unit) for own in units):
-            known = ", ".join(sorted(filter(None, units))) or "none"
-            raise UsageError(f"Nothing here can be shown in {unit!r}. The units are {known}; give mm/s for m/s.")
