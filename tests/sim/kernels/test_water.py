@@ -16,7 +16,7 @@ from zoobench.sim.kernels.array_types import Rows, Scalars
 from zoobench.sim.kernels.boundary import WALL_NODES
 from zoobench.sim.kernels.layout import MOMENTUM, VELOCITY, scene_constants
 from zoobench.sim.kernels.splines import CUBIC, QUADRATIC, stencil, weight_derivatives, weights
-from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
+from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
 from zoobench.sim.kernels.water import density_factor, room, room_adjoint, water_ratio, water_ratio_adjoint
 from zoobench.sim.model import laws_numpy as twins
 from zoobench.sim.model.lattice import fill_box, particle_volume
@@ -61,7 +61,7 @@ def relative_density_all(
         rho[p] = found
         by_mass = ti.Vector([0.0, 0.0, 0.0, factor * adjoint[p]])
         scatter_value(grid_adjoint, MOMENTUM, nodes, at.node, w, by_mass, width)
-        by_weights = value_derivative(grid, VELOCITY, nodes, at.node, w, dw, by_mass, width)
+        by_weights = by_offset(gather_slopes(grid, VELOCITY, nodes, at.node, w, dw, width), by_mass)
         x_adjoint[p] = by_weights + room_adjoint(at, dw, whole, found, adjoint[p], scene, width)
 
 

@@ -12,7 +12,7 @@ field of their own, RATIO.
 import taichi as ti
 
 from zoobench.sim.kernels.layout import RATIO
-from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
+from zoobench.sim.kernels.transfer import by_offset, gather_slopes, gather_value, scatter_value
 
 TOLERATED_DRIFT = 0.02
 """Difference of J from its local mean that is not relaxed [-]; a still shallow tank has a third of it at 1/32 m."""
@@ -39,11 +39,9 @@ def scatter_ratio_adjoint(
     width: ti.template(),
 ):  # fmt: skip
     """Adjoint of `scatter_ratio` by the offset, J and the mass."""
-    sums = gather_value(grid_adjoint, RATIO, nodes, node, w, width)
-    offset_adjoint = value_derivative(
-        grid_adjoint, RATIO, nodes, node, w, dw, ti.Vector([mass * J, mass, 0.0, 0.0]), width
-    )
-    return offset_adjoint, mass * sums[0], J * sums[0] + sums[1]
+    found = gather_slopes(grid_adjoint, RATIO, nodes, node, w, dw, width)
+    offset_adjoint = by_offset(found, ti.Vector([mass * J, mass, 0.0, 0.0]))
+    return offset_adjoint, mass * found.total[0], J * found.total[0] + found.total[1]
 
 
 @ti.func
@@ -66,11 +64,11 @@ def mean_ratio_adjoint(
     The stencil begins at `node` in the grid and at `node_adjoint` in its adjoint.
     """
     # mean = a / m with a = sum w m J and m = sum w m: d mean = (da - mean dm) / m
-    sums = gather_value(grid, RATIO, nodes, node, w, width)
-    scaled = mean_adjoint / sums[1]
+    found = gather_slopes(grid, RATIO, nodes, node, w, dw, width)
+    scaled = mean_adjoint / found.total[1]
     factors = ti.Vector([scaled, -scaled * mean, 0.0, 0.0])
     scatter_value(grid_adjoint, RATIO, nodes, node_adjoint, w, factors, width)
-    return value_derivative(grid, RATIO, nodes, node, w, dw, factors, width)
+    return by_offset(found, factors)
 
 
 @ti.func

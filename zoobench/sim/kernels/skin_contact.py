@@ -14,7 +14,7 @@ from zoobench.sim.kernels.boundary import TERRAIN, WALL_NODES
 from zoobench.sim.kernels.columns import dot, zero_lanes
 from zoobench.sim.kernels.layout import PUSH, VOLUME, X
 from zoobench.sim.kernels.splines import stencil, weight_derivatives, weights
-from zoobench.sim.kernels.transfer import gather_value, scatter_value, value_derivative
+from zoobench.sim.kernels.transfer import by_offset, gather_slopes, scatter_value
 
 STOP_NODES = 2
 """Nodes between the ground and the hard stop below it. Matter between them feels the layer's linear force."""
@@ -94,8 +94,8 @@ def push_adjoint(
         share, slopes = weights(at.offset, variant.width), weight_derivatives(at.offset, variant.width)
         size = dt * body[w, p, 0][VOLUME]
         impulse = (size * force) * below.normal
-        by_weights = value_derivative(grid_adjoint, PUSH, nodes, at.node, share, slopes, impulse, variant.width)
-        held = gather_value(grid_adjoint, PUSH, nodes, at.node, share, variant.width)
+        found = gather_slopes(grid_adjoint, PUSH, nodes, at.node, share, slopes, variant.width)
+        by_weights, held = by_offset(found, impulse), found.total
         along = dot(below.normal, held)
         by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
         adjoint[0, w, p, X] += (

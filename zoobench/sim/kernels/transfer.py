@@ -225,12 +225,12 @@ def gather_value(
 
 
 @ti.func
-def value_derivative(
+def gather_slopes(
     grid: ti.template(), field: ti.template(), nodes: ti.template(), node, w: ti.template(), dw: ti.template(),
-    factors, width: ti.template(),
+    width: ti.template(),
 ):  # fmt: skip
-    """Derivative of the product of `gather_value` with `factors` by the offset."""
-    by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes()
+    """`gather_value`, and its derivatives by the offset in x, y and z."""
+    total, by_x, by_y, by_z = zero_lanes(), zero_lanes(), zero_lanes(), zero_lanes()
     for i in range(width):
         w_i, dw_i = pick(w, i, 0, width), pick(dw, i, 0, width)
         sum_0, sum_y, sum_z = zero_lanes(), zero_lanes(), zero_lanes()
@@ -244,7 +244,15 @@ def value_derivative(
             sum_0 += w[j][1] * line_0
             sum_y += dw[j][1] * line_0
             sum_z += w[j][1] * line_z
+        total += w_i * sum_0
         by_x += dw_i * sum_0
         by_y += w_i * sum_y
         by_z += w_i * sum_z
-    return ti.Vector([(by_x * factors).sum(), (by_y * factors).sum(), (by_z * factors).sum(), 0.0])
+    return ti.Struct(total=total, by_x=by_x, by_y=by_y, by_z=by_z)
+
+
+@ti.func
+def by_offset(found: ti.template(), factors):
+    """Derivative of the product of a value with `factors` by the offset, from its `gather_slopes`."""
+    x, y, z = found.by_x * factors, found.by_y * factors, found.by_z * factors
+    return ti.Vector([x.sum(), y.sum(), z.sum(), 0.0])
