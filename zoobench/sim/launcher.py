@@ -20,7 +20,7 @@ from zoobench.sim.model.grid_water import LEAST_CELLS, solver_modes
 from zoobench.sim.model.ground_skin import GroundSkin
 from zoobench.sim.model.launch_plan import LaunchPlan
 from zoobench.sim.model.matter import DECOMPOSED, Law, lame_parameters
-from zoobench.sim.model.scene import Effect, Scene, has_skin, medium_transfer
+from zoobench.sim.model.scene import Effect, Scene, has_fbar, has_skin, medium_transfer
 from zoobench.sim.model.state import Matter, Parameters
 from zoobench.sim.model.tensors import LARGEST_ARRAY, lazy_zeros
 from zoobench.sim.parallel_driver import ParallelDriver
@@ -72,6 +72,7 @@ class Launcher:
             # not where all worlds are simulated at once: the particles awake are visited in an order
             sleep=fidelity.sleep > 0.0 and law not in (0, Law.WATER) and not parallel,
             two_fields=Effect.CONTACT in scene.effects,
+            fbar=has_fbar(scene, fidelity),
         )
         if parallel and scene.water:
             raise UsageError("Water on a grid is simulated on one thread. Use the CPU, or water of particles.")
@@ -260,7 +261,7 @@ class Launcher:
             found.add(BEFORE)
         if self.variant.skin:
             found.add(PUSH)
-        if self.variant.law == Law.WATER:
+        if self.variant.ratio:
             found.add(RATIO)
         return found
 
@@ -293,9 +294,10 @@ def kept_fields(scene: Scene, fidelity: Fidelity) -> int:
     if scene.water:
         return 0
     water = scene.medium is not None and scene.medium.material.law == Law.WATER
+    ratio = water or has_fbar(scene, fidelity)
     before = fidelity.transfer == "aflip" or (scene.medium is not None and medium_transfer(scene, fidelity) == "aflip")
     layers = 2 if Effect.CONTACT in scene.effects else 1
-    return layers * (1 + before + has_skin(scene) + water)
+    return layers * (1 + before + has_skin(scene) + ratio)
 
 
 def _grid_shape(scene: Scene, grid_spacing: float) -> tuple[int, int, int]:

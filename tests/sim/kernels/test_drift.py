@@ -160,7 +160,7 @@ def test_water_compressed_alike_is_left_alone() -> None:
 
 def test_only_water_holds_ratios() -> None:
     """Elsewhere the grid has no such field, forward and in reverse, so that a kernel that used it would fail."""
-    for name in ("ground", "mud", "water"):
+    for name in ("ground", "sand", "water"):
         launcher = Solver(scenes.SCENES[name](), scenes.fidelity()).launcher
         assert (launcher._grid.shape[0] > RATIO) == (name == "water")
     for name in ("ground", "water"):

@@ -10,6 +10,7 @@ import taichi as ti
 
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.kernels.drift import scatter_ratio
+from zoobench.sim.kernels.fbar import scatter_rate
 from zoobench.sim.kernels.layout import BEFORE, MASS, MOMENTUM, X, history
 from zoobench.sim.kernels.media import WATER
 from zoobench.sim.kernels.skin_contact import push
@@ -87,6 +88,9 @@ def to_grid_by_lanes(
             if p >= scene.robot:
                 mass = body[w, p, 0][MASS]
                 scatter_ratio(grid, nodes, given.node, share, history(state, s, w, p), mass, variant.width)
+        if ti.static(variant.fbar):
+            if p >= scene.robot:
+                scatter_rate(state, body, grid, 0, layer(nodes, scene, p, variant), scene, s, w, p)
         if ti.static(variant.skin):
             if p < scene.robot:
                 push(state, body, grid, 0, nodes, scene, terrain, dt, s, w, p, variant)

@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import taichi as ti
 
 from zoobench.sim.kernels.columns import matrix
+from zoobench.sim.model.matter import Law
 
 X, V, C, F = 0, 1, 2, 5
 """Rows of a particle's state: place [m], velocity [m/s], columns of the APIC matrix [1/s], and of the robot's F."""
@@ -40,8 +41,9 @@ MASS, VOLUME, STIFFNESS, TENSION = 0, 1, 2, 3
 
 MOMENTUM, VELOCITY, PUSH, BEFORE, RATIO = 0, 1, 2, 3, 4
 """Fields of the grid: (momentum, mass), (velocity, mass), (impulse, 0) of the ground's skin, (momentum, mass) and then
-(velocity, mass) of the motion before forces (AFLIP), and (mass times J, mass) of water. `grid_adjoint` has the same
-fields, its momenta and velocities in the place of MOMENTUM."""
+(velocity, mass) of the motion before forces (AFLIP), and (mass times J, mass) of water or (mass times rate of volume
+change, mass) of a solid medium. `grid_adjoint` has the same fields, its momenta and velocities in the place of
+MOMENTUM."""
 
 START, KEPT = 6, 7
 """Of a window: node in `grid` where the momenta of the slot's substep are kept, and 1 if they are."""
@@ -70,6 +72,7 @@ class Variant:
         transfer, medium_transfer: of the robot and of the medium, see `transfer`.
         sleep: whether matter may sleep, see `sleepers`.
         two_fields: whether robot and medium have nodes of their own, see `two_fields`.
+        fbar: whether the medium's volume changes as that around it, see `fbar`.
         robot: whether a particle may be the robot's: not where only the medium's are visited.
     """
 
@@ -83,11 +86,17 @@ class Variant:
     medium_transfer: int
     sleep: bool
     two_fields: bool
+    fbar: bool
     robot: bool = True
 
     def uses(self, transfer: int) -> bool:
         """Whether any matter that is visited has this transfer."""
         return (self.robot and self.transfer == transfer) or (self.law != 0 and self.medium_transfer == transfer)
+
+    @property
+    def ratio(self) -> bool:
+        """Whether the medium has the field RATIO."""
+        return self.fbar or self.law == Law.WATER
 
     @property
     def of_medium(self) -> "Variant":

@@ -15,7 +15,7 @@ Arrays are those of `layout`. The slabs are zero between launches, and those of 
 import taichi as ti
 
 from zoobench.sim.kernels.columns import zero_lanes
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, STRESS, C, V, X
+from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, STRESS, C, V, X
 from zoobench.sim.kernels.splines import first_node
 from zoobench.sim.kernels.substep import clear_node, contribution, to_grid
 from zoobench.sim.kernels.substep_adjoint import to_grid_adjoint
@@ -147,6 +147,8 @@ def begin_nodes(
                         grid[MOMENTUM, node] = grid[MOMENTUM, first + k]
                         if ti.static(variant.uses(AFLIP)):
                             grid[BEFORE, node] = grid[BEFORE, first + k]
+                        if ti.static(variant.fbar and m == layers(variant) - 1):
+                            grid[RATIO, node] = grid[RATIO, first + k]
                         if ti.static(variant.skin):
                             grid[PUSH, node] = zero_lanes()  # the robot never sleeps
                         node += 1
@@ -187,6 +189,8 @@ def begin_nodes_adjoint(
                         grid_adjoint[MOMENTUM, first + k] += grid_adjoint[MOMENTUM, node]
                         if ti.static(variant.uses(AFLIP)):
                             grid_adjoint[BEFORE, first + k] += grid_adjoint[BEFORE, node]
+                        if ti.static(variant.fbar and m == layers(variant) - 1):
+                            grid_adjoint[RATIO, first + k] += grid_adjoint[RATIO, node]
 
 
 @ti.func

@@ -12,6 +12,9 @@ import taichi as ti
 
 from zoobench.sim.model.fidelity import SPLINES
 
+LINEAR = 2
+"""Width of the trilinear weights, which only `fbar` has."""
+
 QUADRATIC, CUBIC = SPLINES["quadratic"].width, SPLINES["cubic"].width
 
 INVERSE_MOMENT = {spline.width: spline.inverse_moment for spline in SPLINES.values()}
@@ -44,6 +47,8 @@ def stencil(place, scene: ti.template(), nodes: ti.template(), width: ti.templat
 @ti.func
 def weights(offset, width: ti.template()):
     """Weights at an `offset` [cells] from the first node."""
+    if ti.static(width == LINEAR):
+        return 1.0 - offset, offset
     if ti.static(width == QUADRATIC):  # offset in [0.5, 1.5)
         a, b, c = 1.5 - offset, offset - 1.0, offset - 0.5
         return 0.5 * a * a, 0.75 - b * b, 0.5 * c * c
@@ -56,6 +61,8 @@ def weights(offset, width: ti.template()):
 @ti.func
 def weight_derivatives(offset, width: ti.template()):
     """Derivatives of the weights by the offset."""
+    if ti.static(width == LINEAR):
+        return 0.0 * offset - 1.0, 0.0 * offset + 1.0
     if ti.static(width == QUADRATIC):
         return offset - 1.5, 2.0 - 2.0 * offset, offset - 0.5
     u, v = offset - 1.0, 2.0 - offset

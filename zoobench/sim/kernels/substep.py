@@ -21,6 +21,7 @@ from zoobench.sim.kernels.columns import (
 )
 from zoobench.sim.kernels.drift import mean_ratio, scatter_ratio
 from zoobench.sim.kernels.elastic import fibre_stress, neo_hookean, viscous
+from zoobench.sim.kernels.fbar import mean_rate, scatter_rate
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine
 from zoobench.sim.kernels.layout import (
     BEFORE,
@@ -84,7 +85,7 @@ def clear_node(grid: ti.template(), node, variant: ti.template()):
         grid[BEFORE, node] = zero_lanes()
     if ti.static(variant.skin):
         grid[PUSH, node] = zero_lanes()
-    if ti.static(variant.law == WATER):
+    if ti.static(variant.ratio):
         grid[RATIO, node] = zero_lanes()
 
 
@@ -162,6 +163,9 @@ def to_grid(
         if p >= scene.robot:
             mass = body[w, p, 0][MASS]
             scatter_ratio(grid, nodes, start + given.node, share, history(state, s, w, p), mass, variant.width)
+    if ti.static(variant.fbar):
+        if p >= scene.robot:
+            scatter_rate(state, body, grid, start, layer(nodes, scene, p, variant), scene, s, w, p)
 
 
 @ti.func
@@ -248,6 +252,10 @@ def from_grid(
     velocity = spatial(total)
     rho, mean, place = 0.0 * dt, 0.0 * dt, state[s, w, p, X] + dt * velocity
     affine, change = rate, scale(dt, rate)
+    if ti.static(variant.fbar):
+        if p >= scene.robot:
+            around, own = mean_rate(state, grid, start, layer(nodes, scene, p, variant), scene, s, w, p)
+            change = add(change, diagonal(dt / 3.0 * (around - own)))
     if ti.static(variant.law == WATER):
         if p >= scene.robot:
             # slots s and t may be the same: all is read before anything is written

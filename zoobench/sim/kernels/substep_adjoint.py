@@ -15,12 +15,14 @@ from zoobench.sim.kernels.columns import (
     matmul_transposed,
     scale,
     spatial,
+    trace,
     transpose,
     transposed_matmul,
     transposed_matvec,
 )
 from zoobench.sim.kernels.drift import mean_ratio, mean_ratio_adjoint, scatter_ratio_adjoint
 from zoobench.sim.kernels.elastic import fibre_stress_adjoint, neo_hookean, neo_hookean_adjoint, viscous
+from zoobench.sim.kernels.fbar import mean_rate, mean_rate_adjoint, scatter_rate_adjoint
 from zoobench.sim.kernels.flip import FLIP_SHARE, kept_affine_adjoint
 from zoobench.sim.kernels.lane_scatter import is_none, put_contribution
 from zoobench.sim.kernels.layout import (
@@ -156,10 +158,19 @@ def from_grid_adjoint(
             rho = gather_value(grid, VELOCITY, nodes, at.node, share, width)[3] * factor
             mean = mean_ratio(grid, nodes, start + at.node, share, J, width)
         step = add(diagonal(1.0 + 0.0 * dt), scale(dt, rate))
+        if ti.static(variant.fbar):
+            mean, own = mean_rate(state, grid, start, layer(nodes, scene, p, variant), scene, s, w, p)
+            step = add(step, diagonal(dt / 3.0 * (mean - own)))
         step_adjoint, rho_adjoint, mean_adjoint = deform_medium_adjoint(
             state, adjoint, s, w, p, step, rho, mean, scene, dt, variant.law
         )
         rate_adjoint = add(rate_adjoint, scale(dt, step_adjoint))
+        if ti.static(variant.fbar):
+            mean_adjoint = dt / 3.0 * trace(step_adjoint)
+            offset_adjoint += mean_rate_adjoint(
+                state, adjoint, grid, grid_adjoint, start, layer(nodes, scene, p, variant), scene, s, w, p, mean,
+                mean_adjoint,
+            )  # fmt: skip
         if ti.static(variant.law == WATER):
             correction = correction_share(scene.inverse, dt, scene.medium)
             by_shift, J_adjoint, more = particle_shift_adjoint(
@@ -292,6 +303,9 @@ def to_grid_adjoint(
     if has_transfer(scene, p, variant, AFLIP):
         v_adjoint += adjoint[0, w, p, V]
         rate_adjoint = add(rate_adjoint, columns(adjoint, 0, w, p, C))
+    elif ti.static(variant.fbar):
+        if p >= scene.robot:
+            rate_adjoint = add(rate_adjoint, columns(adjoint, 0, w, p, C))
     adjoint[0, w, p, V] = v_adjoint
     put_columns(adjoint, 0, w, p, C, rate_adjoint)
     # the stress is symmetric, so only the symmetric part of its adjoint acts
@@ -306,6 +320,12 @@ def to_grid_adjoint(
             offset_adjoint += more_offset
             mass_adjoint += more_mass
             add_history(adjoint, 0, w, p, J_adjoint)
+    if ti.static(variant.fbar):
+        if p >= scene.robot:
+            own_layer = layer(nodes, scene, p, variant)
+            more_offset, more_mass = scatter_rate_adjoint(state, adjoint, grid_adjoint, own_layer, scene, s, w, p, m)
+            offset_adjoint += more_offset
+            mass_adjoint += more_mass
     adjoint[0, w, p, X] += scene.inverse * offset_adjoint
     if p < body_adjoint.shape[1]:  # a medium's mass has an adjoint only where the robot displaces it
         body_adjoint[w, p, 0] += ti.Vector([mass_adjoint, contract(even, stress), 0.0, 0.0])

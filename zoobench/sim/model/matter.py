@@ -21,6 +21,9 @@ class Law(IntEnum):
 DECOMPOSED = frozenset({Law.SAND, Law.CLAY, Law.MUD, Law.SNOW})
 """Laws that need the principal values of strain; those of the robot and of water do not."""
 
+LOCKING = frozenset({Law.CLAY, Law.MUD})
+"""Laws whose flow keeps the volume, against which the particles of a cell would lock; see `kernels.fbar`."""
+
 SMALLEST_PLASTIC, LARGEST_PLASTIC = 0.8, 20.0
 """Bounds on snow's plastic volume ratio: compacted by a fifth, it hardens no further, so that the step stays safe.
 

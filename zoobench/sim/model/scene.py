@@ -17,7 +17,7 @@ from zoobench.sim.model.fidelity import Fidelity, Transfer
 from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.laws_numpy import principal_stress
-from zoobench.sim.model.matter import ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
+from zoobench.sim.model.matter import LOCKING, ElasticMaterial, Law, Medium, SandMaterial, SnowMaterial
 from zoobench.sim.model.terrain import Terrain
 
 EARTH_GRAVITY = (0.0, -9.81, 0.0)
@@ -335,6 +335,16 @@ def medium_transfer(scene: Scene, fidelity: Fidelity) -> Transfer:
     """The transfer of the medium's velocity between particles and grid: its own, or that of the fidelity."""
     own = scene.medium.transfer if scene.medium else None
     return own or fidelity.medium_transfer
+
+
+def has_fbar(scene: Scene, fidelity: Fidelity) -> bool:
+    """Whether the medium's volume changes as that around it, against locking; not where a particle keeps a motion of
+    its own besides that which deforms it."""
+    return (
+        scene.medium is not None
+        and scene.medium.material.law in LOCKING
+        and medium_transfer(scene, fidelity) != "aflip"
+    )
 
 
 def _check_elastic(body: ElasticBody) -> None:
