@@ -5,16 +5,27 @@ A table stands between `<!-- tables.py: NAME -->` and `<!-- end -->`.
 
 import csv
 import json
+import math
 import re
 from collections.abc import Callable, Iterable
+from itertools import product
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
+from zoobench import registry
+from zoobench.registry import Kind
 from zoobench.report.leaderboard_export import from_text
 from zoobench.spec import Ref
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README.md", "docs/accuracy.md", "docs/guide/results.md", "docs/guide/results-bodies.md")
+PAGES = (
+    "README.md",
+    "docs/accuracy.md",
+    "docs/accuracy-beds.md",
+    "docs/guide/results.md",
+    "docs/guide/results-bodies.md",
+)
 
 _PLACES = {
     "ground": "ground", "ice": "ice", "desert": "sand", "snow": "snow", "clay": "clay", "wetland": "mud",
@@ -30,7 +41,11 @@ def accuracy() -> str:
     found = {(row["env"], row["fidelity"]): row for row in rows if row["task"] == "movement-speed"}
     body = []
     for env, place in _PLACES.items():
-        levels = [row for level in _LEVELS if (row := found.get((env, level))) and row["error"] is not None]
+        present = f"{env}-v{registry.get(Kind.ENV, env).version}["
+        levels = [
+            row for level in _LEVELS
+            if (row := found.get((env, level))) and row["error"] is not None and row["components"].startswith(present)
+        ]  # fmt: skip
         if levels:
             body.append((
                 place,
@@ -44,6 +59,27 @@ def accuracy() -> str:
         "two animals: order known above [%]", "CPU s per simulated s",
     )  # fmt: skip
     return _table(head, body)
+
+
+def softness() -> str:
+    """By the soil's yield stress: what levels differ by from `paper`, for three animals and for the fish."""
+    with (ROOT / "docs/softness.csv").open(encoding="utf-8", newline="") as file:
+        scores = {tuple(row.values())[:-1]: float(row["score_mm_s"]) for row in csv.DictReader(file)}
+    body = []
+    for bed, stress in dict.fromkeys(place[:2] for place in scores):
+        cells = []
+        for of_fish, level in product((False, True), _LEVELS[:-1]):
+            off = [
+                score / scores[(*place[:4], _LEVELS[-1])] - 1.0
+                for place, score in scores.items()
+                if place[:2] == (bed, stress) and place[4] == level and (place[2] == "fish") == of_fish
+                and (*place[:4], _LEVELS[-1]) in scores
+            ]  # fmt: skip
+            cells.append(_percent(math.sqrt(fmean(ratio**2 for ratio in off))) if off else "")
+        if any(cells):
+            body.append((_PLACES[bed], stress, *cells))
+    levels = (f"{animals}, {level} [%]" for animals in ("three animals", "fish") for level in _LEVELS[:-1])
+    return _table(("soil", "yield stress [Pa]", *levels), body)
 
 
 def firm_ground() -> str:
@@ -71,7 +107,7 @@ def bodies() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
+    "accuracy": accuracy, "softness": softness, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
 }  # fmt: skip
 
 

@@ -67,7 +67,9 @@ def test_a_colon_in_a_setting_makes_no_run_of_a_component(zoobench: Command) -> 
 def test_show_a_provisional_environment_says_why(zoobench: Command) -> None:
     """For readers and for programs; firm ground is what it is called."""
     assert "provisional" in zoobench("show", "wetland").out
-    assert "on a coarse grid" in json.loads(zoobench("show", "clay", "--format", "json").out)[0]["provisional"]
+    assert (
+        "softer clay is not resolved" in json.loads(zoobench("show", "clay", "--format", "json").out)[0]["provisional"]
+    )
     assert "provisional" not in zoobench("show", "ground").out
     listed = json.loads(zoobench("list", "envs", "--format", "json").out)
     assert {row["name"] for row in listed if row["provisional"]} == {

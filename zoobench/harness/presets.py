@@ -81,8 +81,8 @@ def _published(name: str, summary: str, iterations: int, *methods: str, **axes: 
 _SOFTZOO_TANK = "gravity=3.8,medium_density=1000,length=0.5,width=0.5"
 _SOFTZOO_BED = f"{_SOFTZOO_TANK},slip=false,thickness=0.02"
 _SOFTZOO_ENVS = (
-    "ground[gravity=3.8]", "ice[gravity=3.8]", f"desert[{_SOFTZOO_BED}]", f"clay[{_SOFTZOO_BED}]",
-    f"wetland[{_SOFTZOO_BED}]", f"snow[{_SOFTZOO_BED},hardening=1,critical_stretch=4.5e-3]",
+    "ground[gravity=3.8]", "ice[gravity=3.8]", f"desert[{_SOFTZOO_BED}]", f"clay[{_SOFTZOO_BED},yield_stress=200]",
+    f"wetland[{_SOFTZOO_BED},yield_stress=50]", f"snow[{_SOFTZOO_BED},hardening=1,critical_stretch=4.5e-3]",
     f"shallow-water[{_SOFTZOO_TANK},slip=false,depth=0.02]",
     "ocean[water=particles,gravity=3.8,length=0.5,width=0.5,youngs_modulus=1e5,muscle_strength=1.5e4]",
 )  # fmt: skip
