@@ -14,8 +14,8 @@ MUD = Elasticity(medium_density=1400.0)
 
 _PROVISIONAL = (
     "at standard the best gaits of caterpillar, baby seal and panda move within 9 % of their speed at paper, at draft "
-    "within 21 %, and the fish more than twice as fast at draft; finer grids, turns and paths were not measured, and softer "
-    "mud is not resolved"
+    "within 21 %, and the fish more than twice as fast at draft; finer grids, turns and paths were not measured, and "
+    "softer mud is not resolved"
 )
 
 
