@@ -76,6 +76,16 @@ def test_a_corner_that_is_not_there_is_refused(face: str, tmp_path: Path) -> Non
         load(str(tmp_path / "a.obj"))
 
 
+@pytest.mark.parametrize("place", ["nan 0 0", "0 -inf 0"])
+def test_a_corner_without_a_place_is_refused(place: str, tmp_path: Path) -> None:
+    """Its faces would be left out, and the rest be an open mesh of nothing."""
+    corners = [f"v {place}", "v 1 0 0", "v 0 1 0", "v 0 0 1"]
+    path = tmp_path / "odd.obj"
+    path.write_text("\n".join([*corners, "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4", ""]))
+    with pytest.raises(UsageError, match="not finite"):
+        load(str(path))
+
+
 def test_stray_corners_of_no_triangle_do_not_count(tmp_path: Path) -> None:
     """Of the size, where one at 400 mm had stretched the body."""
     (tmp_path / "a.obj").write_text("v 400 0 0\n" + obj(negative=True))

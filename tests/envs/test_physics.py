@@ -117,6 +117,7 @@ def test_waves_are_slower_under_weak_gravity() -> None:
         ("ice[poissons_ratio=0.5]", "between -1 and 0.5"),
         ("ocean[poissons_ratio=-1]", "between -1 and 0.5"),
         ("ground[density=-5]", "density is -5"),
+        ("ground[density=1e-300]", "that of no solid"),
         ("ground[muscle_strength=-1]", "muscle_strength is -1"),
         ("ocean[muscle_strength=0]", "moves nothing"),
         ("ground[damping=-1]", "robot's viscosity is -1"),

@@ -14,6 +14,7 @@ from zoobench.inputs import path_of, read
 
 FORMATS = ("stl", "obj", "ply", "glb")
 _HEADER, _TRIANGLE = 84, 50  # [bytes] of a binary STL file
+_NOT_FINITE = re.compile(rb"^\s*v\s[^\n]*(nan|inf)", re.MULTILINE | re.IGNORECASE)
 _NEGATIVE = re.compile(rb"^\s*f\s[^\n]*-\d", re.MULTILINE)
 
 
@@ -43,6 +44,8 @@ def load(name: str) -> FileMesh:
     content = read(name)
     if fault := _fault_of_stl(content) if kind == "stl" else "":
         raise UsageError(f"{path.name!r} is no whole STL file: {fault}. Export it again.")
+    if kind == "obj" and _NOT_FINITE.search(content):  # trimesh leaves out the faces of such corners
+        raise UsageError(f"{path.name!r} has corners that are not finite. Export it again.")
     if kind == "obj" and _NEGATIVE.search(content):
         content = _counted_from_the_first(content, path)
     try:
