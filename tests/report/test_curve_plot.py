@@ -3,6 +3,7 @@
 import re
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -130,6 +131,28 @@ def test_the_axes_of_a_narrow_figure_are_named_within_it(store: Store, tmp_path:
     label = figure.axes[0].xaxis.label.get_window_extent()
     assert label.x0 >= 0.0
     assert label.x1 <= figure.bbox.x1
+
+
+@pytest.mark.parametrize("width", [60.0, 85.0])
+@pytest.mark.parametrize("cost", [90.0, 4_500.0, 30_000.0])
+def test_the_amounts_of_a_narrow_figure_stay_apart(store: Store, tmp_path: Path, width: float, cost: float) -> None:
+    """A space of half a digit at least is between the numbers of the horizontal axis, and there are two of them."""
+    from matplotlib.figure import Figure
+
+    for method in ("cmaes-v1", "sac-v1"):
+        add_curve(store, make_spec(env="snow-v1", method=method), [0.1] * 9, cost=cost)
+    drawn: list[Figure] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        results = choose_results(store, RunSelection(env="snow"))
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png", width=width)
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    low, high = axes.get_xlim()
+    shown = [tick.label1.get_window_extent() for tick in axes.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+    assert len(shown) >= 2
+    assert all(right.x0 - left.x1 > 0.04 * figure.dpi for left, right in pairwise(shown))
 
 
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:

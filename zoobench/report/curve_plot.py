@@ -26,6 +26,8 @@ MOST_PANELS = 24
 _PANEL = (5.4, 3.9)  # [inches]
 _NARROWEST = 2.3  # panel of a figure whose width is given [inches]
 _INCH = 25.4  # [mm]
+_TICK, _MARGIN = 0.75, 0.85  # room of an amount on its axis, and beside the axis of a panel [inches]
+_MOST_TICKS = 6
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _LETTER, _KEY = 0.075, 7  # width of a letter of the legend [inches], and of a line's sample in letters
 _UNLIKE = 20.0  # ends so many times apart ask for a logarithmic axis
@@ -106,11 +108,19 @@ def draw(
         axes.set_title(titles[number], fontsize=10 if width is None else 8)
         if width is not None:
             axes.set_xlabel(axes.get_xlabel().replace(", ", ",\n"))
+            _thin_out(axes, size[0] / columns)
     _draw_key(figure)
     if width is None:
         _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))
     figures.save(figure, path)
     return len(groups)
+
+
+def _thin_out(axes: "Axes", inches: float) -> None:
+    """Leave so many amounts on the axis of a panel that their numbers stay apart."""
+    if axes.get_xscale() == "linear":
+        room = int((inches - _MARGIN) / _TICK)
+        axes.locator_params(axis="x", nbins=min(max(room, 1), _MOST_TICKS))
 
 
 def _layout(count: int, width: float | None) -> tuple[int, tuple[float, float]]:
@@ -186,7 +196,7 @@ def _panel(
         axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
         axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
     _mark_references(axes, group)
-    axes.locator_params(axis="x", nbins=6)  # amounts are long numbers
+    axes.locator_params(axis="x", nbins=_MOST_TICKS)  # amounts are long numbers
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
