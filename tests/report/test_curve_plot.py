@@ -155,6 +155,25 @@ def test_the_amounts_of_a_narrow_figure_stay_apart(store: Store, tmp_path: Path,
     assert all(right.x0 - left.x1 > 0.04 * figure.dpi for left, right in pairwise(shown))
 
 
+def test_the_names_of_a_figure_may_be_others(store: Store, tmp_path: Path) -> None:
+    """Those of methods in the legend and of components in the title; one that is not there is refused."""
+    from matplotlib.figure import Figure
+
+    drawn: list[Figure] = []
+    results = choose_results(store, RunSelection(env="ice"))
+    known = curves(store, results, "substeps")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        draw(results, known, tmp_path / "curves.png")
+        draw(results, known, tmp_path / "curves.png", renamed={"diffphysics": "Gradient", "caterpillar": "Robot"})
+    usual, other = (figure.axes[0] for figure in drawn)
+    assert other.get_title() == usual.get_title().replace("caterpillar", "Robot")
+    assert other.get_legend_handles_labels()[1] == ["Gradient", "random"]
+    assert [line.get_color() for line in other.lines] == [line.get_color() for line in usual.lines]
+    with pytest.raises(UsageError, match="'panda'"):
+        draw(results, known, tmp_path / "curves.png", renamed={"panda": "Robot"})
+
+
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:
     """85 mm are 241 points; the fonts are embedded as TrueType, and the caption is left to the paper."""
     results = choose_results(store, RunSelection())

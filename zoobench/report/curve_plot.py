@@ -4,9 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from zoobench.errors import UsageError
+from zoobench.errors import UnknownNameError, UsageError
 from zoobench.render import figures
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells
@@ -38,6 +39,7 @@ CAPTION = (
     "dotted: a robot at rest (idle) and the mean random controller"
 )
 """What is seen."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 Looks = Mapping[Ref, tuple[str, str, str]]
@@ -83,11 +85,16 @@ def line(seeds: Sequence[LearningCurve]) -> Line | None:
 
 
 def draw(
-    results: Iterable[RunResult], known: Mapping[int, LearningCurve], path: Path, width: float | None = None
+    results: Iterable[RunResult],
+    known: Mapping[int, LearningCurve],
+    path: Path,
+    width: float | None = None,
+    renamed: Mapping[str, str] = NO_NAMES,
 ) -> int:
     """Draw the curves of these results, a panel for each cell; how many panels there are.
 
-    With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is.
+    With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is. Methods, and the names in
+    titles, may be renamed.
 
     Raises:
         UsageError: there is nothing to draw or too much, matplotlib is missing, or the file cannot be written.
@@ -101,7 +108,9 @@ def draw(
     columns, size = _layout(len(groups), width)
     figure = figures.blank(size) if width is None else figures.blank(size, dpi=300)
     looks = _looks(result.run.spec.method for group in groups for result in group)
-    titles = titles_of(groups)
+    _check_names(renamed, groups, looks)
+    looks = {method: (renamed.get(label, label), colour, stroke) for method, (label, colour, stroke) in looks.items()}
+    titles = titles_of(groups, renamed)
     for number, group in enumerate(groups):
         axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
         _panel(axes, group, known, looks)
@@ -114,6 +123,15 @@ def draw(
         _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))
     figures.save(figure, path)
     return len(groups)
+
+
+def _check_names(renamed: Iterable[str], groups: Sequence[Sequence[RunResult]], looks: Looks) -> None:
+    """Check that what is renamed is in the figure."""
+    there = [label for label, _, _ in looks.values()]
+    there += [name for names in _names_of(groups).values() for name in names.values()]
+    for name in renamed:
+        if name not in there:
+            raise UnknownNameError("name in the figure:", name, dict.fromkeys(there))
 
 
 def _thin_out(axes: "Axes", inches: float) -> None:
@@ -156,10 +174,12 @@ def _looks(methods: Iterable[Ref]) -> Looks:
     return {method: (names[method], *style) for method, style in styles(names).items()}
 
 
-def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:
+def titles_of(groups: Sequence[Sequence[RunResult]], renamed: Mapping[str, str] = NO_NAMES) -> list[str]:
     """The title of each group of results: environment, task, design, and the other axes in which groups differ."""
     specs = [group[0].run.spec for group in groups]
-    names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
+    names = {
+        axis: {ref: renamed.get(name, name) for ref, name in found.items()} for axis, found in _names_of(groups).items()
+    }
     names["env"] = marked(names["env"])
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
     several = len({spec.frames for spec in specs}) > 1
@@ -169,6 +189,11 @@ def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:
         + f" ({_seeds(group)})"
         for spec, group in zip(specs, groups, strict=True)
     ]
+
+
+def _names_of(groups: Sequence[Sequence[RunResult]]) -> dict[str, dict[Ref, str]]:
+    """The names of the components on each axis."""
+    return {axis: labels(getattr(group[0].run.spec, axis) for group in groups) for axis in _AXES}
 
 
 def _seeds(group: Sequence[RunResult]) -> str:
