@@ -139,7 +139,13 @@ def _cells(board: str) -> dict[tuple[str, str, str], dict[str, str]]:
 
 
 def _words(method: Ref) -> str:
-    names = {"cmaes": "CMA-ES", "diffphysics": "gradient", "random": "chance", "neat": "NEAT", "evolution": "evolution"}
+    names = {
+        "cmaes": "CMA-ES",
+        "diffphysics": "gradient",
+        "random": "random search",
+        "neat": "NEAT",
+        "evolution": "evolution",
+    }
     return names[method.name] + (", sigma 0.3" if method.kwargs.get("sigma") == 0.3 else "")
 
 

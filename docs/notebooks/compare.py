@@ -10,6 +10,8 @@
 # The gradient and random search learn to move a caterpillar on firm ground. Both get the same budget of simulated
 # steps. With two seeds and this budget, the comparison shows how it is done. For a result, use five seeds and a budget
 # at which the curves have become flat.
+#
+# Open this file as a notebook in VS Code, or in Jupyter with the extension jupytext. It needs the extra `plots`.
 
 # %%
 import matplotlib.pyplot as plt

@@ -9,6 +9,8 @@
 #
 # In a design space the body has parameters, too. Here the gradient optimises a body of voxels together with its gait,
 # on firm ground. The budget is small: it shows how a body changes, and not which body is best.
+#
+# Open this file as a notebook in VS Code, or in Jupyter with the extension jupytext. It needs the extra `plots`.
 
 # %%
 import matplotlib.pyplot as plt

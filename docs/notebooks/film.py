@@ -7,8 +7,11 @@
 # %% [markdown]
 # # Train and film
 #
-# A panda learns to walk on ice, and you see how. The budget is small, so that the notebook takes a minute. Films need
-# the extra `render`.
+# A panda learns to walk on ice, and you see how. The budget is small, so that the notebook takes a minute on two idle
+# cores.
+#
+# Open this file as a notebook in VS Code, or in Jupyter with the extension jupytext. It needs the
+# extras `plots` and `render`.
 
 # %%
 import matplotlib.pyplot as plt

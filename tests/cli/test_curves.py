@@ -48,6 +48,16 @@ def test_curves_are_drawn_into_a_file(zoobench: Command, learnt: Path, tmp_path:
     assert (tmp_path / "curves.png").stat().st_size > 5000
 
 
+def test_new_names_are_for_a_figure(zoobench: Command, learnt: Path, tmp_path: Path) -> None:
+    """With a file they are drawn; without one, or where they are not written so, the command is refused."""
+    renamed = ["--rename", "diffphysics=Gradient"]
+    assert zoobench("curves", *renamed, "-o", tmp_path / "curves.png").code == 0
+    assert "-o curves.pdf" in zoobench("curves", *renamed).err
+    reply = zoobench("curves", "--rename", "diffphysics", "-o", tmp_path / "curves.png")
+    assert reply.code == 2
+    assert "lion='Lion (ours)'" in reply.err
+
+
 def test_without_curves_it_says_what_to_type(zoobench: Command, tmp_path: Path) -> None:
     """Nothing to show is no error; nothing to draw is."""
     Store(tmp_path / "zoobench.db").close()

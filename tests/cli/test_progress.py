@@ -46,6 +46,14 @@ def test_lines_tell_each_change_once(capsys: pytest.CaptureFixture[str]) -> None
     ]
 
 
+def test_lines_say_that_a_run_is_starting(capsys: pytest.CaptureFixture[str]) -> None:
+    """Until its first iteration there is no progress to tell; one that waits is not told at all."""
+    lines = Lines([1, 2])
+    lines.update([row(1, RunState.RUNNING), row(2, RunState.QUEUED)])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "[0/2] running   1 desert x turning x caterpillar x diffphysics seed 1, starting"
+
+
 def test_lines_report_a_long_run_now_and_then(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

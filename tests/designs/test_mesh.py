@@ -227,6 +227,7 @@ def test_what_was_assumed_of_a_file_is_said(tmp_path: Path) -> None:
     assert "is 120 x 30 x 40 in its file" in size
     assert "its unit is not known, so it was scaled by 0.0008333 to a length of 0.1 m" in size
     assert "x was taken as ahead and z as up, as most CAD tools have it" in pose
+    assert "give both, as in ahead=x,up=z" in pose
     made = design(box, tmp_path / "a.stl", unit="mm", ahead="x", up="z")
     assert made.notes == ("The body is 120 x 30 x 40 in its file (length, height, width), in mm.",)
     assert made.body(DRAFT).masses(1000.0).sum() == pytest.approx(0.144)

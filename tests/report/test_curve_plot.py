@@ -3,6 +3,7 @@
 import re
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -134,6 +135,47 @@ def test_words_stay_within_a_figure_for_a_paper(store: Store, tmp_path: Path, wi
         for text in (axes.title, axes.xaxis.label, axes.yaxis.label):
             ends = text.get_window_extent()
             assert figure.bbox.x0 <= ends.x0 < ends.x1 <= figure.bbox.x1, text.get_text()
+
+
+@pytest.mark.parametrize("width", [60.0, 85.0])
+@pytest.mark.parametrize("cost", [90.0, 4_500.0, 30_000.0])
+def test_the_amounts_of_a_narrow_figure_stay_apart(store: Store, tmp_path: Path, width: float, cost: float) -> None:
+    """A space of half a digit at least is between the numbers of the horizontal axis, and there are two of them."""
+    from matplotlib.figure import Figure
+
+    for method in ("cmaes-v1", "sac-v1"):
+        add_curve(store, make_spec(env="snow-v1", method=method), [0.1] * 9, cost=cost)
+    drawn: list[Figure] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        results = choose_results(store, RunSelection(env="snow"))
+        draw(results, curves(store, results, "substeps"), tmp_path / "curves.png", width=width)
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    low, high = axes.get_xlim()
+    shown = [tick.label1.get_window_extent() for tick in axes.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+    assert len(shown) >= 2
+    assert all(right.x0 - left.x1 > 0.04 * figure.dpi for left, right in pairwise(shown))
+
+
+def test_the_names_of_a_figure_may_be_others(store: Store, tmp_path: Path) -> None:
+    """Those of methods in the legend and of components in the title; one that is not there is refused."""
+    from matplotlib.figure import Figure
+
+    drawn: list[Figure] = []
+    results = choose_results(store, RunSelection(env="ice"))
+    known = curves(store, results, "substeps")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, path: drawn.append(figure))
+        draw(results, known, tmp_path / "curves.png")
+        draw(results, known, tmp_path / "curves.png", renamed={"diffphysics": "Gradient", "caterpillar": "Robot"})
+    usual, other = (figure.axes[0] for figure in drawn)
+    assert other.get_title() == usual.get_title().replace("caterpillar", "Robot")
+    assert other.get_legend_handles_labels()[1] == ["Gradient", "random"]
+    assert [line.get_color() for line in other.lines] == [line.get_color() for line in usual.lines]
+    with pytest.raises(UsageError, match="'panda'"):
+        draw(results, known, tmp_path / "curves.png", renamed={"panda": "Robot"})
 
 
 def test_a_figure_for_a_paper_has_its_width_and_fonts_that_publishers_take(store: Store, tmp_path: Path) -> None:

@@ -34,6 +34,10 @@ def curves(
         float | None,
         Option("--width", min=20.0, max=1000.0, help="Width of the figure [mm], as in 85 for a column of a paper."),
     ] = None,
+    rename: Annotated[
+        list[str] | None,
+        Option("--rename", help="Rename a name in the figure, as in cmaes=CMA-ES. Can be given several times."),
+    ] = None,
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -47,18 +51,22 @@ def curves(
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import CAPTION, draw
+    from zoobench.report.look import new_names
     from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
 
     if width is not None and output is None:
         raise UsageError("--width is the width of a figure. Name its file with -o, as in -o curves.pdf.")
+    if rename and output is None:
+        raise UsageError("--rename is for a figure. Name its file with -o, as in -o curves.pdf.")
+    renamed = new_names(rename or ())
     with Store(db, create=False) as store:
         results = choose_results(store, chosen)
         known = {} if output is None and form in _POINTS else report.curves(store, results, by.value)
         if by is Currency.SECONDS:
             report.refuse_machines(store.origins(list(known)))
         if output is not None:
-            count = draw(results, known, output, width)
+            count = draw(results, known, output, width, renamed)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
             if width is not None:
                 say(f"Caption: {CAPTION}")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from zoobench.harness.worker_pool import WorkerPool
 
 _PLAIN_SECONDS = 15.0  # between two lines about one run in progress
+_STARTING = "starting"  # of a run until its first iteration: it compiles or loads kernels
 NO_WEIGHTS: Mapping[int, float] = MappingProxyType({})
 
 
@@ -164,7 +165,7 @@ class Bars:
 
     def _move(self, row: "RunRow") -> None:
         if row.id not in self._bars:
-            self._bars[row.id] = self._progress.add_task(_name(row), total=None, standing="starting")
+            self._bars[row.id] = self._progress.add_task(_name(row), total=None, standing=_STARTING)
         if row.fraction > 0:
             self._progress.update(
                 self._bars[row.id], total=1.0, completed=row.fraction, standing=_standing(row).lstrip(", ")
@@ -199,10 +200,11 @@ def _name(row: "RunRow") -> str:
 
 def _standing(row: "RunRow") -> str:
     """Progress, score and time left of a run in progress, as the tail of a line."""
+    from zoobench.db.rows import RunState
     from zoobench.report.views import duration, score_text
 
     if row.fraction <= 0:
-        return ""
+        return f", {_STARTING}" if row.state is RunState.RUNNING else ""
     score = "" if row.score is None else f", {score_text(row.spec.task, row.score)}"
     return f", {row.fraction:.0%}{score}, {duration(row.seconds_left)} left"
 

@@ -76,7 +76,8 @@ def pose_note(ahead: str, up: str, chosen: tuple[str, str], why: str) -> tuple[s
         return ()
     reason = "" if up in ("auto", chosen[1]) else f", {why}"
     return (
-        f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up{reason}. If wrong, give both.",
+        f"Of the file's directions, {chosen[0]} was taken as ahead and {chosen[1]} as up{reason}. "
+        "If that is wrong, give both, as in ahead=x,up=z.",
     )
 
 

@@ -5,9 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from zoobench.errors import UsageError
+from zoobench.errors import UnknownNameError, UsageError
 from zoobench.render import figures
 from zoobench.report.labels import labels
 from zoobench.report.learning_curves import LearningCurve, cells
@@ -27,6 +28,8 @@ MOST_PANELS = 24
 _PANEL = (5.4, 3.9)  # [inches]
 _NARROWEST, _SHORTEST = 2.3, 2.0  # panel of a figure whose width is given [inches]
 _INCH = 25.4  # [mm]
+_TICK, _MARGIN = 0.75, 0.85  # room of an amount on its axis, and beside the axis of a panel [inches]
+_MOST_TICKS = 6
 _AXES = ("env", "task", "design", "controller", "fidelity")
 _SMALL, _SMALL_LETTER = 8, 0.065  # size of the letters of a narrow figure [points], and their width [inches]
 _NUMBERS, _FEWEST = 0.85, 8  # room for the numbers beside a panel [inches], and letters in a line at least
@@ -39,6 +42,7 @@ CAPTION = (
     "dotted: a robot at rest (idle) and the mean random controller"
 )
 """What is seen."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 Looks = Mapping[Ref, tuple[str, str, str]]
@@ -84,11 +88,16 @@ def line(seeds: Sequence[LearningCurve]) -> Line | None:
 
 
 def draw(
-    results: Iterable[RunResult], known: Mapping[int, LearningCurve], path: Path, width: float | None = None
+    results: Iterable[RunResult],
+    known: Mapping[int, LearningCurve],
+    path: Path,
+    width: float | None = None,
+    renamed: Mapping[str, str] = NO_NAMES,
 ) -> int:
     """Draw the curves of these results, a panel for each cell; how many panels there are.
 
-    With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is.
+    With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is. Methods, and the names in
+    titles, may be renamed.
 
     Raises:
         UsageError: there is nothing to draw or too much, matplotlib is missing, or the file cannot be written.
@@ -102,18 +111,37 @@ def draw(
     columns, size = _layout(len(groups), width)
     figure = figures.blank(size) if width is None else figures.blank(size, dpi=300)
     looks = _looks(result.run.spec.method for group in groups for result in group)
-    titles = titles_of(groups)
+    _check_names(renamed, groups, looks)
+    looks = {method: (renamed.get(label, label), colour, stroke) for method, (label, colour, stroke) in looks.items()}
+    titles = titles_of(groups, renamed)
     for number, group in enumerate(groups):
         axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
         _panel(axes, group, known, looks)
         axes.set_title(titles[number], fontsize=10)
         if width is not None:
             _fold(axes, size[0] / columns)
+            _thin_out(axes, size[0] / columns)
     _draw_key(figure)
     if width is None:
         _draw_caption(figure, columns, has_mark=any(MARK in title for title in titles))
     figures.save(figure, path)
     return len(groups)
+
+
+def _check_names(renamed: Iterable[str], groups: Sequence[Sequence[RunResult]], looks: Looks) -> None:
+    """Check that what is renamed is in the figure."""
+    there = [label for label, _, _ in looks.values()]
+    there += [name for names in _names_of(groups).values() for name in names.values()]
+    for name in renamed:
+        if name not in there:
+            raise UnknownNameError("name in the figure:", name, dict.fromkeys(there))
+
+
+def _thin_out(axes: "Axes", inches: float) -> None:
+    """Leave so many amounts on the axis of a panel that their numbers stay apart."""
+    if axes.get_xscale() == "linear":
+        room = int((inches - _MARGIN) / _TICK)
+        axes.locator_params(axis="x", nbins=min(max(room, 1), _MOST_TICKS))
 
 
 def _layout(count: int, width: float | None) -> tuple[int, tuple[float, float]]:
@@ -156,10 +184,12 @@ def _looks(methods: Iterable[Ref]) -> Looks:
     return {method: (names[method], *style) for method, style in styles(names).items()}
 
 
-def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:
+def titles_of(groups: Sequence[Sequence[RunResult]], renamed: Mapping[str, str] = NO_NAMES) -> list[str]:
     """The title of each group of results: environment, task, design, and the other axes in which groups differ."""
     specs = [group[0].run.spec for group in groups]
-    names = {axis: labels(getattr(spec, axis) for spec in specs) for axis in _AXES}
+    names = {
+        axis: {ref: renamed.get(name, name) for ref, name in found.items()} for axis, found in _names_of(groups).items()
+    }
     names["env"] = marked(names["env"])
     shown = [axis for axis in _AXES if axis in ("env", "task", "design") or len(names[axis]) > 1]
     several = len({spec.frames for spec in specs}) > 1
@@ -169,6 +199,11 @@ def titles_of(groups: Sequence[Sequence[RunResult]]) -> list[str]:
         + f" ({_seeds(group)})"
         for spec, group in zip(specs, groups, strict=True)
     ]
+
+
+def _names_of(groups: Sequence[Sequence[RunResult]]) -> dict[str, dict[Ref, str]]:
+    """The names of the components on each axis."""
+    return {axis: labels(getattr(group[0].run.spec, axis) for group in groups) for axis in _AXES}
 
 
 def _seeds(group: Sequence[RunResult]) -> str:
@@ -196,7 +231,7 @@ def _panel(
         axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
         axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
     _mark_references(axes, group)
-    axes.locator_params(axis="x", nbins=6)  # amounts are long numbers
+    axes.locator_params(axis="x", nbins=_MOST_TICKS)  # amounts are long numbers
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind

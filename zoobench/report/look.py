@@ -35,12 +35,10 @@ class Look:
         Raises:
             UsageError: a new name that is not written so, or a label that LaTeX does not take.
         """
-        pairs = [text.partition("=") for text in names]
-        if bad := [old for old, sign, new in pairs if not (old and sign and new)]:
-            raise UsageError(f"Cannot read --rename {bad[0]!r}. Write --rename lion='Lion (ours)'.")
+        renamed = new_names(names)
         if any(sign in label for sign in "\\{}%#~^&$, \n"):
             raise UsageError(f"{label!r} is no label of LaTeX. Give letters, digits and signs as in tab:speeds.")
-        return cls(_words(columns), {old: new for old, _, new in pairs}, _words(units), caption, label)
+        return cls(_words(columns), renamed, _words(units), caption, label)
 
     def options(self) -> list[str]:
         """The command line options that ask for it."""
@@ -95,6 +93,18 @@ class Look:
         """Another word for a name, whose signs and unit stay."""
         bare = _bare(text)
         return self.names[bare] + text.removeprefix(bare) if bare in self.names else text
+
+
+def new_names(texts: Iterable[str]) -> dict[str, str]:
+    """Other words by the words that are there, as they are typed: `lion=Lion (ours)` each.
+
+    Raises:
+        UsageError: one is not written so.
+    """
+    pairs = [text.partition("=") for text in texts]
+    if bad := [old for old, sign, new in pairs if not (old and sign and new)]:
+        raise UsageError(f"Cannot read --rename {bad[0]!r}. Write --rename lion='Lion (ours)'.")
+    return {old: new for old, _, new in pairs}
 
 
 def _words(text: str) -> tuple[str, ...]:
