@@ -38,6 +38,7 @@ def test_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(_SECONDS)
 @pytest.mark.parametrize(
     "page", [page for page in TUTORIALS if WHOLE in page.read_text(encoding="utf-8")], ids=lambda page: page.stem
@@ -57,7 +58,10 @@ def test_a_tutorial_runs_word_for_word(page: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(_SECONDS)
-@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
+@pytest.mark.parametrize(
+    "notebook",
+    [pytest.param(page, marks=() if page.stem == "compare" else pytest.mark.slow, id=page.stem) for page in NOTEBOOKS],
+)
 def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
     """As plain Python in an empty folder, where it draws its pictures into files."""
     for module in ("matplotlib", *(("pyvista",) if notebook.stem == "film" else ())):
