@@ -20,6 +20,7 @@ from tests.cli.conftest import ROOT, Command
 from tests.report.content import add_curve, add_ended, make_spec
 from zoobench.db.rows import TRANSFER, Ending, FinalRow, RunState, StudyRow
 from zoobench.db.store import Store
+from zoobench.report.foreign_text import _is_number
 from zoobench.spec import Ref
 
 ODD = "\x1b[31mred\x9b2J\u202e<script>alert(1)</script>[here](http://x)|\\&%$#_{}~^"
@@ -83,14 +84,6 @@ def texts_of(value: Any, name: str = "") -> Iterator[tuple[str, str]]:
             yield from texts_of(item, name)
     elif isinstance(value, str) and name not in _WORDS:
         yield name, value
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def lists_of(value: Any) -> Iterator[list[Any]]:
