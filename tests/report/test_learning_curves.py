@@ -66,6 +66,17 @@ def test_a_curve_says_what_had_been_found_at_every_amount(path: Path) -> None:
         assert curves(store, results, "seconds")[1].reach == 2.0
 
 
+@pytest.mark.parametrize(("cost", "score"), [(250.25, 0.4), (300.0, 0.3)])
+def test_a_run_has_its_final_score_at_its_budget(tmp_path: Path, cost: float, score: float) -> None:
+    """Where its last iteration has spent one substep more of 1000, and not where it has spent 200 more."""
+    with Store(tmp_path / "runs.db") as store:
+        add_curve(store, make_spec(), [0.1, 0.2, 0.3, 0.4], cost=cost)
+        (curve,) = curves(store, choose_results(store, RunSelection()), "substeps").values()
+    assert curve.at(999.0) == 0.3
+    assert curve.at(1000.0) == score
+    assert curve.at(2000.0) == 0.4
+
+
 def test_runs_of_different_budgets_stand_in_one_table_that_says_so(path: Path) -> None:
     """In the ordinary tables they are apart; at 1000 substeps random has made three iterations."""
     assert len(score_tables(results_of(path))) == 2

@@ -15,7 +15,7 @@ from zoobench.report.statistics import Interval, clear_winner, t_interval
 from zoobench.spec import Budget, is_at_wall, standing
 
 _FEW = 0.01  # share of gradients that may not be finite without a note
-_ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
+ALIKE = 0.05  # share of the largest amount spent by which others may be below it for a fair comparison
 
 
 @dataclass(frozen=True)
@@ -185,10 +185,10 @@ def won_by(winner: TableCell, cells: Iterable[TableCell | None]) -> list[TableCe
 
 
 def spent_alike(cells: Iterable[TableCell | None]) -> bool:
-    """Whether what the rivals of a row have spent differs by less than `_ALIKE`; one with a score must say it."""
+    """Whether what the rivals of a row have spent differs by less than `ALIKE`; one with a score must say it."""
     spent = [cell.spent for cell in rivals(cells) if cell.interval is not None]
     known = [amount for amount in spent if amount is not None]
-    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < _ALIKE * max(known))
+    return len(spent) < 2 or (len(known) == len(spent) and max(known) - min(known) < ALIKE * max(known))
 
 
 def _cell(outcomes: Sequence[Outcome], asked: int, outside: Budget | None) -> TableCell | None:
