@@ -7,7 +7,7 @@ from zoobench.sim.model.grid_water import GridWater
 from zoobench.sim.model.ground_skin import SKIN, GroundSkin
 from zoobench.sim.model.matter import ElasticMaterial, WaterMaterial
 
-_LIGHTEST = 1e-3  # density of a robot [kg/m^3]
+_LEAST_DENSITY = 1e-3  # of a robot [kg/m^3]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +38,10 @@ class Physics:
     def __post_init__(self) -> None:
         if self.gravity < 0.0:
             raise UsageError(f"A gravity of {self.gravity:g} m/s^2 would point upward. Give 0 or more.")
-        if 0.0 < self.density < _LIGHTEST:
+        if 0.0 < self.density < _LEAST_DENSITY:
             raise UsageError(
-                f"A density of {self.density:g} kg/m^3 is that of no solid: air has 1.2. Give {_LIGHTEST:g} or more."
+                f"A density of {self.density:g} kg/m^3 is that of no solid: air has 1.2. "
+                f"Give {_LEAST_DENSITY:g} or more."
             )
         if self.muscle_strength == 0.0:
             raise UsageError(
