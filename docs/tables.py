@@ -23,6 +23,7 @@ PAGES = (
     "README.md",
     "docs/accuracy.md",
     "docs/accuracy-beds.md",
+    "docs/accuracy-contact.md",
     "docs/guide/results.md",
     "docs/guide/results-bodies.md",
 )
@@ -82,6 +83,21 @@ def softness() -> str:
     return _table(("soil", "yield stress [Pa]", *levels), body)
 
 
+def foot() -> str:
+    """By soil and foot: pressure and drag at three levels over those at `fine`, deepest down."""
+    with (ROOT / "docs/foot.csv").open(encoding="utf-8", newline="") as file:
+        rows = {tuple(row.values())[:4]: row for row in csv.DictReader(file)}  # of each place the last, deepest row
+    body = []
+    for bed, stress, foot in dict.fromkeys(place[:3] for place in rows):
+        finest = rows[bed, stress, foot, "fine"]
+        ratios = [
+            f"{float(rows[bed, stress, foot, level][what]) / float(finest[what]):.2f}"
+            for what, level in product(("pressure", "drag"), _LEVELS)
+        ]
+        body.append((f"{_PLACES[bed]} of {stress} Pa", foot, *ratios))
+    return _table(("soil", "foot", *(f"{what}, {level}" for what in ("load", "drag") for level in _LEVELS)), body)
+
+
 def firm_ground() -> str:
     """Moving on ground and ice, from the board `laptop`."""
     return _moving("laptop", ("ground", "ice"))
@@ -107,7 +123,7 @@ def bodies() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "softness": softness, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
+    "accuracy": accuracy, "softness": softness, "foot": foot, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
 }  # fmt: skip
 
 

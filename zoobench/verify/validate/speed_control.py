@@ -42,13 +42,22 @@ class SpeedControl:
 
     def advance(self, speed: float) -> None:
         """One substep, in which the robot should move at a speed [m/s]."""
+        self.push(speed)
+        self._rig.advance(1)
+        self.read()
+
+    def push(self, speed: float) -> None:
+        """Before a substep: apply the force for a speed [m/s]."""
         rig, behind = self._rig, speed - self.speed
         self._held += _INTEGRAL * behind * _PROPORTIONAL
         acceleration = _PROPORTIONAL * behind / rig.dt + self._held
         rig.v[rig.robot, self._axis] += rig.dt * acceleration
-        rig.advance(1)
+        self.force = self._mass * acceleration
+
+    def read(self) -> None:
+        """After a substep: read the motion that was made."""
         before, self.moved = self.moved, float(self._weights @ self._places) - self._start
-        self.speed, self.force = (self.moved - before) / rig.dt, self._mass * acceleration
+        self.speed = (self.moved - before) / self._rig.dt
 
 
 def check_motion(record: CaseRecorder, what: str, reached: float, speeds: Array) -> None:
