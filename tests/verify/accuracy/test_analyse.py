@@ -34,6 +34,13 @@ def test_the_finest_level_alone_is_not_its_own_judge() -> None:
     assert found["draft"].error == pytest.approx(1 - 0.5 / 1.05)
 
 
+def test_a_transfer_that_changes_nothing_judges_nothing() -> None:
+    """In water the twin of the finest level is that level itself: its error is not zero, but unknown."""
+    *levels, twin = ladder().samples
+    found = rows(Measurements((*levels, replace(twin, scores=levels[-1].scores))))
+    assert (found["paper"].error, found["paper"].unknown) == (None, None)
+
+
 def test_a_few_gaits_on_a_finer_grid_judge_the_reference() -> None:
     """It stays what it is; it is uncertain by the farther of the other transfer and the finer grid."""
     best = max(LIMITS, key=LIMITS.__getitem__)
@@ -162,7 +169,7 @@ def test_knobs_and_random_controllers_stand_apart() -> None:
     others += [sample(str(one.fidelity), drawn, found=RANDOM) for one in ladder().samples]
     found = analyse(ladder(others=others))
     assert [(row.fidelity, pytest.approx(row.error)) for row in found.knobs] == [("draft[courant=0.9]", 0.2)]
-    assert [row.error for row in found.random] == [0.0, 0.0, 0.0]
+    assert [row.error for row in found.random] == [0.0, 0.0, None]  # the twin says the same, and judges nothing
     assert [row.gaits for row in found.levels] == [16, 16, 16]
 
 

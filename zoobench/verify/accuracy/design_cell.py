@@ -40,9 +40,14 @@ class DesignCell:
         self.found = {gait: sample.found for sample in samples for gait in sample.scores}
         levels = [name for name in LADDER if name in self.samples]
         most = [name for name in levels if 2 * len(self.scores(name)) >= len(self.found)]
-        means = [name for level in most[-1:] for name in (level, twin_of(level)) if name in self.samples]
+        means = [name for level in most[-1:] for name in (level, twin_of(level)) if self._is_another(name, level)]
         self.finer = levels[levels.index(most[-1]) + 1 :] if most else []
         self.judges = [*means, *self.finer]
+
+    def _is_another(self, name: str, level: str) -> bool:
+        """Whether there are scores at a fidelity, and they are the level's own or differ from them: where the transfer
+        has no part in a simulation, as in water, the twin of a level says nothing of its error."""
+        return name in self.samples and (name == level or self.scores(name) != self.scores(level))
 
     def scores(self, name: str) -> Numbers:
         """Scores at a fidelity."""
