@@ -15,7 +15,7 @@ def _name(name: str, spacing: float, summary: str) -> None:
         return settings
 
     fidelity.__doc__ = summary
-    register(Kind.FIDELITY, name, version=2, added=("sleep", "device"))(fidelity)
+    register(Kind.FIDELITY, name, version=2, added=("sleep", "device", "robot"))(fidelity)
 
 
 _name("smoke", 1 / 32, "Two cells across a robot: for tests of the software; the results are meaningless.")

@@ -156,7 +156,8 @@ class Environment:
                 f"A body of {extent} m does not fit into the arena of {tuple(size.tolist())} m with its floor at "
                 f"{floor:g} m. Use a smaller body or a larger arena."
             )
-        robot = ElasticBody.placed(self.robot, body, positions, body.edge)
+        placed = ElasticBody.placed(self.robot, body, positions, body.edge)
+        robot = replace(placed, site_offsets=body.sites - body.positions)
         sites = body.sites + place + np.array([0.0, floor, 0.0])
         scene = Scene(
             robot=robot,

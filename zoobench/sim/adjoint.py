@@ -40,7 +40,8 @@ class Adjoint:
         self._moves = np.zeros_like(self._counts)  # after a frame
         for frame, world in rollout.moves:
             self._moves[frame - 1, world] = healthy[world]
-        self._state = empty_matter(sim.scene, 1, worlds, real, device, sim.matter.flow.shape[2])
+        cells, nodes = sim.matter.flow.shape[2], sim.matter.nodes.shape[2]
+        self._state = empty_matter(sim.scene, 1, worlds, real, device, cells, nodes)
         medium = sim.scene.medium
         # a medium's mass has an adjoint only where the robot's occupancy displaces it
         weighed = sim.particle_count if medium is not None and medium.hosts is not None else robot
@@ -180,8 +181,9 @@ class Adjoint:
 
     def _is_finite(self) -> bool:
         """Whether the adjoint of the state is finite for sure: one look at all of it, whose squares do not overflow."""
-        state = self._state.memory
-        return math.isfinite(np.vdot(state, state) if isinstance(state, np.ndarray) else state.sum())
+        state, nodes = self._state.memory, self._state.nodes
+        of_nodes = float(nodes[..., :2, :].square().sum()) if nodes.numel() else 0.0
+        return math.isfinite(of_nodes + (np.vdot(state, state) if isinstance(state, np.ndarray) else state.sum()))
 
     def _take_tension(self, frame: int) -> None:
         """Take the adjoint of a frame's tension, from which follow those of its actuation and the muscle membership."""

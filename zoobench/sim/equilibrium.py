@@ -30,7 +30,7 @@ LARGEST_FOLDER = 500 * 2**20
 
 _DIGEST_BYTES = 32
 
-_TENSORS = ("state", "window", "flow")
+_TENSORS = ("state", "window", "flow", "nodes")
 
 _PROCESSOR_LINES = ("model name", "flags", "CPU part", "Features")
 """Of /proc/cpuinfo: the first two on x86, the others on ARM."""
@@ -126,8 +126,8 @@ def _read(path: Path) -> Matter | None:
     with contextlib.suppress(OSError):
         path.touch()  # when it was last used
     with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
-        state, window, flow = (torch.from_numpy(arrays[name]) for name in _TENSORS)
-        return Matter(state, window, flow, int(arrays["robot"]))
+        state, window, flow, nodes = (torch.from_numpy(arrays[name]) for name in _TENSORS)
+        return Matter(state, window, flow, int(arrays["robot"]), nodes)
 
 
 def _write(path: Path, matter: Matter) -> None:

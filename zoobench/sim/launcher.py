@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from zoobench.arrays import Array
 from zoobench.errors import SceneError, UsageError
 from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
@@ -125,6 +126,14 @@ class Launcher:
         if self._driver:
             self._driver.check_room(windows)
 
+    @property
+    def robot_nodes(self) -> int:
+        """Nodes that the robot carries with it; none where it moves through the grid."""
+        return 0
+
+    def place_nodes(self, matter: Matter, origin: Array) -> None:
+        """Write the robot's nodes of the scene at time zero into a state, measured from `origin` [m]."""
+
     def keep(self, nodes: int) -> None:
         """Have room for so many nodes of every world, whose momenta `advance` keeps for `reverse`; 0 for none."""
         room = (LARGEST_ARRAY // (4 * self.fields) - self._own_nodes) // self._worlds
@@ -184,7 +193,8 @@ class Launcher:
     def _wet(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
         """The arrays that both kernels of water on a grid take first."""
         return (
-            *matter.tensors(), parameters.body, plan.slots, plan.dt, self.constants, self._modes, self._grid,
+            *matter.particles, matter.flow, parameters.body, plan.slots, plan.dt, self.constants, self._modes,
+            self._grid,
         )  # fmt: skip
 
     def survey(

@@ -22,6 +22,7 @@ from zoobench.sim.model.state import BodyState, IntArray, Matter, Parameters, in
 from zoobench.sim.model.step_limits import StepLimit
 from zoobench.sim.model.tensors import fetch, memory
 from zoobench.sim.muscle_energy import MuscleEnergy
+from zoobench.sim.rest_frame_launcher import RestFrameLauncher
 
 LARGEST_PLACE = 2.0**30
 """Distance from the grid's first node [cells] up to which it is a whole number to the kernels."""
@@ -66,13 +67,15 @@ class Simulation:
         self.robot_count, self.particle_count = scene.robot.particle_count, scene.particle_count
         self.muscle_count = scene.robot.muscle_count if Effect.MUSCLE in scene.effects else 0
         self.meter = SubstepMeter()
-        self.launcher = Launcher(
+        kind = Launcher if fidelity.robot == "mpm" else RestFrameLauncher
+        self.launcher = kind(
             scene, fidelity, worlds, self._real, device, device == "cuda" if parallel is None else parallel
         )
         self.origin = np.array(scene.lower) - WALL_NODES * fidelity.grid_spacing
         cells = scene.water_cells(fidelity.grid_spacing)
         self.offsets = np.zeros((worlds, 3))
-        self.matter = initial_matter(scene, worlds, self.origin, self._real, device, cells)
+        self.matter = initial_matter(scene, worlds, self.origin, self._real, device, cells, self.launcher.robot_nodes)
+        self.launcher.place_nodes(self.matter, self.origin)
         self.refresh_window()
         self.launcher.check_room(self.matter.window[0])
         self.start = self.matter.copy_slot(0)
@@ -93,8 +96,9 @@ class Simulation:
 
     @property
     def origins(self) -> Array:
-        """The grid's first node in every world, where its arena is now `[worlds, 3]` [m]."""
-        return self.origin + self.offsets
+        """What the positions of `matter` are measured from in every world `[worlds, 3]` [m]: the grid's first node,
+        where its arena is now; of a robot that carries its own, that of time zero."""
+        return self.origin + self.offsets * (self.fidelity.robot == "mpm")
 
     @cached_property
     def neighbours(self) -> Neighbours:
@@ -245,7 +249,6 @@ class Simulation:
     def record_motion(self, rollout: Rollout, frame: int) -> None:
         """Write only places and velocities."""
         places, velocities = rollout.positions[frame], rollout.velocities[frame]
-        rollout.offsets[frame] = self.offsets
         origin = self.origins[:, None]
         if self._device == "cpu":
             rows = self.matter.robot_rows(0, 2)
@@ -254,6 +257,11 @@ class Simulation:
             there = torch.as_tensor(origin, device=self._device)
             fetch(places, self.matter.x[0, :, : self.robot_count] + there)
             fetch(velocities, self.matter.v[0, :, : self.robot_count])
+        if self.scene.follows and self.fidelity.robot != "mpm":
+            # no grid has to go with it, but what is drawn around the robot does, by whole cells
+            h, moved = self.fidelity.grid_spacing, places.mean(1) - self.scene.robot.positions.mean(0)
+            self.offsets[:, ::2] = h * np.round(moved[:, ::2] / h)
+        rollout.offsets[frame] = self.offsets
 
     def finish_records(self) -> None:
         """Complete the rollout that was recorded last."""

@@ -11,6 +11,7 @@ from zoobench.sim import runtime
 from zoobench.sim.adjoint import Adjoint
 from zoobench.sim.memory_budget import memory_share
 from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.rest_cells import RestCells
 from zoobench.sim.model.rollout import Feedback, FeedbackAdjoint, FloatArray, Gradient, Rollout, SubstepMeter
 from zoobench.sim.model.scene import Scene
 from zoobench.sim.model.segmentation import Segmentation, segment, whole_bytes, whole_frames
@@ -330,11 +331,11 @@ class Solver:
         frames, substeps, rest = rollout.frames, self.substeps_per_frame, rollout.equilibration
         if self.checkpoint_interval is not None:
             return whole_frames(min(self.checkpoint_interval, frames), substeps + int(rest > 0))
-        state = self.matter.bytes_per_slot()
+        state, slot = self.matter.bytes_per_slot(), bytes_per_slot(self.scene, self.fidelity, self.matter)
+        most = LARGEST_ARRAY // self.matter.state[0].numel()  # slots that can be addressed
         return segment(
             frames, substeps, rest,
-            budget=min(self._memory, LARGEST_ARRAY * self.matter.state.element_size()),
-            slot_bytes=bytes_per_slot(self.scene, self.fidelity, self.matter), state_bytes=state,
+            budget=min(self._memory, most * slot), slot_bytes=slot, state_bytes=state,
             other_bytes=self.worlds * _trajectory_bytes(self.scene, self.fidelity, frames),
         )  # fmt: skip
 
@@ -353,7 +354,8 @@ def episode_memory(scene: Scene, fidelity: Fidelity, frames: int, substeps: int)
         frames, substeps: of the episode.
     """
     real, cells = runtime.real(fidelity.precision), scene.water_cells(fidelity.grid_spacing)
-    matter = empty_matter(scene, 1, 1, real, "meta", cells)  # shapes without memory
+    nodes = 0 if fidelity.robot == "mpm" else len(RestCells.of(scene.robot, fidelity).places)
+    matter = empty_matter(scene, 1, 1, real, "meta", cells, nodes)  # shapes without memory
     slot, state = bytes_per_slot(scene, fidelity, matter), matter.bytes_per_slot()
     return whole_bytes(substeps + 1, slot, state) + _trajectory_bytes(scene, fidelity, frames)
 

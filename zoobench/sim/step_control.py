@@ -101,7 +101,8 @@ class StepControl:
             self._schedule = np.full_like(rollout.counts, simulation.limit.substeps_per_frame)
         self._most = MOST_REFINEMENT * simulation.limit.substeps_per_frame
         self._before = simulation.matter.copy_slot(0)
-        self._arena = MovingArena(simulation) if simulation.scene.follows else None
+        moves = simulation.scene.follows and simulation.fidelity.robot == "mpm"  # a robot in its rest frame needs none
+        self._arena = MovingArena(simulation) if moves else None
         self._diagnostics = Diagnostics(simulation)
         self._feedback = feedback
         self._conditions: list[Condition] = []

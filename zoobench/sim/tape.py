@@ -75,6 +75,9 @@ def nodes_per_slot(scene: Scene, fidelity: Fidelity) -> int:
 
 
 def bytes_per_slot(scene: Scene, fidelity: Fidelity, like: Matter) -> int:
-    """Memory of one slot for such a state, with its nodes' momenta [bytes]."""
+    """Memory of one slot for such a state, with its nodes' momenta [bytes]; of a robot in its rest frame that of its
+    nodes, since the rows of the particles are written between frames alone."""
+    if like.nodes.numel():
+        return like.nodes[0].numel() * like.nodes.element_size()
     nodes = nodes_per_slot(scene, fidelity) * kept_fields(scene, fidelity) * like.state.shape[1]
     return like.bytes_per_slot() + nodes * 4 * like.state.element_size()

@@ -13,6 +13,7 @@ SHIFT_ASIDE = 0.618
 Transfer = Literal["apic", "pic", "aflip"]
 Kernel = Literal["quadratic", "cubic"]
 Device = Literal["cpu", "cuda"]
+Robot = Literal["mpm", "lagrangian"]
 
 
 class Spline(NamedTuple):
@@ -52,6 +53,9 @@ class Fidelity:
         sleep: speed [m/s] below which solid matter of a bed is at rest through a control frame unless something faster
             is near, see `sim.sleep`; 0 to have all of it move, as all of it does on a GPU.
         device: `cpu`, or `cuda` for a GPU of NVIDIA, where sums differ in their last bits from run to run.
+        robot: `mpm`, which moves through the grid as matter of a bed does, or `lagrangian`, on a grid in its rest frame
+            (`kernels.rest_frame`): on firm ground alone, faster, and it does not tear. Then transfer, kernel and shift
+            have no meaning.
     """
 
     grid_spacing: float
@@ -65,6 +69,7 @@ class Fidelity:
     shift: float = 0.0
     sleep: float = 0.003
     device: Device = "cpu"
+    robot: Robot = "mpm"
 
     def __post_init__(self) -> None:
         if not 0.0 < self.grid_spacing < 1.0:
@@ -81,7 +86,7 @@ class Fidelity:
             raise UsageError(f"A fixed step of {self.step:g} s is not between 0 and 1 s. Give 0 to have it chosen.")
         for name, offered in (
             ("transfer", get_args(Transfer)), ("medium_transfer", get_args(Transfer)), ("kernel", get_args(Kernel)),
-            ("device", get_args(Device)),
+            ("device", get_args(Device)), ("robot", get_args(Robot)),
         ):  # fmt: skip
             if (given := getattr(self, name)) not in offered:
                 raise UsageError(f"The {name} {given!r} is not offered. Choose one of {', '.join(offered)}.")

@@ -99,12 +99,15 @@ class ElasticBody(BodyParticles):
         velocities: `[particle_count, 3]` initial velocity [m/s].
         velocity_gradients: `[particle_count, 3, 3]` initial APIC matrix C [1/s]; None for zero.
         edge: of the cubes that the particles stand for [m]; None for that of the fidelity.
+        site_offsets: `[particle_count, 3]` of the centres of those cubes from the positions [m], where a body fills
+            some in part; None for none.
     """
 
     material: ElasticMaterial
     velocities: Array
     velocity_gradients: Array | None = None
     edge: float | None = None
+    site_offsets: Array | None = None
 
     @classmethod
     def placed(

@@ -33,6 +33,8 @@ class Matter:
         window: `[slots, worlds, 8]` first and past-the-last node in use, and where momenta of the nodes are kept.
         flow: `[slots, worlds, cells, 4]` water on a grid, as `kernels.water_grid.water_layout` has it.
         robot: number of the robot's particles, which come first.
+        nodes: `[slots, worlds, nodes, 4, 4]` of a robot in its rest frame, as `kernels.rest_frame` has them; the
+            particles' rows then follow from them.
 
     The other attributes are views of `state`:
         x, v: `[slots, worlds, particles, 3]` [m], [m/s].
@@ -47,6 +49,7 @@ class Matter:
     window: Tensor
     flow: Tensor
     robot: int
+    nodes: Tensor
 
     def __post_init__(self) -> None:
         self.memory = memory(self.state)
@@ -55,16 +58,20 @@ class Matter:
     @classmethod
     def zeros(
         cls, slots: int, worlds: int, robot: int, medium: int, solid: bool, real: torch.dtype, device: str,
-        cells: int = 0,
+        cells: int = 0, nodes: int = 0,
     ) -> Self:  # fmt: skip
-        """All zero, for `medium` particles, which store strain and stress if they are `solid`, and `cells` of water.
+        """All zero, for `medium` particles, which store strain and stress if they are `solid`, `cells` of water, and
+        `nodes` of the robot.
 
         On the CPU, slots take no memory before they are written.
         """
         shape = (slots, worlds, robot + medium, SOLID_ROWS if solid else ROBOT_ROWS, 4)
         window = torch.zeros((slots, worlds, WINDOW_SIZE), dtype=torch.int32, device=device)
         flow = lazy_zeros((slots, worlds, cells, 4), real, device)
-        return cls(lazy_zeros(shape, real, device), window, flow, robot)
+        return cls(
+            lazy_zeros(shape, real, device), window, flow, robot,
+            lazy_zeros((slots, worlds, nodes, 4, 4), real, device),
+        )  # fmt: skip
 
     @property
     def x(self) -> Tensor:
@@ -112,14 +119,14 @@ class Matter:
         """State and window, as the kernels take them."""
         return self.state, self.window
 
-    def tensors(self) -> tuple[Tensor, Tensor, Tensor]:
+    def tensors(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """All memory of the state."""
-        return self.state, self.window, self.flow
+        return self.state, self.window, self.flow, self.nodes
 
     def _like(self, tensors: Iterable[Tensor]) -> "Matter":
         """Another state of these tensors, in the order of `tensors`."""
-        state, window, flow = tensors
-        return Matter(state, window, flow, self.robot)
+        state, window, flow, nodes = tensors
+        return Matter(state, window, flow, self.robot, nodes)
 
     def robot_rows(self, first: int, last: int) -> Array:
         """Some rows of the robot's particles at slot 0, on the CPU `[worlds, robot, rows, 4]`: no copy."""
@@ -152,6 +159,7 @@ class Matter:
         """Take all motion from one world at a slot."""
         self.state[slot, world, :, 1:5] = 0.0
         self.flow[slot, world] = 0.0
+        self.nodes[slot, world, :, 1] = 0.0
 
     def copy_after(self, slot: int, world: int) -> None:
         """Write one world at a slot into the next."""
@@ -287,18 +295,22 @@ def medium_share(medium: MediumBed, occupancy: Array) -> Array:
     return share
 
 
-def empty_matter(scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str, cells: int = 0) -> Matter:
-    """Zeroed tensors of the size that the scene needs, with `cells` of water on a grid."""
+def empty_matter(
+    scene: Scene, slots: int, worlds: int, real: torch.dtype, device: str, cells: int = 0, nodes: int = 0
+) -> Matter:
+    """Zeroed tensors of the size that the scene needs, with `cells` of water on a grid and `nodes` of the robot."""
     medium = scene.medium
     count = medium.particle_count if medium else 0
     solid = medium is not None and medium.material.law != Law.WATER
-    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells)
+    return Matter.zeros(slots, worlds, scene.robot.particle_count, count, solid, real, device, cells, nodes)
 
 
-def initial_matter(scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0) -> Matter:
-    """The scene at time zero in one slot, but for the window, which the caller sets."""
+def initial_matter(
+    scene: Scene, worlds: int, origin: Array, real: torch.dtype, device: str, cells: int = 0, nodes: int = 0
+) -> Matter:
+    """The scene at time zero in one slot, but for the window and the robot's nodes, which the caller sets."""
     robot, medium = scene.robot, scene.medium
-    matter = empty_matter(scene, 1, worlds, real, device, cells)
+    matter = empty_matter(scene, 1, worlds, real, device, cells, nodes)
     if scene.water is not None and scene.water.velocities is not None:
         put(matter.flow[..., :3], scene.water.velocities.reshape(-1, 3))
 

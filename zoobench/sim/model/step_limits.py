@@ -31,6 +31,13 @@ SPEED_ROOM = 0.8
 
 REFUSED_FRACTION = 0.9
 
+REST_FRAME_MOMENT = 4.0 / 3.0
+"""By which the stiffness of an isolated cell of eight particles in the rest frame, 16 / (3 h^2), exceeds that of an
+isolated particle on a grid, 4 / h^2."""
+
+_REST_FRAME_DAMPING = REST_FRAME_MOMENT * LARGEST_STRETCH**2
+"""By which the viscosity counts more in the rest frame, at that compression."""
+
 MOST_SUBSTEPS = 1e9
 """Of a control frame."""
 
@@ -123,14 +130,21 @@ def elastic_kappa(mu: float, lam: float, stiffness: float, strength: float, stre
     return 2.0 * (stiffness * mu + strength) * stretch**2 + 3.0 * stiffness * lam
 
 
+def rest_frame_kappa(mu: float, lam: float, stiffness: float, strength: float, stretch: float) -> float:
+    """kappa [Pa] of the same matter on a grid in its rest frame, compressed to 1 / stretch in one direction."""
+    k = stiffness
+    return REST_FRAME_MOMENT * (k * mu + strength + (k * mu + k * lam * (1.0 + math.log(stretch))) * stretch**2)
+
+
 def step_limits(scene: Scene, fidelity: Fidelity, stiffness_max: float, density_ratio_min: float) -> dict[str, float]:
     """dt_iso [s] of each kind of matter in the scene at its stiffest and lightest."""
     material = scene.robot.material
     mu, lam = lame_parameters(material.youngs_modulus, material.poissons_ratio)
     stiffness = max(stiffness_max, float(scene.robot.stiffness.max()))
     density = material.density * min(density_ratio_min, float(scene.robot.density_ratio.min()))
-    kappa = elastic_kappa(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
-    limits = {"robot": isolated_particle_limit(fidelity, kappa / density, material.viscosity / density)}
+    kappa_of, damping = (elastic_kappa, 1.0) if fidelity.robot == "mpm" else (rest_frame_kappa, _REST_FRAME_DAMPING)
+    kappa = kappa_of(mu, lam, stiffness, material.muscle_strength, LARGEST_STRETCH)
+    limits = {"robot": isolated_particle_limit(fidelity, kappa / density, damping * material.viscosity / density)}
     if scene.ground is not None and has_skin(scene):
         limits["ground"] = skin_limit(fidelity, scene.ground.skin.rate / density)
     if scene.medium is not None:

@@ -1,0 +1,86 @@
+"""Cells and nodes of bodies in their rest frame."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim import scenes
+from zoobench.arrays import Array
+from zoobench.errors import UsageError
+from zoobench.sim.model.lattice import fill_box
+from zoobench.sim.model.rest_cells import RestCells
+from zoobench.sim.model.scene import ElasticBody
+
+
+def _body(cubes: Array) -> ElasticBody:
+    """A passive body of the cubes with these indices."""
+    positions = (np.asarray(cubes) + 0.5) * scenes.EDGE + 0.25
+    return ElasticBody.passive(scenes.SOFT, positions, np.full(len(positions), scenes.EDGE**3))
+
+
+def _block(*size: int) -> Array:
+    """Indices of the cubes of a block."""
+    return np.stack(np.meshgrid(*map(np.arange, size), indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def test_a_block_has_the_cells_and_nodes_of_its_grid() -> None:
+    """Four cubes along each axis are two cells, and three nodes."""
+    cells = RestCells.of(_body(_block(4, 4, 4)), scenes.fidelity())
+    assert len(cells.nodes) == 8
+    assert len(cells.places) == 27
+    assert len(cells.slopes) == 1
+    assert sorted(cells.particles.ravel().tolist()) == list(range(64))
+
+
+def test_a_linear_field_has_its_gradient_and_its_values() -> None:
+    """Of places that are moved by an affine map, gradients and weights give it back in every cell, full or not."""
+    rng = np.random.default_rng(0)
+    body = _body(_block(5, 3, 4)[rng.permutation(60)[:45]])
+    offsets = rng.uniform(-0.2, 0.2, (45, 3)) * scenes.EDGE
+    body = replace(body, positions=body.positions - offsets, site_offsets=offsets)
+    cells = RestCells.of(body, scenes.fidelity())
+    turn, shift = rng.normal(size=(3, 3)), rng.normal(size=3)
+    moved = (cells.places @ turn.T + shift)[cells.nodes]
+    has = cells.particles >= 0
+    found = np.einsum("cir,cikl->clrk", moved, cells.slopes[cells.shape])
+    assert np.abs(found[has] - turn).max() <= 1e-12
+    there = np.einsum("cil,cir->clr", cells.weights, moved)
+    expected = body.positions @ turn.T + shift
+    assert np.abs(there[has] - expected[cells.particles[has]]).max() <= 1e-12
+
+
+def test_limbs_across_a_gap_have_nodes_of_their_own() -> None:
+    """Two legs below a belly share the belly's nodes alone; without the belly they share none."""
+    leg, up, aside = _block(1, 2, 2), np.array([0, 2, 0]), np.array([2, 0, 0])
+    belly, legs = _block(3, 2, 2) + up, np.concatenate([leg, leg + aside])
+    joined = RestCells.of(_body(np.concatenate([belly, legs])), scenes.fidelity())
+    apart = RestCells.of(_body(legs), scenes.fidelity())
+    assert len(apart.places) == 16
+    low = joined.places[:, 1] < joined.places[:, 1].mean() - 1e-9
+    assert low.sum() == 8, "the nodes between the legs are not one"
+
+
+def test_cubes_that_touch_at_a_corner_hold_together() -> None:
+    """Thin parts that run askew through the lattice do not fall apart."""
+    cells = RestCells.of(_body(np.array([[0, 0, 0], [1, 1, 1], [2, 2, 2]])), scenes.fidelity())
+    assert len(cells.places) == 15
+
+
+def test_twenty_seven_particles_a_cell_are_four_groups() -> None:
+    """Groups of a cell have the same eight nodes, and lanes without a particle repeat one that is there."""
+    fine = replace(scenes.fidelity(), particles_per_cell=27)
+    positions = fill_box(np.zeros(3), np.full(3, scenes.SPACING), scenes.SPACING, 27)
+    body = ElasticBody.passive(scenes.SOFT, positions, np.full(27, fine.particle_edge**3))
+    cells = RestCells.of(body, fine)
+    assert cells.nodes.shape == (4, 8)
+    assert (cells.nodes == cells.nodes[0]).all()
+    assert (cells.particles < 0).sum() == 5
+    assert np.isfinite(cells.slopes).all()
+
+
+def test_particles_of_no_lattice_are_refused() -> None:
+    """With what to choose instead."""
+    body = _body(_block(2, 2, 2))
+    with pytest.raises(UsageError, match="robot=mpm"):
+        RestCells.of(replace(body, positions=body.positions * 1.3), scenes.fidelity())

@@ -1,0 +1,365 @@
+"""The substep of a robot in its rest frame (total Lagrangian), for one thread.
+
+Nodes of the body's own grid (`model.rest_cells`) carry place and velocity. With the constant gradients g of their
+weights, the deformation gradient at a particle is F = sum x g and its rate R = sum v g. With H = F^-T and L = R F^-1
+its first Piola-Kirchhoff stress is that of `elastic`,
+
+    P = mu F + (lambda log J - mu) H + eta (L + L^T) H + T (F d) d^T,
+
+and a particle of volume V acts on a node with the force -V P g. Nothing is advected: weights, masses and neighbours
+stay. The ground's skin is that of `skin_contact`: it pushes on particles, and rubs at nodes.
+
+The eight particles of a cell are the lanes of a vector (`wide`), in which matrices are lists of rows. A force is summed
+over them with the nodes in the lanes.
+
+    nodes    [slots, worlds, nodes, 4] rows of a node: X, V and what the substep from this slot found, FORCE and PUSH
+    law      [cells, 7] of the lanes of a cell, see `LAW`; of the world that is simulated
+    inverse  [nodes] one over the mass of the nodes of that world [1/kg], 0 without any
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.columns import cofactor, determinant, dot, matrix, scale, zero_lanes
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.layout import (
+    MASS,
+    STIFFNESS,
+    TENSION,
+    VOLUME,
+    C,
+    F,
+    V,
+    X,
+    columns,
+    put_columns,
+    scene_constants,
+)
+from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub
+from zoobench.sim.kernels.survey import largest_square
+from zoobench.sim.model.step_limits import REST_FRAME_MOMENT
+
+FORCE, PUSH = 2, 3
+"""Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
+
+LAW = ("volume", "mu", "lam", "tension", "fibre_x", "fibre_y", "fibre_z")
+"""Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and the fibre."""
+
+LANES = 8
+
+
+@ti.data_oriented
+class Cells:
+    """The arrays of a body's cells as one argument: those of `model.rest_cells`, and what is gathered from particles.
+
+    `turned` is `slopes` with nodes in the lanes `[shapes, 24]`, by lane and axis.
+    """
+
+    _is_taichi_function = False  # or Taichi would warn of a function that it does not compile
+
+    def __init__(self, node, particle, shape, slopes, turned, masses, weights, law, inverse):
+        self.node, self.particle, self.shape = node, particle, shape
+        self.slopes, self.turned, self.masses, self.weights = slopes, turned, masses, weights
+        self.law, self.inverse = law, inverse
+
+
+@ti.func
+def lanes_of(value):
+    """A vector with the same number in every lane."""
+    return ti.Vector([value, value, value, value, value, value, value, value])
+
+
+_LOG_TERMS = 20
+
+
+@ti.func
+def log_lanes(a):
+    """Logarithm of the lanes, which are between `SMALLEST_J` and its inverse: log a = 8 artanh((b - 1) / (b + 1)) with
+    b = a^(1/4), a series of odd powers that is exact to rounding there. It takes a fifth of the time of the logarithms
+    of eight numbers, in four parts that do not wait for each other."""
+    b = ti.sqrt(ti.sqrt(a))
+    u = (b - 1.0) / (b + 1.0)
+    square = u * u
+    fourth = square * square
+    eighth = fourth * fourth
+    parts = [0.0 * u + 1.0 / (2 * (_LOG_TERMS - 4 + k) + 1) for k in ti.static(range(4))]
+    for j in ti.static(range(_LOG_TERMS // 4 - 1)):
+        for k in ti.static(range(4)):
+            parts[k] = parts[k] * eighth + 1.0 / (2 * (_LOG_TERMS - 8 - 4 * j + k) + 1)
+    return 8.0 * u * ((parts[0] + square * parts[1]) + fourth * (parts[2] + square * parts[3]))
+
+
+@ti.func
+def total(a):
+    """Sum of the lanes."""
+    return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
+
+
+@ti.func
+def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
+    """Fill `law` and `inverse` from the particles of a world."""
+    for n in range(cells.inverse.shape[0]):
+        cells.inverse[n] = 0.0 * scene.spacing
+    for c in range(cells.node.shape[0]):
+        rows = [lanes_of(0.0 * scene.spacing) for _ in ti.static(range(7))]
+        for lane in ti.static(range(LANES)):
+            p = cells.particle[c, lane]
+            if p >= 0:
+                q, fibre = body[w, p, 0], body[w, p, 1]
+                rows[0][lane] = q[VOLUME]
+                rows[1][lane] = scene.mu * q[STIFFNESS]
+                rows[2][lane] = scene.lam * q[STIFFNESS]
+                rows[3][lane] = q[TENSION]
+                for d in ti.static(range(3)):
+                    rows[4 + d][lane] = fibre[d]
+                for i in ti.static(range(8)):
+                    cells.inverse[cells.node[c, i]] += q[MASS] * cells.masses[cells.shape[c], i][lane]
+        for k in ti.static(range(7)):
+            cells.law[c, k] = rows[k]
+    for n in range(cells.inverse.shape[0]):
+        if cells.inverse[n] > 0.0:
+            cells.inverse[n] = 1.0 / cells.inverse[n]
+
+
+@ti.func
+def slope(nodes: ti.template(), cells: ti.template(), s, w, c, row: ti.template()):
+    """sum x g^T of a row of the nodes, at the particles of a cell: F of places, its rate of velocities."""
+    shape = cells.shape[c]
+    found = [[lanes_of(0.0 * nodes[s, w, 0, 0][3]) for _ in ti.static(range(3))] for _ in ti.static(range(3))]
+    for i in ti.static(range(8)):
+        q = nodes[s, w, cells.node[c, i], row]
+        for k in ti.static(range(3)):
+            g = cells.slopes[shape, 3 * i + k]
+            for r in ti.static(range(3)):
+                found[r][k] += q[r] * g
+    return found
+
+
+@ti.func
+def inverse_transposed(a: ti.template()):
+    """a^-T, of which J is held above `SMALLEST_J`, and J."""
+    h = [[a[(r + 1) % 3][(k + 1) % 3] * a[(r + 2) % 3][(k + 2) % 3]
+          - a[(r + 1) % 3][(k + 2) % 3] * a[(r + 2) % 3][(k + 1) % 3] for k in ti.static(range(3))]
+         for r in ti.static(range(3))]  # fmt: skip
+    j = a[0][0] * h[0][0] + a[0][1] * h[0][1] + a[0][2] * h[0][2]
+    inverse = 1.0 / ti.max(j, SMALLEST_J)
+    for r in ti.static(range(3)):
+        for k in ti.static(range(3)):
+            h[r][k] *= inverse
+    return h, j
+
+
+@ti.func
+def spherical(law: ti.template(), c, j):
+    """(lambda log J - mu), the spherical stress."""
+    return law[c, 2] * log_lanes(ti.max(j, SMALLEST_J)) - law[c, 1]
+
+
+@ti.func
+def viscous(rate: ti.template(), h: ti.template(), eta):
+    """eta (L + L^T) with L = rate h^T."""
+    flow = product_transposed(rate, h)
+    return [[eta * (flow[r][k] + flow[k][r]) for k in ti.static(range(3))] for r in ti.static(range(3))]
+
+
+@ti.func
+def product(a: ti.template(), b: ti.template()):
+    """a b."""
+    return [[a[r][0] * b[0][k] + a[r][1] * b[1][k] + a[r][2] * b[2][k] for k in ti.static(range(3))]
+            for r in ti.static(range(3))]  # fmt: skip
+
+
+@ti.func
+def product_transposed(a: ti.template(), b: ti.template()):
+    """a b^T."""
+    return [[a[r][0] * b[k][0] + a[r][1] * b[k][1] + a[r][2] * b[k][2] for k in ti.static(range(3))]
+            for r in ti.static(range(3))]  # fmt: skip
+
+
+@ti.func
+def along_fibre(a: ti.template(), law: ti.template(), c):
+    """a d, of the fibres d."""
+    return [a[r][0] * law[c, 4] + a[r][1] * law[c, 5] + a[r][2] * law[c, 6] for r in ti.static(range(3))]
+
+
+@ti.func
+def spread(target: ti.template(), s, w, row: ti.template(), cells: ti.template(), c, q: ti.template()):
+    """Add sum q g over the particles of a cell to a row of its nodes."""
+    shape = cells.shape[c]
+    out = [0.0 * q[0][0] for _ in ti.static(range(3))]
+    for lane in ti.static(range(LANES)):
+        for k in ti.static(range(3)):
+            g = cells.turned[shape, 3 * lane + k]
+            for r in ti.static(range(3)):
+                out[r] += q[r][k][lane] * g
+    for i in ti.static(range(8)):
+        target[s, w, cells.node[c, i], row] += ti.Vector([out[0][i], out[1][i], out[2][i], 0.0])
+
+
+@ti.func
+def place_of(nodes: ti.template(), cells: ti.template(), s, w, c, lane: ti.template(), row: ti.template()):
+    """A row of the nodes at the place of one particle."""
+    found = 0.0 * nodes[s, w, 0, row]
+    for i in ti.static(range(8)):
+        found += cells.weights[c, i][lane] * nodes[s, w, cells.node[c, i], row]
+    return found
+
+
+@ti.func
+def is_near(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w, c,
+            ground: ti.template()):  # fmt: skip
+    """Whether a cell may touch the ground's skin: its nodes are the hull of its particles at their sites, and those
+    lie within half a cube of them."""
+    low = 1e30 + 0.0 * scene.spacing
+    for i in ti.static(range(8)):
+        low = ti.min(low, ground_below(nodes[s, w, cells.node[c, i], X], scene, terrain, ground).gap)
+    return low < scene.skin_thickness + 2.0 * scene.edge
+
+
+@ti.func
+def push_cell(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w, c,
+              ground: ti.template()):  # fmt: skip
+    """Add the force of the ground's skin on the particles of a cell to its nodes."""
+    if is_near(nodes, cells, scene, terrain, s, w, c, ground):
+        for lane in ti.static(range(LANES)):
+            if cells.particle[c, lane] >= 0:
+                below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
+                if below.gap < scene.skin_thickness + 0.5 * scene.edge:
+                    force, _rate = layer_force(below.gap, scene)
+                    given = (cells.law[c, 0][lane] * force) * below.normal
+                    for i in ti.static(range(8)):
+                        nodes[s, w, cells.node[c, i], PUSH] += cells.weights[c, i][lane] * given
+
+
+@ti.func
+def find_forces(nodes: ti.template(), cells: ti.template(), scene: ti.template(), terrain: ti.template(), s, w,
+                variant: ti.template()):  # fmt: skip
+    """FORCE and PUSH of all nodes of a world at slot s."""
+    for n in range(cells.inverse.shape[0]):
+        nodes[s, w, n, FORCE] = zero_lanes()
+        nodes[s, w, n, PUSH] = zero_lanes()
+    for c in range(cells.node.shape[0]):
+        deformation = slope(nodes, cells, s, w, c, X)
+        h, j = inverse_transposed(deformation)
+        iso = spherical(cells.law, c, j)
+        p = [[iso * h[r][k] + cells.law[c, 1] * deformation[r][k] for k in ti.static(range(3))]
+             for r in ti.static(range(3))]  # fmt: skip
+        if ti.static(variant.damping):
+            more = product(viscous(slope(nodes, cells, s, w, c, V), h, scene.eta), h)
+            for r in ti.static(range(3)):
+                for k in ti.static(range(3)):
+                    p[r][k] += more[r][k]
+        if ti.static(variant.muscle):
+            stretched = along_fibre(deformation, cells.law, c)
+            for r in ti.static(range(3)):
+                for k in ti.static(range(3)):
+                    p[r][k] += cells.law[c, 3] * stretched[r] * cells.law[c, 4 + k]
+        for r in ti.static(range(3)):
+            for k in ti.static(range(3)):
+                p[r][k] *= -1.0 * cells.law[c, 0]
+        spread(nodes, s, w, FORCE, cells, c, p)
+        if ti.static(variant.skin):
+            push_cell(nodes, cells, scene, terrain, s, w, c, variant.ground)
+
+
+@ti.func
+def moved(nodes: ti.template(), inverse, scene: ti.template(), dt, s, w, n):
+    """A node's velocity after the forces, before and after friction, and the change by the ground's skin."""
+    a = dt * inverse * nodes[s, w, n, PUSH]
+    gravity = ti.Vector([scene.g_x, scene.g_y, scene.g_z, 0.0])
+    before = nodes[s, w, n, V] + dt * inverse * nodes[s, w, n, FORCE] + dt * gravity + a
+    return before, rub(before, a, scene.friction), a
+
+
+@ti.func
+def write_particles(state: ti.template(), nodes: ti.template(), cells: ti.template(), s, w):
+    """Place, velocity and deformation gradient of the particles of a world at slot s."""
+    for c in range(cells.node.shape[0]):
+        deformation = slope(nodes, cells, s, w, c, X)
+        for lane in ti.static(range(LANES)):
+            p = cells.particle[c, lane]
+            if p >= 0:
+                state[s, w, p, X] = place_of(nodes, cells, s, w, c, lane, X)
+                state[s, w, p, V] = place_of(nodes, cells, s, w, c, lane, V)
+                zero = 0.0 * deformation[0][0][lane]
+                still = ti.Vector([zero, zero, zero, zero])
+                put_columns(state, s, w, p, C, matrix(still, still, still))
+                put_columns(state, s, w, p, F, matrix(
+                    ti.Vector([deformation[0][0][lane], deformation[1][0][lane], deformation[2][0][lane], zero]),
+                    ti.Vector([deformation[0][1][lane], deformation[1][1][lane], deformation[2][1][lane], zero]),
+                    ti.Vector([deformation[0][2][lane], deformation[1][2][lane], deformation[2][2][lane], zero]),
+                ))  # fmt: skip
+
+
+@ti.kernel
+def advance(
+    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
+    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
+    inverse: Scalars, stride: int, variant: ti.template(),
+):  # fmt: skip
+    """The planned substeps of every world, each result `stride` slots further (0: in place). Particles are written in
+    the last slot alone."""
+    ti.loop_config(serialize=True)
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
+        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        if plan[w, 1] > 0:
+            gather(body, cells, scene, w)
+            for m in range(plan[w, 1]):
+                s = plan[w, 0] + m * stride
+                t = s + stride
+                find_forces(nodes, cells, scene, terrain, s, w, variant)
+                for n in range(inverse.shape[0]):
+                    if inverse[n] > 0.0:
+                        _before, v, _a = moved(nodes, inverse[n], scene, dts[w], s, w, n)
+                        nodes[t, w, n, X] = nodes[s, w, n, X] + dts[w] * v
+                        nodes[t, w, n, V] = v
+                    else:
+                        nodes[t, w, n, X] = nodes[s, w, n, X]
+                        nodes[t, w, n, V] = nodes[s, w, n, V]
+            write_particles(state, nodes, cells, plan[w, 0] + plan[w, 1] * stride, w)
+
+
+@ti.kernel
+def survey(
+    state: Rows, body: Rows, constants: Scalars, alive: Scalars, report: Scalars, culprit: Scalars, skin: ti.template()
+):
+    """Fill the `report` of every world alive with the `step_limits.Condition` of its robot, as `survey.survey` does.
+
+    In the rest frame the stiffness by place grows in compression, as the square of the largest stretch of F^-1, and the
+    viscosity likewise. There is neither an arena nor a velocity gradient of the grid.
+    """
+    ti.loop_config(serialize=True)
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
+        zero = 0.0 * scene.spacing
+        speed, smallest, guarded, square, robot, viscosity, ground = zero, zero + 1e30, 0, zero, zero, zero, zero
+        fastest, folded = 0, 0
+        for p in range(state.shape[2] * alive[w]):
+            q = body[w, p, 0]
+            if q[MASS] > 0.0:
+                v, deformation = state[0, w, p, V], columns(state, 0, w, p, F)
+                j, per_mass = determinant(deformation), q[VOLUME] / q[MASS]
+                now = ti.sqrt(dot(v, v)) + 0.0 * dot(deformation.x, deformation.x)
+                # negated, as a NaN fails every comparison; what is kept is equal to itself unless it is a NaN already
+                if not (now <= speed) and speed == speed:
+                    speed = now
+                    fastest = p
+                if not (j >= smallest) and smallest == smallest:
+                    smallest = j
+                    folded = p
+                guarded += ti.cast(j < SMALLEST_J, ti.i32)
+                square = ti.max(square, largest_square(deformation))
+                held = ti.max(j, SMALLEST_J)
+                folds = largest_square(scale(1.0 / held, cofactor(deformation)))
+                mu, lam = q[STIFFNESS] * scene.mu, q[STIFFNESS] * scene.lam
+                bulk = mu + lam * ti.max(0.0, 1.0 - ti.log(held))
+                robot = ti.max(robot, REST_FRAME_MOMENT * per_mass * (mu + bulk * folds + ti.max(0.0, q[TENSION])))
+                viscosity = ti.max(viscosity, REST_FRAME_MOMENT * per_mass * scene.eta * folds)
+                if ti.static(skin):
+                    ground = ti.max(ground, scene.skin_rate * per_mass)
+        report[w, 0], report[w, 1], report[w, 2], report[w, 3] = speed, zero, zero, smallest
+        report[w, 4] = guarded
+        report[w, 5] = ti.sqrt(square)
+        report[w, 6], report[w, 7], report[w, 8], report[w, 9] = robot, zero, viscosity, ground
+        culprit[w, 0], culprit[w, 1], culprit[w, 2], culprit[w, 3] = fastest, fastest, fastest, folded

@@ -1,0 +1,208 @@
+"""The adjoint of the substep of a robot in its rest frame, see `rest_frame`.
+
+adjoint        [1, worlds, particles] rows of the particles, of which X and V pass on to the nodes
+nodes_adjoint  [1, worlds, nodes, 4] adjoints of X and V of the nodes; those of FORCE and PUSH within a substep
+inverse_adjoint  [nodes] of the inverse masses of a world
+sums           [cells, 6] adjoints of volume, stiffness, tension and fibre of a world's particles
+"""
+
+import taichi as ti
+
+from zoobench.sim.kernels.array_types import Rows, Scalars, Wide
+from zoobench.sim.kernels.columns import dot, zero_lanes
+from zoobench.sim.kernels.elastic import SMALLEST_J
+from zoobench.sim.kernels.layout import V, X, scene_constants
+from zoobench.sim.kernels.rest_frame import (
+    FORCE,
+    LANES,
+    PUSH,
+    Cells,
+    along_fibre,
+    gather,
+    inverse_transposed,
+    is_near,
+    lanes_of,
+    log_lanes,
+    moved,
+    place_of,
+    product,
+    product_transposed,
+    slope,
+    spherical,
+    spread,
+    viscous,
+)
+from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub_adjoint
+
+
+@ti.func
+def take_particles(adjoint: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), w):
+    """Pass the adjoints of place and velocity of the particles on to their nodes."""
+    for c in range(cells.node.shape[0]):
+        for lane in ti.static(range(LANES)):
+            p = cells.particle[c, lane]
+            if p >= 0:
+                for i in ti.static(range(8)):
+                    share = cells.weights[c, i][lane]
+                    nodes_adjoint[0, w, cells.node[c, i], X] += share * adjoint[0, w, p, X]
+                    nodes_adjoint[0, w, cells.node[c, i], V] += share * adjoint[0, w, p, V]
+                adjoint[0, w, p, X] = zero_lanes()
+                adjoint[0, w, p, V] = zero_lanes()
+
+
+@ti.func
+def move_adjoint(
+    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), inverse_adjoint: ti.template(),
+    scene: ti.template(), dt, s, w,
+):  # fmt: skip
+    """Adjoint of `rest_frame.moved` and of the step of the places, of all nodes of mass."""
+    for n in range(cells.inverse.shape[0]):
+        inverse = cells.inverse[n]
+        if inverse > 0.0:
+            before, _v, a = moved(nodes, inverse, scene, dt, s, w, n)
+            given = nodes_adjoint[0, w, n, V] + dt * nodes_adjoint[0, w, n, X]
+            by_before, by_a = rub_adjoint(before, a, given, scene.friction)
+            pushed = by_a + by_before
+            nodes_adjoint[0, w, n, V] = by_before
+            nodes_adjoint[0, w, n, FORCE] = dt * inverse * by_before
+            nodes_adjoint[0, w, n, PUSH] = dt * inverse * pushed
+            inverse_adjoint[n] += dt * (dot(nodes[s, w, n, FORCE], by_before) + dot(nodes[s, w, n, PUSH], pushed))
+        else:
+            nodes_adjoint[0, w, n, FORCE] = zero_lanes()
+            nodes_adjoint[0, w, n, PUSH] = zero_lanes()
+
+
+@ti.func
+def stress_adjoint(
+    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), sums: ti.template(), scene: ti.template(),
+    s, w, c, variant: ti.template(),
+):  # fmt: skip
+    """Adjoint of the internal force of a cell: P = mu F + S H + T (F d) d^T, with S spherical and viscous, H = F^-T and
+    dH = -H dF^T H."""
+    deformation = slope(nodes, cells, s, w, c, X)
+    h, j = inverse_transposed(deformation)
+    iso, log_j = spherical(cells.law, c, j), log_lanes(ti.max(j, SMALLEST_J))
+    # of P: the nodes take -V P g
+    by_p = slope(nodes_adjoint, cells, 0, w, c, FORCE)
+    stress = [[iso * h[r][k] + cells.law[c, 1] * deformation[r][k] for k in ti.static(range(3))]
+              for r in ti.static(range(3))]  # fmt: skip
+    by_stiffness, by_volume, by_tension = 0.0 * iso, 0.0 * iso, 0.0 * iso
+    scaled = [[-1.0 * cells.law[c, 0] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
+    for r in ti.static(range(3)):
+        for k in ti.static(range(3)):
+            unit = scene.mu * deformation[r][k] + (scene.lam * log_j - scene.mu) * h[r][k]
+            by_stiffness += scaled[r][k] * unit
+    by_inner = product_transposed(scaled, h)
+    by_h = [[iso * scaled[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
+    if ti.static(variant.damping):
+        rate = slope(nodes, cells, s, w, c, V)
+        damping = viscous(rate, h, scene.eta)
+        inner, turned = product(damping, h), product(damping, scaled)
+        by_flow = [[scene.eta * (by_inner[r][k] + by_inner[k][r]) for k in ti.static(range(3))]
+                   for r in ti.static(range(3))]  # fmt: skip
+        by_rate, more = product(by_flow, h), product(by_flow, rate)
+        for r in ti.static(range(3)):
+            for k in ti.static(range(3)):
+                stress[r][k] += inner[r][k]
+                by_h[r][k] += turned[r][k] + more[r][k]
+        spread(nodes_adjoint, 0, w, V, cells, c, by_rate)
+    by_log = cells.law[c, 2] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
+    folded = [[by_h[0][r] * h[0][k] + by_h[1][r] * h[1][k] + by_h[2][r] * h[2][k] for k in ti.static(range(3))]
+              for r in ti.static(range(3))]  # fmt: skip
+    back = product(h, folded)
+    by_deformation = [[cells.law[c, 1] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
+                      for r in ti.static(range(3))]  # fmt: skip
+    if ti.static(variant.muscle):
+        stretched, pulled = along_fibre(deformation, cells.law, c), along_fibre(scaled, cells.law, c)
+        by_fibre = [0.0 * iso for _ in ti.static(range(3))]
+        for r in ti.static(range(3)):
+            by_tension += stretched[r] * pulled[r]
+            for k in ti.static(range(3)):
+                stress[r][k] += cells.law[c, 3] * stretched[r] * cells.law[c, 4 + k]
+                by_deformation[r][k] += cells.law[c, 3] * pulled[r] * cells.law[c, 4 + k]
+                by_fibre[k] += cells.law[c, 3] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
+        for k in ti.static(range(3)):
+            sums[c, 3 + k] += by_fibre[k]
+        sums[c, 2] += by_tension
+    for r in ti.static(range(3)):
+        for k in ti.static(range(3)):
+            by_volume += -1.0 * stress[r][k] * by_p[r][k]
+    sums[c, 0] += by_volume
+    sums[c, 1] += by_stiffness
+    spread(nodes_adjoint, 0, w, X, cells, c, by_deformation)
+
+
+@ti.func
+def push_cell_adjoint(
+    nodes: ti.template(), nodes_adjoint: ti.template(), cells: ti.template(), sums: ti.template(), scene: ti.template(),
+    terrain: ti.template(), s, w, c, ground: ti.template(),
+):  # fmt: skip
+    """Adjoint of `rest_frame.push_cell`."""
+    if is_near(nodes, cells, scene, terrain, s, w, c, ground):
+        by_volume = lanes_of(0.0 * scene.spacing)
+        for lane in ti.static(range(LANES)):
+            if cells.particle[c, lane] >= 0:
+                below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
+                if below.gap < scene.skin_thickness + 0.5 * scene.edge:
+                    force, rate = layer_force(below.gap, scene)
+                    held, volume = place_of(nodes_adjoint, cells, 0, w, c, lane, PUSH), cells.law[c, 0][lane]
+                    along = dot(below.normal, held)
+                    by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
+                    by_place = (volume * rate * along) * below.slope + (volume * force) * by_normal
+                    by_volume[lane] = force * along
+                    for i in ti.static(range(8)):
+                        nodes_adjoint[0, w, cells.node[c, i], X] += cells.weights[c, i][lane] * by_place
+        sums[c, 0] += by_volume
+
+
+@ti.func
+def give_particles(
+    body_adjoint: ti.template(), cells: ti.template(), inverse_adjoint: ti.template(), sums: ti.template(), w
+):
+    """Add what was summed over the substeps to the adjoints of the particles' parameters."""
+    for c in range(cells.node.shape[0]):
+        shape = cells.shape[c]
+        by_mass = 0.0 * sums[c, 0]
+        for i in ti.static(range(8)):
+            n = cells.node[c, i]
+            by_mass += (0.0 - inverse_adjoint[n] * cells.inverse[n] * cells.inverse[n]) * cells.masses[shape, i]
+        for lane in ti.static(range(LANES)):
+            p = cells.particle[c, lane]
+            if p >= 0:
+                body_adjoint[w, p, 0] += ti.Vector(
+                    [by_mass[lane], sums[c, 0][lane], sums[c, 1][lane], sums[c, 2][lane]]
+                )
+                body_adjoint[w, p, 1] += ti.Vector([sums[c, 3][lane], sums[c, 4][lane], sums[c, 5][lane], 0.0])
+
+
+@ti.kernel
+def reverse(
+    state: Rows, nodes: Rows, body: Rows, plan: Scalars, dts: Scalars, constants: Scalars, terrain: Rows, node: Scalars,
+    particle: Scalars, shape: Scalars, slopes: Wide, turned: Wide, masses: Wide, weights: Wide, law: Wide,
+    inverse: Scalars, inverse_adjoint: Scalars, sums: Wide, adjoint: Rows, nodes_adjoint: Rows, body_adjoint: Rows,
+    variant: ti.template(),
+):  # fmt: skip
+    """The adjoint of the planned substeps, from the slot past the last back to the first.
+
+    The adjoints of the state are updated in place (one slot); those of the parameters are added to.
+    """
+    ti.loop_config(serialize=True)
+    for w in range(state.shape[1]):
+        scene = scene_constants(constants)
+        cells = Cells(node, particle, shape, slopes, turned, masses, weights, law, inverse)
+        if plan[w, 1] > 0:
+            gather(body, cells, scene, w)
+            take_particles(adjoint, nodes_adjoint, cells, w)
+            for n in range(inverse.shape[0]):
+                inverse_adjoint[n] = 0.0 * scene.spacing
+            for c in range(node.shape[0]):
+                for k in ti.static(range(6)):
+                    sums[c, k] = lanes_of(0.0 * scene.spacing)
+            for m in range(plan[w, 1]):
+                s = plan[w, 0] + plan[w, 1] - 1 - m
+                move_adjoint(nodes, nodes_adjoint, cells, inverse_adjoint, scene, dts[w], s, w)
+                for c in range(node.shape[0]):
+                    stress_adjoint(nodes, nodes_adjoint, cells, sums, scene, s, w, c, variant)
+                    if ti.static(variant.skin):
+                        push_cell_adjoint(nodes, nodes_adjoint, cells, sums, scene, terrain, s, w, c, variant.ground)
+            give_particles(body_adjoint, cells, inverse_adjoint, sums, w)

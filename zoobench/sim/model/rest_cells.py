@@ -1,0 +1,140 @@
+"""The cells of a body in its rest frame: trilinear elements of a grid that the body carries with it.
+
+Particles are the quadrature points of the cells. A particle lies in the cell that holds its cube of the lattice, and
+has that cell's eight nodes. A node has a copy for every connected part of the matter around it, so that limbs across a
+gap are not welded together. Cells that a body fills in part have the points that it has there (de Vaucorbeil, Nguyen
+and Hutchinson 2020; with eight points a cell it is a finite element method on cut cells).
+"""
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from zoobench.arrays import Array
+from zoobench.errors import UsageError
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.scene import ElasticBody
+
+LANES = 8
+"""Nodes of a cell, and particles that are computed together."""
+
+_CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
+_HALF_THE_NEIGHBOURS = [step for step in np.ndindex(3, 3, 3) if step > (1, 1, 1)] - np.ones(3, np.int64)
+_OFF_SITE = 1e-3
+"""How far from a lattice a site may lie [cubes]."""
+
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class RestCells:
+    """Cells, nodes and constant weights of a body.
+
+    Attributes:
+        places: `[nodes, 3]` of the nodes at rest [m].
+        nodes: `[cells, 8]` nodes of each cell.
+        particles: `[cells, 8]` particles of each cell, -1 for none; those of one cell of the grid that are more than
+            eight are cells of their own with the same nodes.
+        shape: `[cells]` which of the shapes a cell has.
+        slopes: `[shapes, 8, 3, 8]` gradient of each node's weight at each particle's site [1/m].
+        masses: `[shapes, 8, 8]` share of each particle's mass that each node has: the weights at its site.
+        weights: `[cells, 8, 8]` weight of each node at each particle's place.
+    """
+
+    places: Array
+    nodes: Ints
+    particles: Ints
+    shape: Ints
+    slopes: Array
+    masses: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, body: ElasticBody, fidelity: Fidelity) -> "RestCells":
+        """The cells of a body of cubes on a lattice.
+
+        Raises:
+            UsageError: its particles lie on no cubic lattice.
+        """
+        sites = body.positions if body.site_offsets is None else body.positions + body.site_offsets
+        edge = body.edge or fidelity.particle_edge
+        h, low = fidelity.grid_spacing, sites.min(axis=0) - 0.5 * edge
+        cubes = np.round((sites - low) / edge - 0.5)
+        if np.abs((sites - low) / edge - 0.5 - cubes).max() > _OFF_SITE or abs(h / edge - round(h / edge)) > _OFF_SITE:
+            raise UsageError(
+                "A robot in its rest frame must consist of cubes on a lattice, a whole number of which fill a cell. "
+                "Give 8 or 27 particles per cell, or robot=mpm."
+            )
+        count, index = round(h / edge), cubes.astype(np.int64)  # cubes along the edge of a cell
+        cells = index // count
+        ids, keys = _split_nodes(index, cells)
+        order, particles = _grouped(ids)
+        known = np.where(particles < 0, order[:, None], particles)  # lanes without a particle repeat the first
+        at = (index % count + 0.5)[known] / count
+        _, one, shape = np.unique(at.reshape(len(at), -1), axis=0, return_index=True, return_inverse=True)
+        return cls(
+            places=low + keys * h,
+            nodes=ids[order].astype(np.int32),
+            particles=particles.astype(np.int32),
+            shape=shape.ravel().astype(np.int32),
+            slopes=_gradients(at[one], h),
+            masses=_weights(at[one]),
+            weights=_weights(((body.positions - low) / h - cells)[known]),
+        )
+
+
+def _split_nodes(cubes: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The nodes of every particle `[particles, 8]`, and the place of every node in the grid `[nodes, 3]`.
+
+    A particle's share in a corner is one with that of a neighbour in the same corner; cubes that touch at an edge or a
+    corner are neighbours, too.
+    """
+    keys = cells[:, None] + _CORNERS
+    span = keys.reshape(-1, 3).max(axis=0) + 1
+    corner = (keys[..., 0] * span[1] + keys[..., 1]) * span[2] + keys[..., 2]
+    one, other = [], []
+    where = {tuple(cube): number for number, cube in enumerate(cubes.tolist())}
+    for direction in _HALF_THE_NEIGHBOURS:
+        beside = np.array([where.get(tuple(cube), -1) for cube in (cubes + direction).tolist()])
+        has = np.flatnonzero(beside >= 0)
+        shared = corner[has][:, :, None] == corner[beside[has]][:, None, :]
+        pair, mine, its = np.nonzero(shared)
+        one.append(8 * has[pair] + mine)
+        other.append(8 * beside[has][pair] + its)
+    edges = np.concatenate(one), np.concatenate(other)
+    size = 8 * len(cubes)
+    graph = coo_array((np.ones(len(edges[0]), np.int8), edges), shape=(size, size))
+    _, label = connected_components(graph, directed=False)
+    _, first, ids = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))  # in the order of the particles
+    places = keys.reshape(-1, 3)[np.sort(first)]
+    return cast("NDArray[np.int64]", rank[ids].reshape(-1, 8)), places
+
+
+def _grouped(ids: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Particles with the same nodes, up to eight together: one particle of each group, and all of them, -1 for none."""
+    _, first, group = np.unique(ids, axis=0, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))[group.ravel()]
+    rows: list[list[int]] = []
+    for members in np.split(np.argsort(rank, kind="stable"), np.cumsum(np.bincount(rank))[:-1]):
+        rows.extend(members[k : k + LANES].tolist() for k in range(0, len(members), LANES))
+    particles = np.array([row + [-1] * (LANES - len(row)) for row in rows])
+    return particles[:, 0], particles
+
+
+def _weights(at: Array) -> Array:
+    """Trilinear weights `[..., 8, lanes]` of the nodes at places `[..., lanes, 3]` in the cell [cells]."""
+    each = np.where(_CORNERS[:, None, :] == 1, at[..., None, :, :], 1.0 - at[..., None, :, :])
+    return cast("Array", each.prod(axis=-1))
+
+
+def _gradients(at: Array, h: float) -> Array:
+    """Gradients `[..., 8, 3, lanes]` of `_weights` [1/m]."""
+    each = np.where(_CORNERS[:, None, :] == 1, at[..., None, :, :], 1.0 - at[..., None, :, :])
+    sign = np.where(_CORNERS == 1, 1.0, -1.0) / h
+    found = [sign[:, None, d] * np.delete(each, d, axis=-1).prod(axis=-1) for d in range(3)]
+    return np.stack(found, axis=-2)

@@ -1,0 +1,116 @@
+"""Launches of the kernels of a robot in its rest frame, see `kernels.rest_frame`."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from zoobench.arrays import Array
+from zoobench.errors import UsageError
+from zoobench.sim.kernels import rest_frame, rest_frame_adjoint
+from zoobench.sim.launch import Launch
+from zoobench.sim.launcher import Launcher
+from zoobench.sim.model.fidelity import Fidelity
+from zoobench.sim.model.launch_plan import LaunchPlan
+from zoobench.sim.model.rest_cells import LANES, RestCells
+from zoobench.sim.model.scene import Scene
+from zoobench.sim.model.state import Matter, Parameters
+from zoobench.sim.model.tensors import lazy_zeros, put
+
+_ON_GROUND = "A robot in its rest frame (robot=lagrangian) moves on firm ground alone."
+
+
+class RestFrameLauncher(Launcher):
+    """A `Launcher` of a robot in its rest frame, on firm ground or in free flight, on one thread.
+
+    Raises:
+        UsageError: matter surrounds the robot, the device is another than the CPU, or the robot is of no lattice.
+    """
+
+    def __init__(
+        self, scene: Scene, fidelity: Fidelity, worlds: int, real: torch.dtype, device: str, parallel: bool
+    ) -> None:
+        if not scene.is_bare:
+            raise UsageError(f"{_ON_GROUND} Choose an environment without a bed or water, or robot=mpm.")
+        if parallel or device != "cpu":
+            raise UsageError(f"{_ON_GROUND[:-7]}, on the CPU. Give device=cpu, or robot=mpm.")
+        super().__init__(scene, fidelity, worlds, real, device, parallel)
+        self._advance = Launch(rest_frame.advance, optimised=True)
+        self._reverse = Launch(rest_frame_adjoint.reverse, optimised=True)
+        self._survey = Launch(rest_frame.survey, optimised=True)
+        self._rest = RestCells.of(scene.robot, fidelity)
+        self._tables = self._tensors(self._rest)
+
+    @property
+    def robot_nodes(self) -> int:
+        """Nodes that the robot carries with it."""
+        return len(self._rest.places)
+
+    def place_nodes(self, matter: Matter, origin: Array) -> None:
+        """As `Launcher.place_nodes`: at rest, and with the mean velocity of the mass around each."""
+        rest, robot = self._rest, self._scene.robot
+        put(matter.nodes[:, :, :, 0, :3], rest.places - origin)
+        shares = rest.masses[rest.shape] * (rest.particles >= 0)[:, None]  # by cell, node and lane
+        masses = shares * (robot.volumes * robot.density_ratio)[rest.particles][:, None]
+        momentum = np.einsum("cil,cld->cid", masses, robot.velocities[rest.particles])
+        total, mass = np.zeros(rest.places.shape), np.zeros(len(rest.places))
+        np.add.at(total, rest.nodes, momentum)
+        np.add.at(mass, rest.nodes, masses.sum(axis=2))
+        put(matter.nodes[:, :, :, 1, :3], total / mass[:, None])
+
+    def keep(self, nodes: int) -> None:
+        """Nothing is kept but the states, which hold the forces."""
+
+    def advance(self, matter: Matter, parameters: Parameters, plan: LaunchPlan, stride: int) -> None:
+        """As `Launcher.advance`."""
+        self._note("forward", plan)
+        self._advance(*self._arrays(matter, parameters, plan), *self._tables, stride, self.variant)
+
+    def reverse(
+        self,
+        matter: Matter,
+        parameters: Parameters,
+        plan: LaunchPlan,
+        matter_adjoint: Matter,
+        parameter_adjoint: Parameters,
+    ) -> None:
+        """As `Launcher.reverse`."""
+        self._note("reverse", plan)
+        adjoints = matter_adjoint.state, matter_adjoint.nodes, parameter_adjoint.body
+        self._reverse(*self._arrays(matter, parameters, plan), *self._tables, *self._room, *adjoints, self.variant)
+
+    def survey(
+        self,
+        matter: Matter,
+        parameters: Parameters,
+        alive: Tensor,
+        report: Tensor,
+        culprit: Tensor,
+        *,
+        robot_only: bool = False,
+    ) -> None:
+        """As `Launcher.survey`, with the bound on the step of the rest frame."""
+        self.launches["survey"] += 1
+        self._survey(matter.state, parameters.body, self.constants, alive, report, culprit, self.variant.skin)
+
+    def _arrays(self, matter: Matter, parameters: Parameters, plan: LaunchPlan) -> tuple[Tensor, ...]:
+        return (
+            matter.state, matter.nodes, parameters.body, plan.slots, plan.dt, self.constants, self.terrain,
+        )  # fmt: skip
+
+    def _tensors(self, cells: RestCells) -> tuple[Tensor, ...]:
+        """The cells as the kernels take them, and room for what they gather from the particles of a world."""
+        count, shapes = len(cells.nodes), len(cells.slopes)
+        turned = cells.slopes.transpose(0, 3, 2, 1).reshape(shapes, 3 * LANES, LANES)  # by lane and axis
+        room, nodes = self._wide(np.zeros((count, 7, LANES))), len(cells.places)
+        self._room = lazy_zeros((nodes,), self._real, self._device), self._wide(np.zeros((count, 6, LANES)))
+        return (
+            *(torch.as_tensor(each) for each in (cells.nodes, cells.particles, cells.shape)),
+            self._wide(cells.slopes.reshape(shapes, 3 * LANES, LANES)), self._wide(turned), self._wide(cells.masses),
+            self._wide(cells.weights), room, lazy_zeros((nodes,), self._real, self._device),
+        )  # fmt: skip
+
+    def _wide(self, values: Array) -> Tensor:
+        """Values in memory that is aligned for rows of eight lanes."""
+        tensor = lazy_zeros(values.shape, self._real, self._device)
+        put(tensor, values)
+        return tensor
