@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from itertools import product
 from pathlib import Path
@@ -24,6 +25,7 @@ PAGES = (
     "docs/accuracy.md",
     "docs/accuracy-beds.md",
     "docs/accuracy-contact.md",
+    "docs/accuracy-rest-frame.md",
     "docs/guide/results.md",
     "docs/guide/results-bodies.md",
 )
@@ -33,6 +35,7 @@ _PLACES = {
     "ocean": "ocean",
 }  # fmt: skip
 _LEVELS = ("draft", "standard", "paper")
+_TASKS = {"movement-speed": "moving", "turning": "turning"}
 _MARKED = re.compile(r"(<!-- tables.py: ([a-z-]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
 
 
@@ -98,6 +101,25 @@ def foot() -> str:
     return _table(("soil", "foot", *(f"{what}, {level}" for what in ("load", "drag") for level in _LEVELS)), body)
 
 
+def rest_frame() -> str:
+    """Scores of robots on a grid and in their rest frame by gait, and how far those that move are from the finest."""
+    with (ROOT / "docs/rest-frame.csv").open(encoding="utf-8", newline="") as file:
+        scores = {tuple(row.values())[:-1]: row["score"] for row in csv.DictReader(file)}
+    robots, levels = ("mpm", "lagrangian"), (*_LEVELS, "fine")
+    body, errors = [], defaultdict(list)
+    for gait in dict.fromkeys(place[:4] for place in scores if place[3] == "100"):
+        found = {pair: scores.get((*gait, *pair), "") for pair in product(robots, levels)}
+        if all(found.values()):
+            finest = fmean(float(found[robot, "fine"]) for robot in robots)
+            for pair, score in found.items():
+                errors[pair].append(float(score) / finest - 1.0)
+        shown = (f"{1000 * float(score):.0f}" if score else "" for score in found.values())
+        body.append((f"{gait[2]}, {_TASKS[gait[1]]} on {gait[0]}", *shown))
+    rms = (_percent(math.sqrt(fmean(error**2 for error in errors[pair]))) for pair in product(robots, levels))
+    body.append(("**moving, rms off the mean of both at `fine` [%]**", *rms))
+    return _table(("gait [mm/s]", *(f"{robot}, {level}" for robot, level in product(robots, levels))), body)
+
+
 def firm_ground() -> str:
     """Moving on ground and ice, from the board `laptop`."""
     return _moving("laptop", ("ground", "ice"))
@@ -123,7 +145,8 @@ def bodies() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "accuracy": accuracy, "softness": softness, "foot": foot, "firm-ground": firm_ground, "beds": beds, "bodies": bodies
+    "accuracy": accuracy, "softness": softness, "foot": foot, "rest-frame": rest_frame, "firm-ground": firm_ground,
+    "beds": beds, "bodies": bodies,
 }  # fmt: skip
 
 
