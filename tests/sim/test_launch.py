@@ -10,8 +10,7 @@ from taichi.lang import kernel_impl
 from torch import Tensor
 
 from zoobench.errors import UsageError
-from zoobench.sim import launch as launching
-from zoobench.sim import runtime
+from zoobench.sim import runtime, taichi_patches
 from zoobench.sim.launch import Launch
 
 Values = ti.types.ndarray(dtype=ti.f32, ndim=1)
@@ -57,9 +56,9 @@ def test_a_repeated_launch_reads_what_its_arrays_hold_now(taichis: list[str]) ->
 def test_a_context_that_serves_once_is_made_anew(taichis: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """As on a GPU: by the same calls, without Taichi's examination."""
     made: list[object] = []
-    make = launching.taichi_python.Kernel.make_launch_context
+    make = taichi_patches.taichi_python.Kernel.make_launch_context
     monkeypatch.setattr(
-        launching.taichi_python.Kernel, "make_launch_context", lambda kernel: made.append(kernel) or make(kernel)
+        taichi_patches.taichi_python.Kernel, "make_launch_context", lambda kernel: made.append(kernel) or make(kernel)
     )
     monkeypatch.setattr(runtime, "keeps_contexts", lambda: False)
     total, part = _pair()

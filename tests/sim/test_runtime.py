@@ -12,7 +12,7 @@ from taichi.lang.kernel_impl import Func
 
 from tests.sim import scenes
 from zoobench.errors import UsageError
-from zoobench.sim import front_end, runtime
+from zoobench.sim import runtime, taichi_patches
 from zoobench.sim.solver import Solver
 
 
@@ -120,7 +120,7 @@ def _uses_a_name_that_is_not_there() -> ti.f32:
 def test_an_error_in_a_kernel_quotes_its_line() -> None:
     """With the culprit underlined, though Taichi is not let quote each line of the kernels that are in order."""
     runtime.start(32)
-    with front_end.quickened(quotes=False), pytest.raises(ti.TaichiNameError) as raised:
+    with taichi_patches.quickened(quotes=False), pytest.raises(ti.TaichiNameError) as raised:
         _uses_a_name_that_is_not_there()
     told = str(raised.value).strip().splitlines()
     assert told[0] == f'File "{__file__}", line {_line_of("2.0 * nowhere")}, in _uses_a_name_that_is_not_there:'

@@ -1,44 +1,24 @@
 """A kernel that is launched again and again with the same arrays."""
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from functools import partial
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 from weakref import ref
 
-from taichi._lib.core import taichi_python
-from taichi.lang import impl
 from torch import Tensor
 
 from zoobench.errors import UsageError
 from zoobench.sim import runtime
+from zoobench.sim.taichi_patches import SeenLaunch, seen_launches
 
 _MOST_KEPT = 16
 """Sets of arguments of one kernel that are remembered."""
 
 
-class _Seen(NamedTuple):
-    """What Taichi made of a launch: the compiled kernel, the context with its arguments, and the calls that made it."""
-
-    kernel: Any
-    context: Any
-    make: Callable[[], Any]
-    settings: list[tuple[Callable[..., None], tuple[Any, ...]]]
-
-    def again(self) -> None:
-        """Launch it again. On CUDA a context serves one launch, and is made anew by the same calls."""
-        context = self.context
-        if not runtime.keeps_contexts():
-            context = self.make()
-            for setting, arguments in self.settings:
-                setting(context, *arguments)
-        impl.get_runtime().prog.launch_kernel(self.kernel, context)
-
-
 class _Prepared(NamedTuple):
     """A launch that was seen, and the arrays in it."""
 
-    seen: _Seen
+    seen: SeenLaunch
     arrays: tuple["ref[Tensor]", ...]
 
 
@@ -80,9 +60,9 @@ class Launch:
         # isinstance is far slower on a number
         key = tuple([id(each) if type(each) is Tensor else each for each in arguments])
         if prepared := self._prepared.get(key):
-            prepared.seen.again()
+            prepared.seen.again(as_it_was=runtime.keeps_contexts())
             return
-        with _seen_launches() as seen, self._compiling():
+        with seen_launches() as seen, self._compiling():
             self._kernel(*arguments)
         while len(self._prepared) >= _MOST_KEPT:
             self._prepared.pop(next(iter(self._prepared)))
@@ -105,43 +85,3 @@ class Launch:
                 alive._prepared.pop(key, None)
 
         return forget
-
-
-_SETTERS = ("set_arg_external_array_with_shape", "set_arg_float", "set_arg_int")
-
-
-@contextmanager
-def _seen_launches() -> Iterator[list[_Seen]]:
-    """What is handed to Taichi's runtime within."""
-    seen: list[_Seen] = []
-    settings: list[tuple[Callable[..., None], tuple[Any, ...]]] = []
-    makers: list[Callable[[], Any]] = []
-    program, kernel, context = type(impl.get_runtime().prog), taichi_python.Kernel, taichi_python.KernelLaunchContext
-    make, launch = kernel.make_launch_context, program.launch_kernel
-    setters = {name: getattr(context, name) for name in _SETTERS}
-
-    def making(of: Any) -> Any:
-        settings.clear()
-        makers[:] = [partial(make, of)]
-        return make(of)
-
-    def watched(setter: Callable[..., None]) -> Callable[..., None]:
-        def setting(of: Any, *arguments: Any) -> None:
-            settings.append((setter, arguments))
-            setter(of, *arguments)
-
-        return setting
-
-    def launching(of: Any, compiled: Any, made: Any) -> None:
-        seen.append(_Seen(compiled, made, makers[0], settings.copy()))
-        launch(of, compiled, made)
-
-    kernel.make_launch_context, program.launch_kernel = making, launching
-    for name, setter in setters.items():
-        setattr(context, name, watched(setter))
-    try:
-        yield seen
-    finally:
-        kernel.make_launch_context, program.launch_kernel = make, launch
-        for name, setter in setters.items():
-            setattr(context, name, setter)

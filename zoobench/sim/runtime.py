@@ -14,7 +14,7 @@ import torch
 from taichi.lang import impl
 
 from zoobench.errors import UsageError
-from zoobench.sim import front_end
+from zoobench.sim import taichi_patches
 from zoobench.sim.model.fidelity import Device
 
 STALE_LOCK_SECONDS = 60.0
@@ -172,7 +172,7 @@ def _literals(precision: int) -> Any:
 
 def quick_compilation() -> contextlib.AbstractContextManager[None]:
     """Kernels first called within go through the quick front end, which quotes sources where bounds are checked."""
-    return front_end.quickened(quotes=not repeats_launches())
+    return taichi_patches.quickened(quotes=not repeats_launches())
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ import pytest
 import taichi as ti
 import torch
 
-from zoobench.sim import front_end, runtime
+from zoobench.sim import runtime, taichi_patches
 from zoobench.sim.kernels.array_types import Scalars
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ def test_assignments_copy_as_in_taichi() -> None:
     runtime.start(64)
     out = torch.zeros(17, dtype=torch.float64)
     out[0], out[14] = 3.0, 1.0
-    with front_end.quickened(quotes=False):
+    with taichi_patches.quickened(quotes=False):
         _compute(out)
     assert out.tolist() == [-1.0, 3.0, 3.0, 5.0, 5.0, 6.0, 7.0, 3.0, 5.0, 5.0, 8.0, 4.0, 2.0, 9.0, 4.0, 3.0, 3.0]
 
@@ -84,8 +84,8 @@ def test_variables_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """An argument that is a variable is no copy, and neither is what a change in place computes."""
     runtime.start(64)
     made = []
-    copy = front_end._COPY
-    monkeypatch.setattr(front_end, "_COPY", lambda given: (made.append(given), copy(given))[1])
+    copy = taichi_patches._COPY
+    monkeypatch.setattr(taichi_patches, "_COPY", lambda given: (made.append(given), copy(given))[1])
 
     @ti.kernel
     def compute(out: Scalars):
@@ -94,7 +94,7 @@ def test_variables_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
             out[1] = _twice(value) + _twice(value + 1.0)
 
     out = torch.tensor([3.0, 0.0], dtype=torch.float64)
-    with front_end.quickened(quotes=False):
+    with taichi_patches.quickened(quotes=False):
         compute(out)
     assert out[1] == 14.0
     assert len(made) == 1
@@ -130,10 +130,10 @@ def test_kernels_of_other_code_are_compiled_as_taichi_does() -> None:
 
     runtime.start(64)
     out = torch.tensor([5.0, 0.0, 0.0], dtype=torch.float64)
-    with front_end.quickened(quotes=False):
+    with taichi_patches.quickened(quotes=False):
         _of_other_code()(out)
     assert out.tolist() == [5.0, 1.0, 1.0]  # what it must not get
-    with pytest.raises(ti.TaichiNameError), front_end.quickened(quotes=True):
+    with pytest.raises(ti.TaichiNameError), taichi_patches.quickened(quotes=True):
         fails(out)
     _of_other_code()(out)
     assert out.tolist() == [5.0, 1.0, 5.0]

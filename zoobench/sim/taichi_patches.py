@@ -1,20 +1,24 @@
-"""Taichi's front end, which makes a kernel's intermediate representation of its Python, in less time.
+"""All that is changed in Taichi itself, and only while a kernel of zoobench is compiled or launched for the first time.
 
-What it makes computes the same, with half as many variables: Taichi copies every argument of a function, and whatever
-is assigned twice. To lower the kernel, it goes through the whole of it once for each of them.
+`quickened` makes a kernel's intermediate representation of its Python in less time. What it makes computes the same,
+with half as many variables: Taichi copies every argument of a function, and whatever is assigned twice. To lower the
+kernel, it goes through the whole of it once for each of them. Kernels of other people, which may assign to their
+arguments, are compiled by Taichi's own front end.
 
-It is Taichi's own again as soon as a kernel is compiled: kernels of other people may assign to their arguments.
+`seen_launches` watches a launch, so that it can be repeated.
 """
 
 import ast
 import functools
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
+from taichi._lib.core import taichi_python
 from taichi.lang import impl, kernel_impl
 from taichi.lang.ast.ast_transformer import ASTTransformer, build_stmt
 from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
@@ -113,3 +117,61 @@ _QUICK = (
     (ASTTransformer, "build_Assign", staticmethod(_assign)),
 )
 """The quick parts, each with its owner and its name there."""
+
+
+class SeenLaunch(NamedTuple):
+    """What Taichi made of a launch: the compiled kernel, the context with its arguments, and the calls that made it."""
+
+    kernel: Any
+    context: Any
+    make: Callable[[], Any]
+    settings: list[tuple[Callable[..., None], tuple[Any, ...]]]
+
+    def again(self, *, as_it_was: bool) -> None:
+        """Launch it again, with its context or, as on CUDA a context serves one launch, one made by the same calls."""
+        context = self.context
+        if not as_it_was:
+            context = self.make()
+            for setting, arguments in self.settings:
+                setting(context, *arguments)
+        impl.get_runtime().prog.launch_kernel(self.kernel, context)
+
+
+_SETTERS = ("set_arg_external_array_with_shape", "set_arg_float", "set_arg_int")
+
+
+@contextmanager
+def seen_launches() -> Iterator[list[SeenLaunch]]:
+    """What is handed to Taichi's runtime within, by methods of Taichi that are watched until then."""
+    seen: list[SeenLaunch] = []
+    settings: list[tuple[Callable[..., None], tuple[Any, ...]]] = []
+    makers: list[Callable[[], Any]] = []
+    program, kernel, context = type(impl.get_runtime().prog), taichi_python.Kernel, taichi_python.KernelLaunchContext
+    make, launch = kernel.make_launch_context, program.launch_kernel
+    setters = {name: getattr(context, name) for name in _SETTERS}
+
+    def making(of: Any) -> Any:
+        settings.clear()
+        makers[:] = [partial(make, of)]
+        return make(of)
+
+    def watched(setter: Callable[..., None]) -> Callable[..., None]:
+        def setting(of: Any, *arguments: Any) -> None:
+            settings.append((setter, arguments))
+            setter(of, *arguments)
+
+        return setting
+
+    def launching(of: Any, compiled: Any, made: Any) -> None:
+        seen.append(SeenLaunch(compiled, made, makers[0], settings.copy()))
+        launch(of, compiled, made)
+
+    kernel.make_launch_context, program.launch_kernel = making, launching
+    for name, setter in setters.items():
+        setattr(context, name, watched(setter))
+    try:
+        yield seen
+    finally:
+        kernel.make_launch_context, program.launch_kernel = make, launch
+        for name, setter in setters.items():
+            setattr(context, name, setter)
