@@ -12,7 +12,7 @@ from zoobench.errors import SceneError, UsageError
 from zoobench.sim import launch_clock
 from zoobench.sim.kernels import half_step, serial, sleep_survey, survey
 from zoobench.sim.kernels.boundary import NONE, PLANE, TERRAIN, WALL_NODES
-from zoobench.sim.kernels.layout import BEFORE, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
+from zoobench.sim.kernels.layout import BEFORE, CONSTANTS, MEDIUM_CONSTANTS, MOMENTUM, PUSH, RATIO, VELOCITY, Variant
 from zoobench.sim.kernels.transfer import AFLIP, APIC, PIC
 from zoobench.sim.kernels.water_grid import immersed, water_layout
 from zoobench.sim.launch import Launch
@@ -40,7 +40,7 @@ class Launcher:
     Attributes:
         shape: grid nodes in x, y, z.
         fields: number of fields of every node, see `layout`.
-        constants: `[20]` the kernels' scalars, see `layout.CONSTANTS`.
+        constants: the kernels' scalars, see `layout.CONSTANTS`.
         variant: what the kernels are compiled for.
         terrain: `[nx, nz, 4]` height [cells] above the grid's first node and normal; empty for a plane.
         launches: counts of kernel launches by direction, of surveys, and of world-substeps by direction and effect,
@@ -245,7 +245,7 @@ class Launcher:
             self.launches[work] += plan.world_substeps
 
     def _list_constants(self) -> Tensor:
-        """The scalars that the kernels share, in the order of `layout.CONSTANTS`."""
+        """The scalars that the kernels share, see `layout.CONSTANTS`."""
         scene = self._scene
         mu, lam = lame_parameters(scene.robot.material.youngs_modulus, scene.robot.material.poissons_ratio)
         bed = scene.water or (scene.medium.material if scene.medium else None)
@@ -255,11 +255,16 @@ class Launcher:
         full = self._fidelity.grid_spacing**3
         slip = (scene.medium.friction if scene.medium else None) or 0.0
         density = scene.medium.material.density if scene.medium else 0.0
-        listed = (
-            self._fidelity.grid_spacing, mu, lam, scene.robot.material.viscosity, *medium, *scene.gravity, friction,
-            *self.shape, scene.robot.particle_count, skin.thickness, skin.rate, scene.robot_edge(self._fidelity), slip,
-            scene.robot.material.density * full, density * full,
-        )  # fmt: skip
+        given = {
+            "spacing": self._fidelity.grid_spacing, "mu": mu, "lam": lam, "eta": scene.robot.material.viscosity,
+            **dict(zip(MEDIUM_CONSTANTS, medium, strict=True)),
+            **dict(zip(("g_x", "g_y", "g_z"), scene.gravity, strict=True)), "friction": friction,
+            **dict(zip(("nodes_x", "nodes_y", "nodes_z"), self.shape, strict=True)),
+            "robot": scene.robot.particle_count, "skin_thickness": skin.thickness, "skin_rate": skin.rate,
+            "edge": scene.robot_edge(self._fidelity), "interface_friction": slip,
+            "robot_full": scene.robot.material.density * full, "medium_full": density * full,
+        }  # fmt: skip
+        listed = [given[name] for name in CONSTANTS]
         return torch.tensor(listed, dtype=self._real, device=self._device)
 
     def _fields(self) -> set[int]:

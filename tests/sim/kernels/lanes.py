@@ -47,7 +47,7 @@ def matrices(rows: torch.Tensor) -> Array:
 
 def constants(nodes: int, spacing: float = 1.0, density: float = 1.0) -> Array:
     """Those of a cubic grid, with water of a density."""
-    given = {"spacing": spacing, "m3": density, "nodes_x": nodes, "nodes_y": nodes, "nodes_z": nodes}
+    given = {"spacing": spacing, "medium_3": density, "nodes_x": nodes, "nodes_y": nodes, "nodes_z": nodes}
     return np.array([given.get(name, 0.0) for name in CONSTANTS], dtype=float)
 
 

@@ -7,7 +7,7 @@
     plan       [worlds, 4] first slot, number of substeps, and of particles awake, and whether a frame begins, with dt
                [worlds]: every world takes its own steps
     order      [worlds, particles] the particles awake, then those asleep; empty where none may sleep
-    constants  [23] of the scene, below
+    constants  of the scene, see `CONSTANTS`
     terrain    [nx, nz] height of the ground above the grid's first node [cells] and its normal; empty for a plane
     grid       [fields, nodes] fields of the nodes, below; a window's nodes follow each other without gaps, in two
                fields those of the medium behind those of the robot
@@ -20,11 +20,16 @@ adds to a single lane of an array's row wrongly and silently: add to the whole r
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import taichi as ti
+from taichi.lang import impl
 
 from zoobench.sim.kernels.columns import matrix
 from zoobench.sim.model.matter import Law
+
+MEDIUM_CONSTANTS = tuple(f"medium_{number}" for number in range(5))
+"""Those of the medium's law, as `matter` lists them."""
 
 X, V, C, F = 0, 1, 2, 5
 """Rows of a particle's state: place [m], velocity [m/s], columns of the APIC matrix [1/s], and of the robot's F."""
@@ -49,14 +54,16 @@ START, KEPT = 6, 7
 """Of a window: node in `grid` where the momenta of the slot's substep are kept, and 1 if they are."""
 
 CONSTANTS = (
-    "spacing", "mu", "lam", "eta", "m0", "m1", "m2", "m3", "m4", "g_x", "g_y", "g_z", "friction",
-    "nodes_x", "nodes_y", "nodes_z", "robot_count", "skin_thickness", "skin_rate", "edge", "interface_friction",
-    "robot_full", "medium_full",
+    "spacing", "mu", "lam", "eta", *MEDIUM_CONSTANTS, "g_x", "g_y", "g_z", "friction", "nodes_x", "nodes_y", "nodes_z",
+    "robot", "skin_thickness", "skin_rate", "edge", "interface_friction", "robot_full", "medium_full",
 )  # fmt: skip
-"""Names of the constants in their order: grid spacing [m], Lame parameters and viscosity of the robot, the medium's
-constants, gravity [m/s^2], friction of the ground, counts; of the ground's skin thickness [m], gradient of the force
-per volume [N/m^4] and edge of the particles' cubes [m]; of two fields the friction between robot and medium and the
-mass of a node in the midst of either [kg]."""
+"""Names of the constants in their order, by which the host lists them and the kernels know them: grid spacing [m], Lame
+parameters and viscosity of the robot, the medium's constants, gravity [m/s^2], friction of the ground, counts of nodes
+and of the robot's particles; of the ground's skin thickness [m], gradient of the force per volume [N/m^4] and edge of
+the particles' cubes [m]; of two fields the friction between robot and medium and the mass of a node in the midst of
+either [kg]."""
+
+_COUNTS = ("nodes_x", "nodes_y", "nodes_z", "robot")
 
 
 @dataclass(frozen=True)
@@ -104,32 +111,17 @@ class Variant:
         return replace(self, robot=False)
 
 
-@ti.func
-def scene_constants(constants: ti.template()):
-    """The constants by name, with the medium's five in `medium`."""
-    spacing = constants[0]
-    return ti.Struct(
-        spacing=spacing,
-        inverse=1.0 / spacing,
-        mu=constants[1],
-        lam=constants[2],
-        eta=constants[3],
-        medium=ti.Vector([constants[4], constants[5], constants[6], constants[7], constants[8]]),
-        g_x=constants[9],
-        g_y=constants[10],
-        g_z=constants[11],
-        friction=constants[12],
-        nodes_x=ti.cast(constants[13], ti.i32),
-        nodes_y=ti.cast(constants[14], ti.i32),
-        nodes_z=ti.cast(constants[15], ti.i32),
-        robot=ti.cast(constants[16], ti.i32),
-        skin_thickness=constants[17],
-        skin_rate=constants[18],
-        edge=constants[19],
-        interface_friction=constants[20],
-        robot_full=constants[21],
-        medium_full=constants[22],
-    )
+def scene_constants(constants: Any) -> ti.Struct:
+    """The constants by name while a kernel is compiled, with `inverse` of the spacing, and the medium's in `medium`."""
+    builder = impl.get_runtime().compiling_callable.ast_builder()
+    listed = {name: impl.subscript(builder, constants, place) for place, name in enumerate(CONSTANTS)}
+    named = {name: value for name, value in listed.items() if name not in MEDIUM_CONSTANTS}
+    counts = {name: ti.cast(listed[name], ti.i32) for name in _COUNTS}
+    medium = ti.Vector([listed[name] for name in MEDIUM_CONSTANTS])
+    return ti.Struct(**named | counts, inverse=1.0 / listed["spacing"], medium=medium)
+
+
+scene_constants._is_taichi_function = False  # type: ignore[attr-defined]  # or Taichi would warn of plain Python
 
 
 @ti.func
