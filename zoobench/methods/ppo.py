@@ -1,4 +1,4 @@
-"""Proximal policy optimisation (specification F.2): reinforcement learning of a policy network."""
+"""Proximal policy optimisation (SoftZoo's paper, F.2): reinforcement learning of a policy network."""
 
 import math
 from collections.abc import Iterator
