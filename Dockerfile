@@ -1,5 +1,6 @@
-# zoobench with everything that runs without a GPU: docker build -t zoobench . && docker run --rm -v "$PWD:/data" zoobench list
-FROM python:3.12-slim
+# zoobench with everything that runs without a GPU. Files are written into the folder, and are yours:
+# docker build -t zoobench . && docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/data" zoobench list
+FROM python:3.12-slim-bookworm
 
 # Pictures and films are drawn without a screen.
 RUN apt-get update && apt-get install -y --no-install-recommends libgl1 libosmesa6 libxrender1 && rm -rf /var/lib/apt/lists/*
@@ -12,4 +13,6 @@ RUN pip install --no-cache-dir '.[meshes,parquet,plots,ppo,qd,render,report]'
 # Databases and compiled kernels stay where the folder is mounted.
 WORKDIR /data
 ENV ZOOBENCH_CACHE=/data/.zoobench-cache
+# A user of the machine has no home folder in the image.
+ENV MPLCONFIGDIR=/tmp/matplotlib
 ENTRYPOINT ["zoobench"]

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import component_pages
 import reference_pages
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from typer.main import get_command
 
-from zoobench import registry
 from zoobench.cli.main import app
 
 ROOT = Path(__file__).parents[1]
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are not files of the folder `docs`."""
-    pages = {"reference/commands.md": commands(), "reference/components.md": components()}
+    pages = {"reference/commands.md": commands(), "reference/components.md": component_pages.components()}
     pages |= reference_pages.pages()
     for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.py")):
         pages[f"notebooks/{notebook.stem}.md"] = notebook_page(notebook)
@@ -60,21 +60,3 @@ def _helps(command: Any, name: str, parent: Any = None) -> Iterator[tuple[str, s
     yield name, command.get_help(context)
     for word, child in getattr(command, "commands", {}).items():
         yield from _helps(child, f"{name} {word}", context)
-
-
-def components() -> str:
-    """Every registered component with its docstring and the defaults of its parameters."""
-    parts = ["# Components\n"]
-    for kind in registry.Kind:
-        parts.append(f"## {kind.value.capitalize()}\n")
-        for name in registry.names(kind):
-            component = registry.get(kind, name)
-            parts += [f"### {name}\n", f"Version {component.version}. {component.description}\n"]
-            if component.parameters:
-                rows = (f"| `{key}` | {_default(component, key)} |" for key in component.parameters)
-                parts.append("\n".join(["| parameter | default |", "| --- | --- |", *rows]) + "\n")
-    return "\n".join(parts)
-
-
-def _default(component: registry.Component, key: str) -> str:
-    return f"`{component.defaults[key]}`" if component.defaults.get(key, "") != "" else "none"

@@ -58,6 +58,22 @@ def test_new_names_are_for_a_figure(zoobench: Command, learnt: Path, tmp_path: P
     assert "lion='Lion (ours)'" in reply.err
 
 
+def test_curves_in_another_unit(zoobench: Command, learnt: Path, tmp_path: Path) -> None:
+    """Of a table and of a figure; one that does not fit is refused, and so is any for programs."""
+    own, other = (markdown_rows(zoobench("curves", "--format", "md", *words).out) for words in ((), ("--unit", "mm/s")))
+    assert {row["unit"] for row in own} == {"m/s"}
+    assert {row["unit"] for row in other} == {"mm/s"}
+    for before, after in zip(own, other, strict=True):
+        assert float(after["at all of it"]) == pytest.approx(1000.0 * float(before["at all of it"]))
+    drawn = ["-o", str(tmp_path / "curves.png")]
+    for words in ([], drawn):
+        assert "Nothing here can be shown in 'kg'" in zoobench("curves", "--unit", "kg", *words).err
+    assert zoobench("curves", "--unit", "mm/s", *drawn).code == 0
+    reply = zoobench("curves", "--unit", "mm/s", "--format", "csv")
+    assert reply.code == 2
+    assert "--unit changes tables for people, and csv has the data unchanged" in reply.err
+
+
 def test_without_curves_it_says_what_to_type(zoobench: Command, tmp_path: Path) -> None:
     """Nothing to show is no error; nothing to draw is."""
     Store(tmp_path / "zoobench.db").close()

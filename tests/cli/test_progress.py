@@ -62,7 +62,9 @@ def test_lines_report_a_long_run_now_and_then(
     lines = Lines([1])
     lines.update([row(1, RunState.RUNNING)])
     lines.update([row(1, RunState.RUNNING, 0.5, 0.1)])
-    assert "50%, score 0.1 m/s, 10 s left" in capsys.readouterr().err
+    assert capsys.readouterr().err.endswith(" 50%, score 0.1 m/s\n"), "one iteration beside compilation is no pace"
+    lines.update([replace(row(1, RunState.RUNNING, 0.75, 0.1), seconds=15.0)])
+    assert capsys.readouterr().err.endswith(" 75%, score 0.1 m/s, 5 s left\n")
 
 
 def test_bars_show_runs_in_progress_and_the_total(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,13 +101,50 @@ def test_bars_stay_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_the_time_left_follows_from_what_was_done_since_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Half a run in 10 s leaves 30 s for the other one and a half; runs done before do not count."""
+    """Half a run in 10 s leaves 25 s for one and a quarter; what was done before does not count."""
     clock = iter([0.0, 10.0])
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
     pace = TimeLeft([1, 2, 3])
     done = row(3, RunState.DONE)
-    assert pace.seconds_left([row(1, RunState.RUNNING), row(2, RunState.QUEUED), done]) is None
-    assert pace.seconds_left([row(1, RunState.RUNNING, 0.5), row(2, RunState.QUEUED), done]) == 30.0
+    assert pace.seconds_left([row(1, RunState.RUNNING, 0.25), row(2, RunState.QUEUED), done]) is None
+    assert pace.seconds_left([row(1, RunState.RUNNING, 0.75), row(2, RunState.QUEUED), done]) == 25.0
+
+
+def test_compilation_is_no_part_of_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs compile for 100 s before the first of their ten iterations, which take 10 s each."""
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    pace = TimeLeft([1, 2])
+
+    def left(at: float, first: float, second: float) -> tuple[float | None, float | None]:
+        clock[0] = at
+        rows = [
+            replace(row(run_id, RunState.RUNNING, fraction), seconds=at)
+            for run_id, fraction in ((1, first), (2, second))
+        ]
+        return pace.seconds_left(rows), pace.of(rows[0])
+
+    assert left(0.0, 0.0, 0.0) == (None, None)
+    assert left(110.0, 0.1, 0.0) == (None, None)
+    assert left(111.0, 0.1, 0.1) == (None, None)
+    assert left(120.0, 0.2, 0.1) == (pytest.approx(170.0), pytest.approx(80.0))
+    assert left(121.0, 0.2, 0.2) == (pytest.approx(88.0), pytest.approx(88.0))
+    assert left(160.0, 0.6, 0.6) == (pytest.approx(40.0), pytest.approx(40.0))
+
+
+def test_the_first_iteration_of_a_later_run_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It finds the kernels compiled: only what was done beside the compilation is left out."""
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    pace = TimeLeft([1, 2])
+    states = [(0.0, 0.0, RunState.RUNNING, 0.0), (100.0, 0.5, RunState.RUNNING, 0.0), (110.0, 1.0, RunState.DONE, 0.0),
+              (120.0, 1.0, RunState.DONE, 0.5)]  # fmt: skip
+    for at, fraction, state, second in states:
+        clock[0] = at
+        found = pace.seconds_left(
+            [row(1, state, fraction), row(2, RunState.RUNNING if second else RunState.QUEUED, second)]
+        )
+    assert found == pytest.approx(10.0)
 
 
 def test_runs_count_by_the_time_that_they_are_expected_to_take(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.report.content import add_curve, make_spec
@@ -83,6 +84,25 @@ def test_the_picture_has_a_panel_for_each_cell(store: Store, tmp_path: Path) -> 
         assert axes.get_ylabel() == "best score [m/s]"
         assert axes.get_legend_handles_labels()[1] == ["diffphysics", "random"]
         assert {text.get_text() for text in axes.texts} == {"idle", "mean random"}
+
+
+def test_a_panel_in_another_unit(store: Store) -> None:
+    """Lines, bands and references by one factor, and the unit on the axis; one that does not fit is left."""
+    from matplotlib.figure import Figure
+
+    results = choose_results(store, RunSelection(env="ice"))
+    known = curves(store, results, "substeps")
+    looks = {result.run.spec.method: ("m", "C0", "-") for result in results}
+    heights = {}
+    for units in ((), ("kg", "mm/s")):
+        axes = Figure().add_subplot()
+        _panel(axes, results, known, looks, units)
+        lines = [np.asarray(each.get_ydata()) for each in axes.lines]
+        bands = [np.asarray(path.vertices)[:, 1] for each in axes.collections for path in each.get_paths()]
+        heights[axes.get_ylabel()] = np.concatenate([*lines, *bands])
+    assert list(heights) == ["best score [m/s]", "best score [mm/s]"]
+    own, other = heights.values()
+    np.testing.assert_allclose(other, 1000.0 * own)
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])

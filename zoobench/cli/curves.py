@@ -6,13 +6,16 @@ from typing import Annotated
 
 from typer import Option
 
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, selection, takes
+from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, UnitOption, selection, takes
 from zoobench.cli.output import Format, emit, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
 
 _POINTS = (Format.CSV, Format.JSON)
 """Forms that give every point in every currency, and so compare nothing."""
+
+FOR_PEOPLE = "{} changes tables for people, and {} has the data unchanged. Leave it out."
+"""What is said of an option and a form that do not go together."""
 
 
 class Currency(StrEnum):
@@ -38,6 +41,7 @@ def curves(
         list[str] | None,
         Option("--rename", help="Rename a name in the figure, as in cmaes=CMA-ES. Can be given several times."),
     ] = None,
+    unit: UnitOption = "",
     db: DatabaseOption = DEFAULT_DATABASE,
     form: FormatOption = Format.TABLE,
 ) -> None:
@@ -51,22 +55,27 @@ def curves(
     from zoobench.db.store import Store
     from zoobench.report import learning_curves as report
     from zoobench.report.curve_plot import CAPTION, draw
-    from zoobench.report.look import new_names
+    from zoobench.report.look import new_names, words
     from zoobench.report.provisional import footnotes
     from zoobench.report.run_results import choose_results
+    from zoobench.report.units import check_units
 
     if width is not None and output is None:
         raise UsageError("--width is the width of a figure. Name its file with -o, as in -o curves.pdf.")
     if rename and output is None:
         raise UsageError("--rename is for a figure. Name its file with -o, as in -o curves.pdf.")
-    renamed = new_names(rename or ())
+    if unit and output is None and form in _POINTS:
+        raise UsageError(FOR_PEOPLE.format("--unit", form))
+    renamed, units = new_names(rename or ()), words(unit)
     with Store(db, create=False) as store:
         results = choose_results(store, chosen)
         known = {} if output is None and form in _POINTS else report.curves(store, results, by.value)
         if by is Currency.SECONDS:
             report.refuse_machines(store.origins(list(known)))
+        if known:
+            check_units(units, {result.quantity.unit for result in results if result.run.id in known})
         if output is not None:
-            count = draw(results, known, output, width, renamed)
+            count = draw(results, known, output, width, renamed, units)
             say(f"Drawn: {output}, {count} {'cell' if count == 1 else 'cells'}")
             if width is not None:
                 say(f"Caption: {CAPTION}")
@@ -74,7 +83,7 @@ def curves(
         if form in _POINTS:
             listing = report.points_listing(store, results)
         else:
-            listing = report.curves_overview(results, known, by.value)
+            listing = report.curves_overview(results, known, by.value, units)
     emit(listing, form)
     for note in footnotes(result.spec.env for result in results):
         say(note)

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from typer import Option
 
-from zoobench.cli.curves import Currency
-from zoobench.cli.options import DEFAULT_DATABASE, DatabaseOption, FormatOption, RunArgument, selection, takes
+from zoobench.cli.curves import FOR_PEOPLE, Currency
+from zoobench.cli.options import (
+    DEFAULT_DATABASE,
+    DatabaseOption,
+    FormatOption,
+    RunArgument,
+    UnitOption,
+    selection,
+    takes,
+)
 from zoobench.cli.output import Format, emit, emit_json, print_text, say
 from zoobench.errors import UsageError
 from zoobench.spec import RunSelection
@@ -93,7 +101,7 @@ def _look(
         list[str] | None,
         Option("--rename", help="Rename a row or column, as in lion='Lion (ours)'. Can be given several times."),
     ] = None,
-    unit: Annotated[str, Option("--unit", help="Unit of the scores, as in mm/s for m/s.")] = "",
+    unit: UnitOption = "",
     caption: Annotated[str, Option("--caption", help="Caption of a LaTeX table.")] = "",
     label: Annotated[str, Option("--label", help="Label of a LaTeX table, as in tab:speeds.")] = "",
 ) -> "Look":
@@ -149,9 +157,7 @@ def table(
     from zoobench.verify.accuracy.tolerance import orders
 
     if look.options() and form in (Format.CSV, Format.JSON):
-        raise UsageError(
-            f"{look.options()[0]} changes tables for people, and {form} has the data unchanged. Leave it out."
-        )
+        raise UsageError(FOR_PEOPLE.format(look.options()[0], form))
     if aggregated and form is Format.CSV:
         raise UsageError("A CSV file has one table. Leave --aggregate out, or choose another --format.")
     switches = {"--normalised": normalised, "--pivot": pivot, "--aggregate": aggregated}

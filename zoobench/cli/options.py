@@ -43,6 +43,7 @@ DatabaseOption = Annotated[
     Option("--db", envvar="ZOOBENCH_DB", help="Database: a file, or a PostgreSQL URL.", callback=_choose_database),
 ]
 FormatOption = Annotated[Format, Option("--format", "-f", help="Output format.")]
+UnitOption = Annotated[str, Option("--unit", help="Unit of the scores, as in mm/s for m/s.")]
 
 
 def _run_argument(text: str, offer: Any = completion.runs) -> Any:

@@ -72,9 +72,11 @@ def carry_out(
 
 
 class TimeLeft:
-    """Time left for a set of runs, estimated from the progress since the start of this command.
+    """Time left for a set of runs and for each of them, estimated from the progress since the start of this command.
 
-    Runs count by their weights; one without counts as the mean of the others.
+    Runs count by their weights; one without counts as the mean of the others. Before its first iteration a run compiles
+    or loads kernels, which says nothing about the rest. So the clock starts with the first iteration, and the first
+    iterations of the runs that start beside it do not count.
     """
 
     def __init__(self, run_ids: Collection[int], weights: Mapping[int, float] = NO_WEIGHTS) -> None:
@@ -84,6 +86,9 @@ class TimeLeft:
         self._shares: dict[int, float] = {}
         self._done = 0.0
         self._start: tuple[float, float] | None = None
+        self._starting: set[int] = set()
+        self._beside: set[int] | None = None
+        self._first: dict[int, tuple[float, float]] = {}
         self.ended: set[int] = set()
 
     @property
@@ -92,17 +97,47 @@ class TimeLeft:
         return sum(self._shares.values())
 
     def seconds_left(self, rows: "list[RunRow]") -> float | None:
-        """Wall time left after these changes [s]; None while nothing has moved yet."""
+        """Wall time left after these changes [s]; None while there is no pace yet."""
+        before, beside = self._done, 0.0
+        first = [row for row in rows if row.id in self._starting and row.fraction > 0.0 and not row.has_ended]
         for row in rows:
-            (self.ended.add if row.has_ended else self.ended.discard)(row.id)
-            share = 1.0 if row.has_ended else row.fraction
-            self._done += self._weights[row.id] * (share - self._shares.get(row.id, 0.0))
-            self._shares[row.id] = share
+            gain = self._note(row)
+            if row in first and self._beside and row.id in self._beside:
+                beside += gain
         now = time.monotonic()
         if self._start is None:
             self._start = (now, self._done)
-        begun, before = self._start
-        return None if self._done <= before else (now - begun) * (self._whole - self._done) / (self._done - before)
+        elif first and self._beside is None and before <= self._start[1]:
+            self._start, self._beside = (now, self._done), set(self._starting)
+        elif self._beside:
+            self._start = (self._start[0], self._start[1] + beside)
+            self._beside &= self._starting
+        begun, done = self._start
+        return None if self._done <= done else (now - begun) * (self._whole - self._done) / (self._done - done)
+
+    def of(self, row: "RunRow") -> float | None:
+        """Time left for a run after its changes were taken in [s]; None before its second iteration."""
+        if row.id not in self._first:
+            return row.seconds_left
+        seconds, fraction = self._first[row.id]
+        if row.fraction <= fraction:
+            return None
+        return max((row.seconds - seconds) * (1.0 - row.fraction) / (row.fraction - fraction), 0.0)
+
+    def _note(self, row: "RunRow") -> float:
+        """Take in the state of a run, and return how much was done since the last."""
+        from zoobench.db.rows import RunState
+
+        (self.ended.add if row.has_ended else self.ended.discard)(row.id)
+        share = 1.0 if row.has_ended else row.fraction
+        gain = self._weights[row.id] * (share - self._shares.get(row.id, 0.0))
+        self._done += gain
+        self._shares[row.id] = share
+        if row.id in self._starting and share > 0.0:
+            self._first[row.id] = (row.seconds, share)
+        is_starting = row.state is RunState.RUNNING and share <= 0.0
+        (self._starting.add if is_starting else self._starting.discard)(row.id)
+        return gain
 
 
 class Lines:
@@ -127,7 +162,7 @@ class Lines:
             if not is_news and not (row.state is RunState.RUNNING and now - at >= _PLAIN_SECONDS):
                 continue
             self._told[row.id] = (row.state, now)
-            say(f"[{standing}] {describe(row)}")
+            say(f"[{standing}] {describe(row, self._time_left.of(row))}")
 
     def __enter__(self) -> Self:
         return self
@@ -154,12 +189,12 @@ class Bars:
         from zoobench.db.rows import RunState
         from zoobench.report.views import duration
 
+        left = self._time_left.seconds_left(rows)
         for row in rows:
             if row.has_ended:
                 self._close(row)
             elif row.state is RunState.RUNNING:
                 self._move(row)
-        left = self._time_left.seconds_left(rows)
         standing = f"{len(self._ended)} of {self._total} done, {duration(left)} left" if left is not None else ""
         self._progress.update(self._all, completed=self._time_left.done, standing=standing)
 
@@ -167,9 +202,8 @@ class Bars:
         if row.id not in self._bars:
             self._bars[row.id] = self._progress.add_task(_name(row), total=None, standing=_STARTING)
         if row.fraction > 0:
-            self._progress.update(
-                self._bars[row.id], total=1.0, completed=row.fraction, standing=_standing(row).lstrip(", ")
-            )
+            standing = _standing(row, self._time_left.of(row)).lstrip(", ")
+            self._progress.update(self._bars[row.id], total=1.0, completed=row.fraction, standing=standing)
 
     def _close(self, row: "RunRow") -> None:
         if row.id in self._ended:
@@ -187,9 +221,9 @@ class Bars:
         self._progress.stop()
 
 
-def describe(row: "RunRow") -> str:
-    """The state of a run in a line."""
-    return _ending(row) if row.has_ended else f"{row.state:<9} {_name(row)}{_standing(row)}"
+def describe(row: "RunRow", left: float | None = None) -> str:
+    """The state of a run in a line, with the time left [s] if it is known."""
+    return _ending(row) if row.has_ended else f"{row.state:<9} {_name(row)}{_standing(row, left)}"
 
 
 def _name(row: "RunRow") -> str:
@@ -198,7 +232,7 @@ def _name(row: "RunRow") -> str:
     return visible(f"{row.id} {row.spec}")
 
 
-def _standing(row: "RunRow") -> str:
+def _standing(row: "RunRow", left: float | None) -> str:
     """Progress, score and time left of a run in progress, as the tail of a line."""
     from zoobench.db.rows import RunState
     from zoobench.report.views import duration, score_text
@@ -206,7 +240,7 @@ def _standing(row: "RunRow") -> str:
     if row.fraction <= 0:
         return f", {_STARTING}" if row.state is RunState.RUNNING else ""
     score = "" if row.score is None else f", {score_text(row.spec.task, row.score)}"
-    return f", {row.fraction:.0%}{score}, {duration(row.seconds_left)} left"
+    return f", {row.fraction:.0%}{score}" + ("" if left is None else f", {duration(left)} left")
 
 
 def _ending(row: "RunRow") -> str:

@@ -1,4 +1,4 @@
-"""The sine basis (specification G): an open loop of weighted sine waves."""
+"""The sine basis (SoftZoo's paper, G): an open loop of weighted sine waves."""
 
 import math
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ class SineBasis:
     a_k = tanh(b_k + sum_ij W_kij sin(omega_i t + 2 pi j / phases)) over the control frame that starts at t. The
     parameter vector is W, muscle by muscle and slow waves first, then b.
 
-    * `slow`, `fast`: omega [rad/s]; the specification's 20 and 80.
-    * `phases`: per frequency; the specification's 4.
+    * `slow`, `fast`: omega [rad/s]; 20 and 80 in SoftZoo's paper.
+    * `phases`: per frequency; 4 in SoftZoo's paper.
     * `scale`: standard deviation of the initial weights; biases start at 0.
     """
 

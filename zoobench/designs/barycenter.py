@@ -1,4 +1,4 @@
-"""The Wasserstein barycenter design space (specification H.6): interpolation of primitives by transport of mass."""
+"""The Wasserstein barycenter design space (SoftZoo's paper, H.6): interpolation of primitives by transport of mass."""
 
 from dataclasses import dataclass
 from functools import lru_cache, partial

@@ -1,4 +1,4 @@
-"""The Diff-CPPN design space (specification H.4): a pattern-producing network with a differentiable topology."""
+"""The Diff-CPPN design space (SoftZoo's paper, H.4): a pattern-producing network with a differentiable topology."""
 
 from typing import TYPE_CHECKING
 

@@ -1,7 +1,7 @@
 """Forms from fields of numbers, one row for each particle, and the common prior of the design spaces.
 
 A row holds numbers for occupancy, stiffness and every muscle, all unbounded, without those of parts that are not
-optimised. The design spaces H.1 to H.4 of the specification are such fields with different parameters.
+optimised. The design spaces H.1 to H.4 of SoftZoo's paper are such fields with different parameters.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The implicit design space (specification H.3): a small network over space."""
+"""The implicit design space (SoftZoo's paper, H.3): a small network over space."""
 
 from typing import TYPE_CHECKING
 

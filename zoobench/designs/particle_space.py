@@ -1,4 +1,4 @@
-"""The particle-based design space (specification H.1): independent parameters for every particle."""
+"""The particle-based design space (SoftZoo's paper, H.1): independent parameters for every particle."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The SDF-Lerp design space (specification H.5): zero level of the weighted mean of the signed distances."""
+"""The SDF-Lerp design space (SoftZoo's paper, H.5): zero level of the weighted mean of the signed distances."""
 
 from typing import TYPE_CHECKING
 

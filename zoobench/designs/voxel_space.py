@@ -1,4 +1,4 @@
-"""The voxel-based design space (specification H.2): common parameters for the particles in a cube."""
+"""The voxel-based design space (SoftZoo's paper, H.2): common parameters for the particles in a cube."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING

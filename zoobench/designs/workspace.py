@@ -83,7 +83,7 @@ def extent(body: Body) -> tuple[Array, Array]:
 
 
 def features_at(places: Array, body: Body) -> Array:
-    """Inputs of a network at places `[n, 3]` [m] in a workspace `[n, 7]` (specification F.3, H.3, H.4).
+    """Inputs of a network at places `[n, 3]` [m] in a workspace `[n, 7]` (SoftZoo's paper, F.3, H.3, H.4).
 
     x, y, z, distances from the centre in the xy, xz and yz planes, and the radius, in units of the workspace (centre 0,
     half extent 1 along each axis) [-].

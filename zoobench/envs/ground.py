@@ -18,6 +18,6 @@ def ground(
 ) -> Environment:
     """Firm, rough ground.
 
-    * `friction`: Coulomb coefficient [-]; 0.5 is the "high" of the specification's table 6.
+    * `friction`: Coulomb coefficient [-]; 0.5 is "high" in table 6 of SoftZoo's paper.
     """
     return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics, contact=contact)

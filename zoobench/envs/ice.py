@@ -18,6 +18,6 @@ def ice(
 ) -> Environment:
     """Firm, slippery ground.
 
-    * `friction`: Coulomb coefficient [-]; 0.05 is the "low" of the specification's table 6.
+    * `friction`: Coulomb coefficient [-]; 0.05 is "low" in table 6 of SoftZoo's paper.
     """
     return firm_environment(friction=friction, hills=hills, profile=profile, physics=physics, contact=contact)

@@ -33,8 +33,8 @@ class Channels:
     phase of the waves, and clipped to its bounds: 1 for the time left and the phase, else `LARGEST`. An action is given
     for every frame, in [-1, 1]:
 
-    * `waves`: the parameters of the sine basis (specification G): weights, muscle by muscle and slow waves first, then
-      biases. The activity of muscle k is tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
+    * `waves`: the parameters of the sine basis (SoftZoo's paper, G): weights, muscle by muscle and slow waves first,
+      then biases. The activity of muscle k is tanh(b_k + sum_j W_kj wave_j(t)) at the start t of the frame;
     * `muscles`: the activity of every muscle.
 
     Args:

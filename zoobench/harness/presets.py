@@ -118,29 +118,29 @@ _PRESETS = (
         envs=tuple(map(Ref.parse, _SOFTZOO_ENVS)),
     ),
     _published(
-        "animals", "as paper, for each of the four animals (specification F.1, table 1)",
+        "animals", "as paper, for each of the four animals (SoftZoo's paper, F.1, table 1)",
         30, "diffphysics[lr=0.1,iterations=30,restarts=8]", "random[batch=24]",
         designs=(Ref("caterpillar"), Ref("baby-seal"), Ref("fish"), Ref("panda")),
     ),
     _published(
-        "control", "as paper, three times as long: the controller of a given body alone (specification F.1)",
+        "control", "as paper, three times as long: the controller of a given body alone (SoftZoo's paper, F.1)",
         100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
     ),
     _published(
-        "design", "as paper, three times as long: a body for a given gait alone (specification F.1)",
+        "design", "as paper, three times as long: a body for a given gait alone (SoftZoo's paper, F.1)",
         100, "diffphysics[lr=0.01,iterations=100,restarts=8]", "random[batch=24]",
         designs=(Ref("voxel"),), controllers=(Ref("fixed-sine"),),
     ),
     # Each method here has the iterations that it was published with, which cost unlike amounts: `zoobench table --by`
     # compares at equal ones.
     _published(
-        "codesign", "as paper, eight times as long: body and controller together, also evolved (specification F.3)",
+        "codesign", "as paper, eight times as long: body and controller together, also evolved (SoftZoo's paper, F.3)",
         250, "diffphysics[lr=0.01,iterations=250,restarts=8]", "evolution[sigma=0.1,population=10,generations=100]",
         "random[batch=24]", designs=(Ref("voxel"),),
     ),
     # 100 000 frames fill 49 buffers of 2048; a buffer and the evaluation after it are as long as 11 episodes.
     _published(
-        "ppo", "two hours on firm ground, ten days in the ocean: learning from 100 000 frames (specification F.2)",
+        "ppo", "two hours on firm ground, ten days in the ocean: learning from 100 000 frames (SoftZoo's paper, F.2)",
         49, "ppo[timesteps=100000]", "random[batch=11]", controllers=(Ref("policy-network"),),
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""CMA-ES (specification F.3): an evolution strategy that adapts the covariance of all parameters."""
+"""CMA-ES (SoftZoo's paper, F.3): an evolution strategy that adapts the covariance of all parameters."""
 
 import sys
 import warnings
@@ -32,8 +32,8 @@ class CmaEs:
     A strategy that stagnates is replaced by a new one from a new draw. An episode that failed ranks below all others of
     its generation.
 
-    * `sigma`: initial standard deviation of every parameter; the specification has 0.1.
-    * `population`: individuals of a generation; the specification has 10.
+    * `sigma`: initial standard deviation of every parameter; SoftZoo's paper has 0.1.
+    * `population`: individuals of a generation; SoftZoo's paper has 10.
     * `start`: a stored run; every strategy's first mean is its solution as far as that fits, the rest is drawn.
     """
 

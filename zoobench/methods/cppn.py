@@ -29,7 +29,7 @@ ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
     "log": lambda drive: np.log(np.maximum(drive, 1e-7)),
     "exp": lambda drive: np.exp(_held(drive)),
 }
-"""The activation functions of the specification (F.3): neat-python's, for arrays."""
+"""The activation functions of SoftZoo's paper (F.3): neat-python's, for arrays."""
 
 
 def patterns(genome: Any, config: Any, places: Array) -> Array:

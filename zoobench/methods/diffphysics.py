@@ -1,4 +1,4 @@
-"""Differentiable physics (specification F.1): Adam on the simulator's gradient from several random starts."""
+"""Differentiable physics (SoftZoo's paper, F.1): Adam on the simulator's gradient from several random starts."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 class DiffPhysics:
     """Gradient ascent with Adam (Kingma and Ba 2015) through the simulator from several random starts.
 
-    * `lr`: Adam's learning rate; the specification has 0.1 for animals, 0.01 elsewhere.
-    * `iterations`: steps of every restart, 0 for as many as the budget allows; the specification has 30 for animals.
-    * `restarts`: random starts, run side by side; the specification has 8. The solution is the best point of all, and
+    * `lr`: Adam's learning rate; SoftZoo's paper has 0.1 for animals, 0.01 elsewhere.
+    * `iterations`: steps of every restart, 0 for as many as the budget allows; SoftZoo's paper has 30 for animals.
+    * `restarts`: random starts, run side by side; SoftZoo's paper has 8. The solution is the best point of all, and
       the best score of each restart is stored with it.
     * `start`: a stored run; all restarts begin at its solution as far as that fits, the rest is drawn. Restarts that
       would begin at the same point are merged.

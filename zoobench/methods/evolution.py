@@ -1,4 +1,4 @@
-"""Co-design by evolution (specification F.3): HyperNEAT for the body and CMA-ES for the controller."""
+"""Co-design by evolution (SoftZoo's paper, F.3): HyperNEAT for the body and CMA-ES for the controller."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ class Evolution:
     Individual i of a generation has the i-th body and the i-th controller, and its score is told to both optimisers.
     With a controller without parameters this is `neat`; for a fixed body use `cmaes`.
 
-    * `sigma`: initial standard deviation of the controller's parameters; the specification has 0.1.
-    * `population`: individuals of a generation; the specification has 10.
-    * `generations`: the specification has 100; 0 for as many as the budget allows.
+    * `sigma`: initial standard deviation of the controller's parameters; SoftZoo's paper has 0.1.
+    * `population`: individuals of a generation; SoftZoo's paper has 10.
+    * `generations`: 100 in SoftZoo's paper; 0 for as many as the budget allows.
     """
 
     sigma: float = 0.1

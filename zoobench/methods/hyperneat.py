@@ -1,4 +1,4 @@
-"""HyperNEAT (specification F.3): bodies painted by networks whose topology evolves."""
+"""HyperNEAT (SoftZoo's paper, F.3): bodies painted by networks whose topology evolves."""
 
 import math
 import random
@@ -42,7 +42,7 @@ class HyperNeat:
     of compatibility follows the number of species, which is kept near the root of the population. The controller is
     drawn once and fixed: use one without parameters, or the method `evolution`.
 
-    * `population`: individuals of a generation; the specification has 10.
+    * `population`: individuals of a generation; SoftZoo's paper has 10.
     * `generations`: 0 for as many as the budget allows.
     """
 

@@ -1,4 +1,4 @@
-"""Proximal policy optimisation (specification F.2): reinforcement learning of a policy network."""
+"""Proximal policy optimisation (SoftZoo's paper, F.2): reinforcement learning of a policy network."""
 
 import math
 from collections.abc import Iterator
@@ -34,10 +34,13 @@ class Ppo:
 
     * `timesteps`: frames to learn from, rounded up to whole buffers; 0 for as many as the budget allows.
     * `buffer`: frames per update in all worlds together, `n_steps` times the worlds in Stable-Baselines3.
-    * `batch`: frames per optimiser step (`batch_size`); `epochs`: passes over the buffer (`n_epochs`).
-    * `gae`: lambda of the generalised advantage estimation (`gae_lambda`); `discount`: per frame (`gamma`).
-    * `entropy`: entropy coefficient (`ent_coef`); `lr`: learning rate (`learning_rate`); `clip`: limit of the ratio
-      of new to old probability (`clip_range`).
+    * `batch`: frames per optimiser step (`batch_size`).
+    * `epochs`: passes over the buffer (`n_epochs`).
+    * `gae`: lambda of the generalised advantage estimation (`gae_lambda`).
+    * `discount`: factor per frame (`gamma`).
+    * `entropy`: entropy coefficient (`ent_coef`).
+    * `lr`: learning rate (`learning_rate`).
+    * `clip`: limit of the ratio of new to old probability (`clip_range`).
     * `worlds`: episodes simulated in parallel; the buffer must be a multiple.
     * `deviation`: initial standard deviation of the exploration, in every weight and bias of the waves.
 

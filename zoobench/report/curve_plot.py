@@ -17,6 +17,7 @@ from zoobench.report.palette import styles
 from zoobench.report.provisional import MARK, marked
 from zoobench.report.run_results import RunResult
 from zoobench.report.tables import methods_of
+from zoobench.report.units import in_units
 from zoobench.spec import Ref
 
 if TYPE_CHECKING:
@@ -64,8 +65,8 @@ class Line:
     high: tuple[float, ...]
 
 
-def line(seeds: Sequence[LearningCurve]) -> Line | None:
-    """The line of a method; None where there is no amount at which all seeds have a score."""
+def line(seeds: Sequence[LearningCurve], factor: float = 1.0) -> Line | None:
+    """The line of a method, times a factor; None where there is no amount at which all seeds have a score."""
     first = [
         next((x for x, score in zip(one.spent, one.scores, strict=True) if score is not None), None) for one in seeds
     ]
@@ -77,8 +78,8 @@ def line(seeds: Sequence[LearningCurve]) -> Line | None:
     if end < begin:
         return None
     spent = sorted({begin, end, *(x for one in seeds for x in one.spent if begin < x < end)})
-    sign = seeds[0].result.quantity.sign
-    rows = [[sign * score for one in seeds if (score := one.at(x)) is not None] for x in spent]
+    scale = factor * seeds[0].result.quantity.sign
+    rows = [[scale * score for one in seeds if (score := one.at(x)) is not None] for x in spent]
     return Line(
         tuple(spent),
         tuple(sum(row) / len(row) for row in rows),
@@ -93,11 +94,12 @@ def draw(
     path: Path,
     width: float | None = None,
     renamed: Mapping[str, str] = NO_NAMES,
+    units: Sequence[str] = (),
 ) -> int:
     """Draw the curves of these results, a panel for each cell; how many panels there are.
 
     With the width of a figure in a paper [mm] it has no caption in it, which `CAPTION` is. Methods, and the names in
-    titles, may be renamed.
+    titles, may be renamed, and scores be shown in other units, each where it fits.
 
     Raises:
         UsageError: there is nothing to draw or too much, matplotlib is missing, or the file cannot be written.
@@ -116,7 +118,7 @@ def draw(
     titles = titles_of(groups, renamed)
     for number, group in enumerate(groups):
         axes = figure.add_subplot(-(-len(groups) // columns), columns, number + 1)
-        _panel(axes, group, known, looks)
+        _panel(axes, group, known, looks, units)
         axes.set_title(titles[number], fontsize=10)
         if width is not None:
             _fold(axes, size[0] / columns)
@@ -218,11 +220,13 @@ def _panel(
     group: Sequence[RunResult],
     known: Mapping[int, LearningCurve],
     looks: Looks,
+    units: Sequence[str] = (),
 ) -> None:
+    quantity, factor = in_units(group[0].quantity, units)
     ends = []
     for method in methods_of(result.spec for result in group):
         seeds = [known[result.run.id] for result in group if result.run.spec.method == method]
-        drawn = line(seeds)
+        drawn = line(seeds, factor)
         if drawn is None:
             continue
         label, colour, stroke = looks[method]
@@ -230,14 +234,13 @@ def _panel(
         axes.step(drawn.spent, drawn.mean, where="post", color=colour, linestyle=stroke, label=label)
         axes.plot(drawn.spent[-1], drawn.mean[-1], color=colour, marker="o", markersize=3.5)
         axes.fill_between(drawn.spent, drawn.low, drawn.high, step="post", color=colour, alpha=0.18, linewidth=0)
-    _mark_references(axes, group)
+    _mark_references(axes, group, factor)
     axes.locator_params(axis="x", nbins=_MOST_TICKS)  # amounts are long numbers
     if ends and max(ends) > _UNLIKE * min(ends):
         axes.set_xscale("log")
     kind = known[group[0].run.id].kind
     axes.set_xlabel(AMOUNTS[kind])
-    title = group[0].quantity.title
-    axes.set_ylabel(f"best {title[0].lower()}{title[1:]}")
+    axes.set_ylabel(f"best {quantity.title[0].lower()}{quantity.title[1:]}")
     axes.grid(alpha=0.3)
 
 
@@ -248,9 +251,9 @@ def reference_means(group: Sequence[RunResult]) -> list[tuple[float, str]]:
     return [(sign * sum(found) / len(found), REFERENCE_NAMES[name]) for name, found in known.items() if found]
 
 
-def _mark_references(axes: "Axes", group: Sequence[RunResult]) -> None:
-    """A thin line for each reference score."""
-    levels = reference_means(group)
+def _mark_references(axes: "Axes", group: Sequence[RunResult], factor: float) -> None:
+    """A thin line for each reference score, times a factor."""
+    levels = [(factor * level, word) for level, word in reference_means(group)]
     for place, (level, word) in enumerate(sorted(levels)):
         axes.axhline(level, color="0.35", linewidth=0.8, linestyle=":")
         below = place == 0 and len(levels) > 1  # the words of two that are close stay apart

@@ -22,6 +22,7 @@ from zoobench.report.run_results import SCORE, RunResult
 from zoobench.report.statistics import t_interval
 from zoobench.report.table_cell import ALIKE, TableCell, compare
 from zoobench.report.tables import Row, Spending, Table, in_places, methods_of
+from zoobench.report.units import in_units
 from zoobench.spec import AXES, WALL_GAP, BudgetKind, Ref
 
 if TYPE_CHECKING:
@@ -134,8 +135,13 @@ def points_listing(reader: "Reader", results: Iterable[RunResult]) -> Listing:
     return Listing(("run", *AXES, "frames", "seed", "iteration", *COLUMNS, "unit"), tuple(rows))
 
 
-def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind) -> Listing:
-    """Mean best scores or errors at shares of what all methods of a cell have spent; a row per cell and method."""
+def curves_overview(
+    results: Sequence[RunResult], known: Mapping[int, LearningCurve], kind: BudgetKind, units: Sequence[str] = ()
+) -> Listing:
+    """Mean best scores or errors at shares of what all methods of a cell have spent; a row per cell and method.
+
+    In the first of the units that fits, or in the task's own.
+    """
     spending = Spending(kind, None, ())
     groups = cells(results, known)
     axes = ("env", "task", "design", "controller", "fidelity", "frames")
@@ -151,8 +157,9 @@ def curves_overview(results: Sequence[RunResult], known: Mapping[int, LearningCu
         for method in methods_of(result.spec for result in group):
             own = [known[result.run.id] for result in group if result.run.spec.method == method]
             spec = own[0].result.run.spec
-            quantity = own[0].result.quantity
-            means = [_mean([curve.at(share * end) for curve in own], quantity.sign) for share in _SHARES]
+            quantity, factor = in_units(own[0].result.quantity, units)
+            scale = factor * quantity.sign
+            means = [_mean([curve.at(share * end) for curve in own], scale) for share in _SHARES]
             rows.append(
                 (*(names[axis].get(value, value) for axis in shown for value in [getattr(spec, axis)]), methods[method],
                  len(own), spending.text(end), *means, quantity.unit_text)
@@ -216,10 +223,10 @@ def _read(result: RunResult, curve: LearningCurve | None, amount: float | None) 
     return replace(result, finals=finals, lacks=lacks)
 
 
-def _mean(scores: Sequence[float | None], sign: float) -> float | None:
-    """The mean as it is shown; None unless every seed has a score."""
+def _mean(scores: Sequence[float | None], scale: float) -> float | None:
+    """The mean times a scale; None unless every seed has a score."""
     interval = t_interval([score for score in scores if score is not None])
-    return sign * interval.mean if interval is not None and interval.count == len(scores) else None
+    return scale * interval.mean if interval is not None and interval.count == len(scores) else None
 
 
 def _unit(result: RunResult) -> str:

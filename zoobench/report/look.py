@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.report.listing import Listing, Measured
 from zoobench.report.tables import Table
-from zoobench.report.units import check_units, conversion
+from zoobench.report.units import check_units, in_units
 
 _SIGNS = " †¶"  # of footnotes at names
 
@@ -38,7 +38,7 @@ class Look:
         renamed = new_names(names)
         if any(sign in label for sign in "\\{}%#~^&$, \n"):
             raise UsageError(f"{label!r} is no label of LaTeX. Give letters, digits and signs as in tab:speeds.")
-        return cls(_words(columns), renamed, _words(units), caption, label)
+        return cls(words(columns), renamed, words(units), caption, label)
 
     def options(self) -> list[str]:
         """The command line options that ask for it."""
@@ -67,11 +67,10 @@ class Look:
 
     def in_units(self, table: Table) -> tuple[Table, float]:
         """A table of one quantity with the unit that is wished, and the factor of its numbers."""
-        quantity = table.quantity
-        for unit in self.units if quantity is not None else ():
-            if quantity is not None and (factor := conversion(quantity.unit, unit)) is not None:
-                return replace(table, quantity=replace(quantity, unit=unit)), factor
-        return table, 1.0
+        if table.quantity is None:
+            return table, 1.0
+        quantity, factor = in_units(table.quantity, self.units)
+        return replace(table, quantity=quantity), factor
 
     def apply(self, listing: Listing, factor: float = 1.0) -> Listing:
         """The listing with its numbers multiplied, its columns chosen and everything renamed."""
@@ -107,7 +106,8 @@ def new_names(texts: Iterable[str]) -> dict[str, str]:
     return {old: new for old, _, new in pairs}
 
 
-def _words(text: str) -> tuple[str, ...]:
+def words(text: str) -> tuple[str, ...]:
+    """The words of a text between commas."""
     return tuple(word.strip() for word in text.split(",") if word.strip())
 
 

@@ -1,6 +1,10 @@
 """Numbers in another unit: the same one with a prefix of the SI."""
 
+from collections.abc import Iterable
+from dataclasses import replace
+
 from zoobench.errors import UsageError
+from zoobench.tasks.quantities import Quantity
 
 _PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6}
 
@@ -12,6 +16,14 @@ def conversion(unit: str, wanted: str) -> float | None:
     found = [1.0 / scale for prefix, scale in _PREFIXES.items() if wanted == f"{prefix}{unit}"]
     back = [scale for prefix, scale in _PREFIXES.items() if unit == f"{prefix}{wanted}"]
     return next(iter(found + back), None) if unit and wanted else None
+
+
+def in_units(quantity: Quantity, wanted: Iterable[str]) -> tuple[Quantity, float]:
+    """The quantity in the first wanted unit that fits, with the factor of its numbers; unchanged if none does."""
+    for unit in wanted:
+        if (factor := conversion(quantity.unit, unit)) is not None:
+            return replace(quantity, unit=unit), factor
+    return quantity, 1.0
 
 
 def check_units(wanted: tuple[str, ...], units: set[str]) -> None:

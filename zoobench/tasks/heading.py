@@ -1,4 +1,4 @@
-"""The heading of a deforming robot (specification A.3): its heading at rest, rotated with its head and tail."""
+"""The heading of a deforming robot (SoftZoo's paper, A.3): its heading at rest, rotated with its head and tail."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Movement speed (specification A.1): as fast as possible along one direction."""
+"""Movement speed (SoftZoo's paper, A.1): as fast as possible along one direction."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Paths of quintic polynomials through given states (specification A.3)."""
+"""Paths of quintic polynomials through given states (SoftZoo's paper, A.3)."""
 
 from typing import TYPE_CHECKING
 

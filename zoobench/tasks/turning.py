@@ -1,4 +1,4 @@
-"""Turning (specification A.2): rotate counter-clockwise as fast as possible."""
+"""Turning (SoftZoo's paper, A.2): rotate counter-clockwise as fast as possible."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Velocity tracking (specification A.3): heading and speed of a moving target."""
+"""Velocity tracking (SoftZoo's paper, A.3): heading and speed of a moving target."""
 
 import math
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ class VelocityTracking(PathTask):
 
     * `path`: straight, arc (to the left), s-curve or random.
     * `speed`: of the target, after a run-up of 0.4 s from rest [m/s].
-    * `direction_weight`: w in [0, 1]; the specification weights direction more.
+    * `direction_weight`: w in [0, 1]; SoftZoo's paper weights direction more.
     * `path_seed`: of the random path.
     * `target`: a CSV file with the columns t [s], x and z [m] (ahead and to the right) instead of `path` and `speed`.
     """

@@ -1,4 +1,4 @@
-"""Waypoint following (specification A.4): the position of a moving target."""
+"""Waypoint following (SoftZoo's paper, A.4): the position of a moving target."""
 
 import math
 from collections.abc import Mapping
