@@ -8,7 +8,7 @@ import json
 import math
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from pathlib import Path
 from statistics import fmean
@@ -113,11 +113,16 @@ def rest_frame() -> str:
             finest = fmean(float(found[robot, "fine"]) for robot in robots)
             for pair, score in found.items():
                 errors[pair].append(float(score) / finest - 1.0)
-        shown = (f"{1000 * float(score):.0f}" if score else "" for score in found.values())
-        body.append((f"{gait[2]}, {_TASKS[gait[1]]} on {gait[0]}", *shown))
-    rms = (_percent(math.sqrt(fmean(error**2 for error in errors[pair]))) for pair in product(robots, levels))
-    body.append(("**moving, rms off the mean of both at `fine` [%]**", *rms))
-    return _table(("gait [mm/s]", *(f"{robot}, {level}" for robot, level in product(robots, levels))), body)
+        shown = {pair: f"{1000 * float(score):.0f}" if score else "-" for pair, score in found.items()}
+        body.append((f"{gait[2]}, {_TASKS[gait[1]]} on {gait[0]}", *_ladders(shown, robots, levels)))
+    rms = {pair: _percent(math.sqrt(fmean(error**2 for error in own))) for pair, own in errors.items()}
+    body.append(("**moving: rms off the mean of both at `fine` [%]**", *_ladders(rms, robots, levels)))
+    return _table(("gait [mm/s]", *(f"{robot}: {' / '.join(levels)}" for robot in robots)), body)
+
+
+def _ladders(values: dict[tuple[str, str], str], robots: Iterable[str], levels: Iterable[str]) -> Iterator[str]:
+    """The values of each robot from level to level."""
+    return (" / ".join(values[robot, level] for level in levels) for robot in robots)
 
 
 def firm_ground() -> str:
