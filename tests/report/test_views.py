@@ -69,7 +69,7 @@ def test_people_are_shown_errors_and_programs_scores(tmp_path: Path) -> None:
         running = [run for run in store.runs() if run.state is RunState.RUNNING]
         assert running_overview(running).records()[0]["error"] == 0.03
         assert running_listing(running).records()[0]["score"] == -0.03
-        assert ", error 0.03 m," in describe(running[0])
+        assert describe(running[0]).endswith(", error 0.03 m")
         add_done(store, make_spec(), 1.0)
         both = results_overview(choose_results(store, RunSelection())).records()
         record = results_record(choose_results(store, RunSelection())[0])
