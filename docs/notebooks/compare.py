@@ -25,7 +25,7 @@ runs = zoobench.run(
     fidelity="draft",
     frames=100,
     seeds=2,
-    budget=10_000,  # substeps
+    budget=6_000,  # substeps
     db="compare.db",
 )
 runs[["method", "seed", "score", "unit", "state"]]

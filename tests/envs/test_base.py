@@ -70,6 +70,12 @@ def test_a_bed_that_follows_has_room_for_the_robot_to_turn(spacing: float, lengt
     assert (size / 2 >= radius + max(FREE_ROOM, 5 * spacing) - 1e-12).all()
 
 
+@pytest.mark.parametrize("name", ["ground", "ice", "desert", "clay", "wetland", "snow"])
+def test_the_arena_of_level_land_follows_the_robot(name: str) -> None:
+    """What that is worth is tested in `tests/sim/test_moving_arena.py`, and with published gaits if `slow`."""
+    assert made(name).scene(Caterpillar().body(QUICK), QUICK).follows
+
+
 def test_an_arena_that_does_not_follow_is_as_long_as_the_episode_needs() -> None:
     """Beds on a terrain, and firm ground on all sides; the hills around the start are the same in every one."""
     body = Caterpillar().body(QUICK)

@@ -62,11 +62,6 @@ def _check(name: str, frames: int, monkeypatch: pytest.MonkeyPatch) -> None:
     assert usual == pytest.approx(wide, abs=change)
 
 
-def test_a_gait_scores_the_same_in_an_arena_of_twice_the_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fastest on sand, which met the end of the bed before it followed the robot."""
-    _check("best:desert/movement-speed/fish", 100, monkeypatch)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("frames", [100, 200])
 @pytest.mark.parametrize("name", [name for name in published.names() if name.split("/")[0].split(":")[1] in LAND])
