@@ -13,7 +13,7 @@ The eight particles of a cell are the lanes of a vector (`wide`), in which matri
 over them with the nodes in the lanes.
 
     nodes    [slots, worlds, nodes, 4] rows of a node: X, V and what the substep from this slot found, FORCE and PUSH
-    law      [cells, 7] of the lanes of a cell, see `LAW`; of the world that is simulated
+    law      [cells, 7] of the lanes of a cell, rows below; of the world that is simulated
     inverse  [nodes] one over the mass of the nodes of that world [1/kg], 0 without any
 """
 
@@ -42,8 +42,8 @@ from zoobench.sim.model.step_limits import REST_FRAME_MOMENT
 FORCE, PUSH = 2, 3
 """Rows of a node beside X and V: internal force [N], and force of the ground's skin [N]."""
 
-LAW = ("volume", "mu", "lam", "tension", "fibre_x", "fibre_y", "fibre_z")
-"""Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and the fibre."""
+OF_VOLUME, OF_MU, OF_LAM, OF_TENSION, OF_FIBRE = 0, 1, 2, 3, 4
+"""Rows of `law`: volume [m^3], Lame parameters and tension [Pa], and three of the fibre."""
 
 LANES = 8
 
@@ -90,12 +90,6 @@ def log_lanes(a):
 
 
 @ti.func
-def total(a):
-    """Sum of the lanes."""
-    return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]))
-
-
-@ti.func
 def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
     """Fill `law` and `inverse` from the particles of a world."""
     for n in range(cells.inverse.shape[0]):
@@ -106,12 +100,12 @@ def gather(body: ti.template(), cells: ti.template(), scene: ti.template(), w):
             p = cells.particle[c, lane]
             if p >= 0:
                 q, fibre = body[w, p, 0], body[w, p, 1]
-                rows[0][lane] = q[VOLUME]
-                rows[1][lane] = scene.mu * q[STIFFNESS]
-                rows[2][lane] = scene.lam * q[STIFFNESS]
-                rows[3][lane] = q[TENSION]
+                rows[OF_VOLUME][lane] = q[VOLUME]
+                rows[OF_MU][lane] = scene.mu * q[STIFFNESS]
+                rows[OF_LAM][lane] = scene.lam * q[STIFFNESS]
+                rows[OF_TENSION][lane] = q[TENSION]
                 for d in ti.static(range(3)):
-                    rows[4 + d][lane] = fibre[d]
+                    rows[OF_FIBRE + d][lane] = fibre[d]
                 for i in ti.static(range(8)):
                     cells.inverse[cells.node[c, i]] += q[MASS] * cells.masses[cells.shape[c], i][lane]
         for k in ti.static(range(7)):
@@ -152,7 +146,7 @@ def inverse_transposed(a: ti.template()):
 @ti.func
 def spherical(law: ti.template(), c, j):
     """(lambda log J - mu), the spherical stress."""
-    return law[c, 2] * log_lanes(ti.max(j, SMALLEST_J)) - law[c, 1]
+    return law[c, OF_LAM] * log_lanes(ti.max(j, SMALLEST_J)) - law[c, OF_MU]
 
 
 @ti.func
@@ -179,7 +173,10 @@ def product_transposed(a: ti.template(), b: ti.template()):
 @ti.func
 def along_fibre(a: ti.template(), law: ti.template(), c):
     """a d, of the fibres d."""
-    return [a[r][0] * law[c, 4] + a[r][1] * law[c, 5] + a[r][2] * law[c, 6] for r in ti.static(range(3))]
+    return [
+        a[r][0] * law[c, OF_FIBRE] + a[r][1] * law[c, OF_FIBRE + 1] + a[r][2] * law[c, OF_FIBRE + 2]
+        for r in ti.static(range(3))
+    ]
 
 
 @ti.func
@@ -226,7 +223,7 @@ def push_cell(nodes: ti.template(), cells: ti.template(), scene: ti.template(), 
                 below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
                 if below.gap < scene.skin_thickness + 0.5 * scene.edge:
                     force, _rate = layer_force(below.gap, scene)
-                    given = (cells.law[c, 0][lane] * force) * below.normal
+                    given = (cells.law[c, OF_VOLUME][lane] * force) * below.normal
                     for i in ti.static(range(8)):
                         nodes[s, w, cells.node[c, i], PUSH] += cells.weights[c, i][lane] * given
 
@@ -242,7 +239,7 @@ def find_forces(nodes: ti.template(), cells: ti.template(), scene: ti.template()
         deformation = slope(nodes, cells, s, w, c, X)
         h, j = inverse_transposed(deformation)
         iso = spherical(cells.law, c, j)
-        p = [[iso * h[r][k] + cells.law[c, 1] * deformation[r][k] for k in ti.static(range(3))]
+        p = [[iso * h[r][k] + cells.law[c, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
              for r in ti.static(range(3))]  # fmt: skip
         if ti.static(variant.damping):
             more = product(viscous(slope(nodes, cells, s, w, c, V), h, scene.eta), h)
@@ -253,10 +250,10 @@ def find_forces(nodes: ti.template(), cells: ti.template(), scene: ti.template()
             stretched = along_fibre(deformation, cells.law, c)
             for r in ti.static(range(3)):
                 for k in ti.static(range(3)):
-                    p[r][k] += cells.law[c, 3] * stretched[r] * cells.law[c, 4 + k]
+                    p[r][k] += cells.law[c, OF_TENSION] * stretched[r] * cells.law[c, OF_FIBRE + k]
         for r in ti.static(range(3)):
             for k in ti.static(range(3)):
-                p[r][k] *= -1.0 * cells.law[c, 0]
+                p[r][k] *= -1.0 * cells.law[c, OF_VOLUME]
         spread(nodes, s, w, FORCE, cells, c, p)
         if ti.static(variant.skin):
             push_cell(nodes, cells, scene, terrain, s, w, c, variant.ground)

@@ -15,6 +15,11 @@ from zoobench.sim.kernels.layout import V, X, scene_constants
 from zoobench.sim.kernels.rest_frame import (
     FORCE,
     LANES,
+    OF_FIBRE,
+    OF_LAM,
+    OF_MU,
+    OF_TENSION,
+    OF_VOLUME,
     PUSH,
     Cells,
     along_fibre,
@@ -33,6 +38,9 @@ from zoobench.sim.kernels.rest_frame import (
     viscous,
 )
 from zoobench.sim.kernels.skin_contact import ground_below, layer_force, rub_adjoint
+
+BY_VOLUME, BY_STIFFNESS, BY_TENSION, BY_FIBRE = 0, 1, 2, 3
+"""Rows of `sums`, three of the fibre."""
 
 
 @ti.func
@@ -84,10 +92,10 @@ def stress_adjoint(
     iso, log_j = spherical(cells.law, c, j), log_lanes(ti.max(j, SMALLEST_J))
     # of P: the nodes take -V P g
     by_p = slope(nodes_adjoint, cells, 0, w, c, FORCE)
-    stress = [[iso * h[r][k] + cells.law[c, 1] * deformation[r][k] for k in ti.static(range(3))]
+    stress = [[iso * h[r][k] + cells.law[c, OF_MU] * deformation[r][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     by_stiffness, by_volume, by_tension = 0.0 * iso, 0.0 * iso, 0.0 * iso
-    scaled = [[-1.0 * cells.law[c, 0] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
+    scaled = [[-1.0 * cells.law[c, OF_VOLUME] * by_p[r][k] for k in ti.static(range(3))] for r in ti.static(range(3))]
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
             unit = scene.mu * deformation[r][k] + (scene.lam * log_j - scene.mu) * h[r][k]
@@ -106,11 +114,11 @@ def stress_adjoint(
                 stress[r][k] += inner[r][k]
                 by_h[r][k] += turned[r][k] + more[r][k]
         spread(nodes_adjoint, 0, w, V, cells, c, by_rate)
-    by_log = cells.law[c, 2] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
+    by_log = cells.law[c, OF_LAM] * (by_inner[0][0] + by_inner[1][1] + by_inner[2][2])
     folded = [[by_h[0][r] * h[0][k] + by_h[1][r] * h[1][k] + by_h[2][r] * h[2][k] for k in ti.static(range(3))]
               for r in ti.static(range(3))]  # fmt: skip
     back = product(h, folded)
-    by_deformation = [[cells.law[c, 1] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
+    by_deformation = [[cells.law[c, OF_MU] * scaled[r][k] + by_log * h[r][k] - back[r][k] for k in ti.static(range(3))]
                       for r in ti.static(range(3))]  # fmt: skip
     if ti.static(variant.muscle):
         stretched, pulled = along_fibre(deformation, cells.law, c), along_fibre(scaled, cells.law, c)
@@ -118,17 +126,17 @@ def stress_adjoint(
         for r in ti.static(range(3)):
             by_tension += stretched[r] * pulled[r]
             for k in ti.static(range(3)):
-                stress[r][k] += cells.law[c, 3] * stretched[r] * cells.law[c, 4 + k]
-                by_deformation[r][k] += cells.law[c, 3] * pulled[r] * cells.law[c, 4 + k]
-                by_fibre[k] += cells.law[c, 3] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
+                stress[r][k] += cells.law[c, OF_TENSION] * stretched[r] * cells.law[c, OF_FIBRE + k]
+                by_deformation[r][k] += cells.law[c, OF_TENSION] * pulled[r] * cells.law[c, OF_FIBRE + k]
+                by_fibre[k] += cells.law[c, OF_TENSION] * (deformation[r][k] * pulled[r] + scaled[r][k] * stretched[r])
         for k in ti.static(range(3)):
-            sums[c, 3 + k] += by_fibre[k]
-        sums[c, 2] += by_tension
+            sums[c, BY_FIBRE + k] += by_fibre[k]
+        sums[c, BY_TENSION] += by_tension
     for r in ti.static(range(3)):
         for k in ti.static(range(3)):
             by_volume += -1.0 * stress[r][k] * by_p[r][k]
-    sums[c, 0] += by_volume
-    sums[c, 1] += by_stiffness
+    sums[c, BY_VOLUME] += by_volume
+    sums[c, BY_STIFFNESS] += by_stiffness
     spread(nodes_adjoint, 0, w, X, cells, c, by_deformation)
 
 
@@ -145,14 +153,14 @@ def push_cell_adjoint(
                 below = ground_below(place_of(nodes, cells, s, w, c, lane, X), scene, terrain, ground)
                 if below.gap < scene.skin_thickness + 0.5 * scene.edge:
                     force, rate = layer_force(below.gap, scene)
-                    held, volume = place_of(nodes_adjoint, cells, 0, w, c, lane, PUSH), cells.law[c, 0][lane]
+                    held, volume = place_of(nodes_adjoint, cells, 0, w, c, lane, PUSH), cells.law[c, OF_VOLUME][lane]
                     along = dot(below.normal, held)
                     by_normal = ti.Vector([dot(below.by_x, held), 0.0, dot(below.by_z, held), 0.0])
                     by_place = (volume * rate * along) * below.slope + (volume * force) * by_normal
                     by_volume[lane] = force * along
                     for i in ti.static(range(8)):
                         nodes_adjoint[0, w, cells.node[c, i], X] += cells.weights[c, i][lane] * by_place
-        sums[c, 0] += by_volume
+        sums[c, BY_VOLUME] += by_volume
 
 
 @ti.func
@@ -162,7 +170,7 @@ def give_particles(
     """Add what was summed over the substeps to the adjoints of the particles' parameters."""
     for c in range(cells.node.shape[0]):
         shape = cells.shape[c]
-        by_mass = 0.0 * sums[c, 0]
+        by_mass = 0.0 * sums[c, BY_VOLUME]
         for i in ti.static(range(8)):
             n = cells.node[c, i]
             by_mass += (0.0 - inverse_adjoint[n] * cells.inverse[n] * cells.inverse[n]) * cells.masses[shape, i]
@@ -170,9 +178,11 @@ def give_particles(
             p = cells.particle[c, lane]
             if p >= 0:
                 body_adjoint[w, p, 0] += ti.Vector(
-                    [by_mass[lane], sums[c, 0][lane], sums[c, 1][lane], sums[c, 2][lane]]
+                    [by_mass[lane], sums[c, BY_VOLUME][lane], sums[c, BY_STIFFNESS][lane], sums[c, BY_TENSION][lane]]
                 )
-                body_adjoint[w, p, 1] += ti.Vector([sums[c, 3][lane], sums[c, 4][lane], sums[c, 5][lane], 0.0])
+                body_adjoint[w, p, 1] += ti.Vector(
+                    [sums[c, BY_FIBRE][lane], sums[c, BY_FIBRE + 1][lane], sums[c, BY_FIBRE + 2][lane], 0.0]
+                )
 
 
 @ti.kernel
