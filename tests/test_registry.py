@@ -9,7 +9,7 @@ import pytest
 from zoobench import registry
 from zoobench.errors import UnknownNameError, UsageError
 from zoobench.inputs import FROM_NONE, StoredRun
-from zoobench.registry import Kind, register
+from zoobench.registry import Kind, register, short
 from zoobench.spec import Ref
 
 
@@ -234,3 +234,17 @@ def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.Monkey
     assert [(failure.entry_point, failure.reason) for failure in registry.failures()] == [
         ("broken", "ImportError: no such thing")
     ]
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("draft", "draft"),
+        ("draft[robot=lagrangian]", "draft[robot=lagrangian]"),
+        ("draft[robot=mpm,courant=0.7]", "draft"),
+        ("of-a-plugin[a=1]", "of-a-plugin"),
+    ],
+)
+def test_short_name_has_what_differs_from_the_defaults(given: str, expected: str) -> None:
+    """Tables of two variants of a fidelity must not have one title; of what is not known the name is left."""
+    assert short(Kind.FIDELITY, Ref.parse(given)) == expected

@@ -243,6 +243,17 @@ def get(kind: Kind, name: str, version: int = 0) -> Component:
     return versions[version]
 
 
+def short(kind: Kind, ref: Ref) -> str:
+    """A component's name with those parameters that are not the default ones; only its name if it is not known."""
+    _discover(kind)
+    versions = _components[kind].get(ref.name, {})
+    component = versions.get(ref.version or max(versions, default=0))
+    if component is None:
+        return ref.name
+    defaults = component.defaults
+    return str(Ref(ref.name, 0, tuple((key, value) for key, value in ref.params if defaults.get(key) != value)))
+
+
 def resolve(kind: Kind, ref: Ref) -> Ref:
     """The same reference with version and all parameters but added ones at their default, as it enters a run's key.
 

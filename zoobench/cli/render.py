@@ -13,6 +13,7 @@ from zoobench.cli.output import console, say
 from zoobench.cli.solutions import NamedSolution, solution_named
 from zoobench.db.rows import MilestoneRow
 from zoobench.errors import UsageError
+from zoobench.registry import Kind, short
 from zoobench.render.formats import Destination, FilmFormat
 from zoobench.spec import repeat_command
 
@@ -78,7 +79,7 @@ def render(
                 f"This simulation gives {found.text(episode.evaluation.score, 6)}, and {found.text(found.score, 6)} is "
                 "stored: the run was done with other code or on another processor."
             )
-        title = f"{found.name}: {spec}, {spec.fidelity.name}, {found.text(found.score)}"
+        title = f"{found.name}: {spec}, {short(Kind.FIDELITY, spec.fidelity)}, {found.text(found.score)}"
         write(
             episode,
             target,

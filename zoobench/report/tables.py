@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from zoobench.registry import Kind, short
 from zoobench.report.cells import Cell, cells_of, comparable
 from zoobench.report.entries import Entry, entries_of, entry_of
 from zoobench.report.labels import in_order
@@ -103,7 +104,7 @@ class Table:
             spent = "trained elsewhere"
         seeds = "" if self.seeds is None else f", {self.seeds} seed{'s' * (self.seeds != 1)}"
         quantity = "" if self.quantity is None else f"{self.quantity.title}: "
-        return f"{quantity}fidelity {self.fidelity.name}, {spent}, {self.frames} frames{seeds}"
+        return f"{quantity}fidelity {short(Kind.FIDELITY, self.fidelity)}, {spent}, {self.frames} frames{seeds}"
 
     @property
     def seeds(self) -> int | None:

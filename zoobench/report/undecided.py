@@ -8,6 +8,7 @@ from functools import cache
 from itertools import combinations, compress
 from typing import Protocol
 
+from zoobench.registry import Kind, short
 from zoobench.report.tables import Row, Table
 from zoobench.spec import Ref
 from zoobench.tasks.scores import score_ratio
@@ -50,8 +51,8 @@ def footnotes(tables: Sequence[Table], orders_of: OrdersOf) -> tuple[str, ...]:
         if any(cell is not None and cell.is_undecided for cell in row.cells)
     }
     marks = sorted(
-        f"‡ {env.name} x {task.name}: {fidelity.name} cannot tell from the best what is {_near(orders)}, as finer "
-        f"grids may reverse the order{_measured_on(orders)}"
+        f"‡ {env.name} x {task.name}: {short(Kind.FIDELITY, fidelity)} cannot tell from the best "
+        f"what is {_near(orders)}, as finer grids may reverse the order{_measured_on(orders)}"
         for env, task, fidelity in places
         if (orders := orders_of(env, task, fidelity, False)) is not None
     )
@@ -79,13 +80,14 @@ def _of_bodies(table: Table, orders_of: OrdersOf) -> Iterator[str]:
         near = [f"{one} and {two}" for (one, a), (two, b) in pairs if score_ratio(max(a, b), min(a, b)) < orders.ratio]
         if near:
             yield (
-                f"{env.name} x {task.name}: {table.fidelity.name} tells the order of two bodies above a ratio of "
-                f"{orders.ratio:.3g}{_measured_on(orders)}, not that of {', '.join(dict.fromkeys(near))}"
+                f"{env.name} x {task.name}: {short(Kind.FIDELITY, table.fidelity)} tells the order of two bodies "
+                f"above a ratio of {orders.ratio:.3g}{_measured_on(orders)}, not that of "
+                f"{', '.join(dict.fromkeys(near))}"
             )
     if unknown:
         every = Counter(env.name for env, _ in best)
         where = [env if len(tasks) == every[env] else f"{env} x {', '.join(tasks)}" for env, tasks in unknown.items()]
-        yield f"no order of two bodies is known at {table.fidelity.name}: {'; '.join(where)}"
+        yield f"no order of two bodies is known at {short(Kind.FIDELITY, table.fidelity)}: {'; '.join(where)}"
 
 
 def _near(orders: KnownOrders) -> str:

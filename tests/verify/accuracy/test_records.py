@@ -10,10 +10,10 @@ from zoobench.db.owner import Owner
 from zoobench.db.rows import Batch, Ending, FinalRow, RunState
 from zoobench.db.store import Store
 from zoobench.errors import UsageError
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.spec import Ref
 from zoobench.verify.accuracy.plan import StudyPlan, evaluations, trainings
-from zoobench.verify.accuracy.records import ENERGY_STUDY, from_reader, label, read, stored, write
+from zoobench.verify.accuracy.records import ENERGY_STUDY, from_reader, read, stored, write
 
 
 def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:
@@ -42,8 +42,8 @@ def test_of_stored_balances_the_newest_counts(tmp_path: Path) -> None:
 def test_a_label_says_what_is_not_the_default() -> None:
     """Level, then knob."""
     one = sample("standard[courant=0.25]", {}, env="ocean[bulk_modulus=4e5]")
-    assert label(Kind.FIDELITY, one.fidelity) == "standard[courant=0.25]"
-    assert label(Kind.ENV, one.env) == "ocean[bulk_modulus=400000.0]"
+    assert short(Kind.FIDELITY, one.fidelity) == "standard[courant=0.25]"
+    assert short(Kind.ENV, one.env) == "ocean[bulk_modulus=400000.0]"
     assert stored(balance("draft[transfer=pic]", 0.1)).case == "ground draft[transfer=pic]"
 
 

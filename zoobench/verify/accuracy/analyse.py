@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.spec import FRAME_SECONDS, Ref
 from zoobench.verify.accuracy.design_cell import DesignCell, rms, training_of
 from zoobench.verify.accuracy.pairs import KeptOrders, orders_of_one_body, orders_of_two_bodies
 from zoobench.verify.accuracy.plan import LADDER
-from zoobench.verify.accuracy.records import RANDOM, Measurements, Numbers, Sample, grid_spacing, is_present, label
+from zoobench.verify.accuracy.records import RANDOM, Measurements, Numbers, Sample, grid_spacing, is_present
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def analyse(measurements: Measurements, envs: Sequence[str] = (), tasks: Sequenc
     places: dict[tuple[str, str], list[Sample]] = {}
     for sample in filter(is_present, measurements.samples):
         if (not envs or sample.env.name in envs) and (not tasks or sample.task.name in tasks):
-            place = label(Kind.ENV, sample.env), label(Kind.TASK, sample.task)
+            place = short(Kind.ENV, sample.env), short(Kind.TASK, sample.task)
             places.setdefault(place, []).append(sample)
     levels: list[LevelRow] = []
     knobs: list[LevelRow] = []
@@ -129,7 +129,7 @@ def components(env: Ref, task: Ref, fidelity: Ref) -> str:
 def _cells(samples: Iterable[Sample]) -> list[DesignCell]:
     designs: dict[str, list[Sample]] = {}
     for sample in samples:
-        designs.setdefault(label(Kind.DESIGN, sample.design), []).append(sample)
+        designs.setdefault(short(Kind.DESIGN, sample.design), []).append(sample)
     longest = max((sample.frames for own in designs.values() for sample in own), default=0)
     return [DesignCell([sample for sample in own if sample.frames == longest]) for own in designs.values()]
 

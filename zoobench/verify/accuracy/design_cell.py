@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from zoobench.arrays import Array
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.verify.accuracy.plan import LADDER, other_transfer
-from zoobench.verify.accuracy.records import Numbers, Sample, label
+from zoobench.verify.accuracy.records import Numbers, Sample
 
 GOING = 0.1
 """Ratios are shown of gaits that reach this share of their design's best reference; others may even have no sign."""
@@ -30,10 +30,10 @@ class DesignCell:
     """
 
     def __init__(self, samples: Sequence[Sample]) -> None:
-        self.design = label(Kind.DESIGN, samples[0].design)
+        self.design = short(Kind.DESIGN, samples[0].design)
         self.samples: dict[str, list[Sample]] = {}
         for sample in samples:
-            self.samples.setdefault(label(Kind.FIDELITY, sample.fidelity), []).append(sample)
+            self.samples.setdefault(short(Kind.FIDELITY, sample.fidelity), []).append(sample)
         self._scores: dict[str, Numbers] = {}
         for name, own in self.samples.items():
             self._scores[name] = {gait: score for sample in own for gait, score in sample.scores.items()}

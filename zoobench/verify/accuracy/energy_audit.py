@@ -15,7 +15,7 @@ from zoobench import registry
 from zoobench.arrays import Array
 from zoobench.cell.driving import random_actuation
 from zoobench.errors import DivergenceError, UsageError
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.sim.equilibrium import equilibrated
 from zoobench.sim.model.laws_numpy import Yielding, medium_energy, principal_stress, radial_return, snow_return
 from zoobench.sim.model.matter import MudMaterial, SnowMaterial, WaterMaterial
@@ -24,7 +24,7 @@ from zoobench.sim.model.scene import Effect
 from zoobench.sim.solver import BodyState, Solver
 from zoobench.spec import FRAME_SECONDS, RunSpec
 from zoobench.verify.accuracy.grid_rates import grid_rates
-from zoobench.verify.accuracy.records import Balance, label
+from zoobench.verify.accuracy.records import Balance
 from zoobench.verify.energies import energy_balance, to_array, unpacked
 
 FRAMES = 25
@@ -47,7 +47,7 @@ def balances(specs: Iterable[RunSpec], *, on_case: Callable[[str], None] = lambd
     """
     cases = {(spec.env, spec.fidelity): spec for spec in specs if not spec.fidelity.kwargs["shift"]}
     for spec in cases.values():
-        name = f"{spec.env.name} {label(Kind.FIDELITY, spec.fidelity)}"
+        name = f"{spec.env.name} {short(Kind.FIDELITY, spec.fidelity)}"
         on_case(name)
         try:
             yield balance(spec)

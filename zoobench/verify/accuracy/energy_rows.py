@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 
-from zoobench.registry import Kind
-from zoobench.verify.accuracy.records import Measurements, grid_spacing, is_present, label
+from zoobench.registry import Kind, short
+from zoobench.verify.accuracy.records import Measurements, grid_spacing, is_present
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,13 @@ def energies(measurements: Measurements, envs: Sequence[str] = ()) -> Iterator[E
     Those of former versions are left out.
     """
     chosen = [
-        (one.env.name, -grid_spacing(one.fidelity), label(Kind.FIDELITY, one.fidelity), label(Kind.ENV, one.env), one)
+        (
+            one.env.name,
+            -grid_spacing(one.fidelity),
+            short(Kind.FIDELITY, one.fidelity),
+            short(Kind.ENV, one.env),
+            one,
+        )
         for one in measurements.balances
         if is_present(one) and one.put_in and (not envs or one.env.name in envs)
     ]

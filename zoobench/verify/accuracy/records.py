@@ -12,7 +12,7 @@ from zoobench.db.query import Reader
 from zoobench.db.rows import MetricRow, RunRow, RunState, StudyRow
 from zoobench.errors import UsageError, reason
 from zoobench.inputs import named_runs
-from zoobench.registry import KINDS, Kind
+from zoobench.registry import KINDS, Kind, short
 from zoobench.spec import FRAME_SECONDS, Ref
 
 ENERGY_STUDY = "accuracy-energy"
@@ -92,12 +92,6 @@ class Measurements:
     balances: tuple[Balance, ...] = ()
 
 
-def label(kind: Kind, ref: Ref) -> str:
-    """A component's name with those parameters that are not the default ones."""
-    defaults = registry.get(kind, ref.name, ref.version).defaults
-    return str(Ref(ref.name, 0, tuple((key, value) for key, value in ref.params if defaults.get(key) != value)))
-
-
 def is_present(item: Sample | Balance) -> bool:
     """Whether everything was measured in the version that is registered now."""
     refs = {kind: getattr(item, axis) for axis, kind in KINDS.items() if hasattr(item, axis)}
@@ -138,7 +132,7 @@ def from_reader(reader: Reader) -> Measurements:
 
 def stored(item: Balance) -> StudyRow:
     """A balance as the database keeps it."""
-    return StudyRow(f"{item.env.name} {label(Kind.FIDELITY, item.fidelity)}", "measured", _document(item))
+    return StudyRow(f"{item.env.name} {short(Kind.FIDELITY, item.fidelity)}", "measured", _document(item))
 
 
 def write(measurements: Measurements, path: Path) -> None:

@@ -14,12 +14,12 @@ from typing import Any
 from zoobench import registry
 from zoobench.errors import UsageError, reason
 from zoobench.files import replace_files
-from zoobench.registry import Kind
+from zoobench.registry import Kind, short
 from zoobench.spec import Ref
 from zoobench.verify.accuracy.analyse import LevelRow, analyse, components
 from zoobench.verify.accuracy.pairs import KeptOrders
 from zoobench.verify.accuracy.plan import LADDER
-from zoobench.verify.accuracy.records import Measurements, label, rounded
+from zoobench.verify.accuracy.records import Measurements, rounded
 
 PUBLISHED = "published.json"
 """Written by `zoobench accuracy show --publish` when the fidelities were last measured; beside this file."""
@@ -53,7 +53,7 @@ def choose(
     if decide is not None and not 1.0 <= decide < math.inf:
         raise UsageError(f"A ratio of {decide:g} decides nothing. Give the larger score by the smaller, as in 1.5.")
     rows = _rows(env, task)
-    names = {label(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
+    names = {short(Kind.DESIGN, registry.resolve(Kind.DESIGN, design)) for design in designs}
     # a search in a design space compares bodies, too
     spaces = any("space" in registry.get(Kind.DESIGN, design.name).tags for design in designs)
     question = _Question(tolerance, decide, frozenset(names), len(names) > 1 or spaces)
@@ -212,7 +212,7 @@ def _rows(env: Ref, task: Ref) -> list[LevelRow]:
     rows = [row for row in published().levels if row.components in present and row.error is not None]
     if not rows:
         raise UsageError(
-            f"The accuracy of {label(Kind.ENV, place[0])} x {task.name} in its present version was not measured. "
+            f"The accuracy of {short(Kind.ENV, place[0])} x {task.name} in its present version was not measured. "
             f"Measure it with `zoobench accuracy run --env {env.name} --task {task.name}`, or choose with --fidelity."
         )
     return sorted(rows, key=lambda row: -row.spacing)
