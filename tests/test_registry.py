@@ -239,12 +239,12 @@ def test_a_broken_plugin_is_listed_and_harms_no_other(monkeypatch: pytest.Monkey
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ("draft", "draft"),
-        ("draft[robot=lagrangian]", "draft[robot=lagrangian]"),
-        ("draft[robot=mpm,courant=0.7]", "draft"),
+        ("hopping-v1", "hopping"),
+        ("hopping-v1[count=4]", "hopping[count=4]"),
+        ("hopping-v1[count=3,side=left]", "hopping"),
         ("of-a-plugin[a=1]", "of-a-plugin"),
     ],
 )
 def test_short_name_has_what_differs_from_the_defaults(given: str, expected: str) -> None:
     """Tables of two variants of a fidelity must not have one title; of what is not known the name is left."""
-    assert short(Kind.FIDELITY, Ref.parse(given)) == expected
+    assert short(Kind.TASK, Ref.parse(given)) == expected
