@@ -1,0 +1,146 @@
+"""A second answer for published gaits on firm ground: finite elements on tetrahedra that fit the body's surface.
+
+    pip install scikit-fem
+    python -m benchmarks.judge.checks                                                  # against closed forms, a minute
+    python -m benchmarks.judge.replay best:ground/movement-speed/panda --cells 12,10,8  # half an hour
+    python -m benchmarks.judge.replay best:ground/movement-speed/caterpillar --frames 600 --cells 12 --csv long.csv
+
+A row of the table is one replay: the gait's score in m/s by tetrahedra of a lattice with cubes of `cell_mm`, each with
+ten nodes. Rows are added to the file, which is docs/accuracy-judge.csv by default. `--zoobench draft,paper` adds what
+zoobench scores. A C++ compiler is needed.
+"""
+
+import argparse
+import csv
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.judge.meshes import outside
+from benchmarks.judge.scene import body_of, gait_of, spec_of
+from benchmarks.judge.solver import FRAME, Solver
+from zoobench.arrays import Array
+
+COLUMNS = (
+    "gait", "frames", "method", "cell_mm", "elements", "score", "way_mm", "aside_mm", "least_volume_ratio", "nodes_in_other_limbs", "cpu_s",
+)  # fmt: skip
+
+
+def replays(names: list[str], cells: list[float], frames: int, order: int, finer: float) -> Iterator[dict[str, Any]]:
+    """One row for each gait and lattice [m]; gaits of one animal share its state of rest."""
+    for cell in cells:
+        body, owner = None, ""
+        for name in names:
+            gait = gait_of(name, frames)
+            if body is None or repr(gait.design) != owner:
+                body, owner = body_of(gait, cell, order=order), repr(gait.design)
+                body.stand()
+                left = body.settle()
+            else:
+                body.x[:], body.v[:], body.matter = rest, 0.0, gait.matter
+                left = body.settle()
+            rest = body.x.copy()
+            print(f"{name} at {1e3 * cell:g} mm: {len(body.mesh.cells)} elements, {left:.1e} m/s at rest", flush=True)
+            yield replay(body, gait, cell, finer)
+
+
+def replay(body: Solver, gait: Any, cell: float, finer: float = 1.0, save: str = "") -> dict[str, Any]:
+    """Drive the muscles of a body at rest; the row of the table."""
+    start, cpu, least, inside = body.mean(body.x), time.process_time(), 1.0, 0
+    speeds = np.zeros((len(gait.activity), 3))
+    for frame, activity in enumerate(gait.activity):
+        body.pull(gait.strength * activity)
+        least = min(least, body.advance(FRAME, finer))
+        speeds[frame] = body.mean(body.v)
+        if frame % 5 == 4:
+            inside = max(inside, strangers(body, cell))
+        if frame % 50 == 49:
+            print(f"  {frame + 1} frames: {speeds[: frame + 1, 0].mean():.5f} m/s, {np.round(1e3 * (body.mean(body.x) - start), 1)} mm, J {least:.3f}, inside {inside}", flush=True)
+        if not np.isfinite(speeds[frame]).all():
+            break
+    way = 1e3 * (body.mean(body.x) - start)
+    values = (
+        gait.name.removeprefix("best:"), len(gait.activity), f"finite elements, order {1 if body.nodes == 4 else 2}", f"{1e3 * cell:g}", len(body.mesh.cells),
+        f"{speeds[:, 0].mean():.5f}", f"{way[0]:.1f}", f"{way[2]:.1f}", f"{least:.3f}", inside, f"{time.process_time() - cpu:.0f}",
+    )  # fmt: skip
+    row = dict(zip(COLUMNS, values, strict=True))
+    row["speeds"], row["body"] = speeds, body
+    return row
+
+
+def strangers(body: Solver, cell: float) -> int:
+    """Nodes of the surface that are inside of elements from more than two cells away: limbs that met."""
+    from scipy.spatial import KDTree
+
+    nodes, cells = np.unique(outside(body.mesh.cells[:, :4])), body.mesh.cells[:, :4]
+    corners = body.x[cells]
+    found = KDTree(corners.mean(axis=1)).query(body.x[nodes], k=12)[1]
+    far = np.linalg.norm(body.mesh.points[cells].mean(axis=1)[found] - body.mesh.points[nodes][:, None], axis=2) > 2.0 * cell
+    edges = corners[found][:, :, 1:] - corners[found][:, :, :1]
+    share = np.linalg.solve(np.swapaxes(edges, 2, 3), (body.x[nodes][:, None] - corners[found][:, :, 0])[..., None])[..., 0]
+    within = (share > 0.05).all(axis=2) & (share.sum(axis=2) < 0.95)
+    return int((within & far).any(axis=1).sum())
+
+
+def zoobench_rows(names: list[str], levels: list[str], frames: int) -> Iterator[dict[str, Any]]:
+    """What zoobench scores at these levels."""
+    from zoobench.cell.problem import Problem
+
+    for level in levels:
+        for name in names:
+            spec, params = spec_of(name, level, frames)
+            begin = time.process_time()
+            episode = Problem(spec, worlds=1).episode(params)
+            motion = episode.record.motion if episode.record is not None else None
+            way: Array = np.full(3, np.nan)
+            if motion is not None:
+                way = 1e3 * (motion.positions[-1, 0].mean(dim=0) - motion.positions[0, 0].mean(dim=0)).numpy()
+            spacing = 1e3 * float(spec.fidelity.kwargs["grid_spacing"])
+            count = 0 if motion is None else motion.positions.shape[2]
+            score = f"{episode.evaluation.score:.5f}" if episode.evaluation.failure is None else str(episode.evaluation.failure)
+            values = (
+                name.removeprefix("best:"), spec.frames, f"zoobench, {level}", f"{spacing:.4g}", count,
+                score, f"{way[0]:.1f}", f"{way[2]:.1f}", "", "", f"{time.process_time() - begin:.0f}",
+            )  # fmt: skip
+            yield dict(zip(COLUMNS, values, strict=True))
+
+
+def add(row: dict[str, Any], path: Path) -> None:
+    """Append a row to the table."""
+    is_new = not path.exists()
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore", lineterminator="\n")
+        if is_new:
+            writer.writeheader()
+        writer.writerow(row)
+    print({name: row[name] for name in COLUMNS}, flush=True)
+
+
+def main() -> None:
+    """Replay the gaits of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("gaits", nargs="+", help="published solutions, such as best:ground/movement-speed/panda")
+    parser.add_argument("--cells", default="12,10,8", help="edges of the lattice's cubes [mm]")
+    parser.add_argument("--frames", type=int, default=0, help="by default the gait's own")
+    parser.add_argument("--order", type=int, choices=(1, 2), default=2, help="of the elements")
+    parser.add_argument("--finer", type=float, default=1.0, help="share of the time step to take")
+    parser.add_argument("--zoobench", default="", help="levels at which zoobench is asked, too")
+    parser.add_argument("--csv", type=Path, default=Path("docs/accuracy-judge.csv"))
+    parser.add_argument("--keep", type=Path, help="a folder for the speeds of every frame and the last places")
+    given = parser.parse_args()
+    for row in zoobench_rows(given.gaits, [level for level in given.zoobench.split(",") if level], given.frames):
+        add(row, given.csv)
+    cells = [1e-3 * float(cell) for cell in given.cells.split(",") if cell]
+    for row in replays(given.gaits, cells, given.frames, given.order, given.finer):
+        add(row, given.csv)
+        if given.keep is not None:
+            body = row["body"]
+            name = f"{row['gait'].replace('/', '-')}-{row['frames']}-{row['cell_mm']}-{given.order}.npz"
+            np.savez(given.keep / name, speeds=row["speeds"], x=body.x, rest=body.mesh.points, cells=body.mesh.cells)
+
+
+if __name__ == "__main__":
+    main()
