@@ -1,8 +1,8 @@
 // Explicit finite elements: forces of neo-Hookean tetrahedra with fibres and viscosity, the ground's layer, friction.
 // Sixteen tetrahedra are the lanes of a vector, in single precision; places and velocities of nodes are in double. SI units.
 //
-// A step is symplectic Euler. Viscosity, which alone would need steps thirty times smaller, acts on the velocity between
-// the other forces and friction, by stages of a Runge-Kutta-Legendre method (RKL1, Meyer et al. 2014).
+// A step is symplectic Euler. Velocities under viscosity, which alone would need steps thirty times smaller, and the other
+// forces, constant in a step, are found by stages of a Runge-Kutta-Legendre method (RKL1, Meyer et al. 2014).
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -19,7 +19,8 @@ struct Body {
     float *pulled;                                   // [blocks][NQ][9][16], see `elastic`
     const int *piece;                                // [pieces][4] nodes of linear tetrahedra that feel the ground
     const double *piece_volume, *mass, *weight;
-    double *x, *v, *force, *push, *stage;            // stage: [2][nodes][3]
+    double *x, *v, *force, *push, *stage, *way;      // stage: [2][nodes][3]; way: [nodes][2], where a node slides to
+    int *held;                                       // [nodes] 1 where friction holds, 2 where it does not suffice
     double eta, friction, slope, thickness, rate;  // slope: of the ground, by turning the weight [rad]
 };
 
@@ -103,21 +104,6 @@ template <int NN, int NQ> static void viscous(const Body &b, const double *v, do
     }
 }
 
-// The velocity after dt of viscosity alone.
-template <int NN, int NQ> static void damp(const Body &b, double dt) {
-    const size_t size = 3 * size_t(b.node_count); const int s = b.stages; const double first = 2.0 / (s * (s + 1.0));
-    if (b.eta == 0) return;
-    double *before = b.stage, *rate = b.stage + size, *now = b.v;
-    for (int j = 1; j <= s; j++) {
-        std::fill(rate, rate + size, 0.0); viscous<NN, NQ>(b, now, rate);
-        const double mu = j == 1 ? 1 : (2.0 * j - 1) / j, nu = j == 1 ? 0 : (1.0 - j) / j;
-        for (size_t i = 0; i < size; i++) {
-            const double next = mu * now[i] + nu * before[i] + mu * first * dt * rate[i] / b.mass[i / 3];
-            before[i] = now[i]; now[i] = next;
-        }
-    }
-}
-
 // Adds the integral of g times every barycentric coordinate over the part with these corners, for g linear between them.
 static void part(const double corner[4][4], const double g[4], double volume, double sign, double out[4]) {
     double m[3][3]; for (int k = 0; k < 3; k++) for (int c = 0; c < 3; c++) m[k][c] = corner[k + 1][c + 1] - corner[0][c + 1];
@@ -166,22 +152,39 @@ static void ground(const Body &b) {
     }
 }
 
+// Friction of every node in the layer: it is held where the forces on it are within the cone, else it slides against a
+// constant force. Forces are those but for viscosity, `rate` is viscosity's.
+static void rub(const Body &b, const double *rate) {
+    for (int n = 0; n < b.node_count; n++) {
+        b.held[n] = 0; if (!(b.push[n] > 0)) continue;
+        const double *v = b.v + 3 * n, most = b.friction * b.push[n]; double *f = b.force + 3 * n, *way = b.way + 2 * n;
+        const double fx = f[0] + rate[3 * n], fz = f[2] + rate[3 * n + 2], size = std::sqrt(fx * fx + fz * fz), speed = std::sqrt(v[0] * v[0] + v[2] * v[2]);
+        if (speed == 0 && size <= most) { b.held[n] = 1; continue; }
+        b.held[n] = 2; way[0] = speed > 0 ? v[0] / speed : fx / size; way[1] = speed > 0 ? v[2] / speed : fz / size;
+        f[0] -= most * way[0]; f[2] -= most * way[1];
+    }
+}
+
 template <int NN, int NQ> static void run(const Body &b, int steps, double dt) {
     const double down = -std::cos(b.slope), along = std::sin(b.slope);
-    for (int s = 0; s < steps; s++) {
-        std::fill(b.force, b.force + 3 * size_t(b.node_count), 0.0); std::fill(b.push, b.push + b.node_count, 0.0);
+    const size_t size = 3 * size_t(b.node_count); const int s = b.stages;
+    double *before = b.stage, *rate = b.stage + size;
+    for (int step = 0; step < steps; step++) {
+        std::fill(b.force, b.force + size, 0.0); std::fill(b.push, b.push + b.node_count, 0.0);
         elastic<NN, NQ>(b); ground(b);
-        for (int n = 0; n < b.node_count; n++) {
-            double *v = b.v + 3 * n; const double *f = b.force + 3 * n, r = dt / b.mass[n];
-            v[0] += r * (f[0] + along * b.weight[n]); v[1] += r * (f[1] + down * b.weight[n] + b.push[n]); v[2] += r * f[2];
+        for (int n = 0; n < b.node_count; n++) b.force[3 * n] += along * b.weight[n], b.force[3 * n + 1] += down * b.weight[n] + b.push[n];
+        for (int j = 1; j <= s; j++) {
+            std::fill(rate, rate + size, 0.0); if (b.eta > 0) viscous<NN, NQ>(b, b.v, rate);
+            if (j == 1) rub(b, rate);
+            const double mu = (2.0 * j - 1) / j, nu = (1.0 - j) / j, part = mu * dt * 2 / (s * (s + 1.0));
+            for (int n = 0; n < b.node_count; n++) for (int i = 0; i < 3; i++) {
+                const size_t k = 3 * n + i; const double now = b.v[k], old = j == 1 ? 0 : before[k];
+                before[k] = now; b.v[k] = b.held[n] == 1 && i != 1 ? 0 : mu * now + nu * old + part * (b.force[k] + rate[k]) / b.mass[n];
+            }
         }
-        for (int half = 0; half < 2; half++) damp<NN, NQ>(b, dt / 2);  // twice: a factor of each mode's own sign, squared, is not negative
         for (int n = 0; n < b.node_count; n++) {
             double *v = b.v + 3 * n, *x = b.x + 3 * n;
-            if (b.push[n] > 0) {  // Coulomb: up to friction times the layer's impulse
-                const double speed = std::sqrt(v[0] * v[0] + v[2] * v[2]), most = b.friction * dt * b.push[n] / b.mass[n], keep = speed > most ? 1 - most / speed : 0;
-                v[0] *= keep; v[2] *= keep;
-            }
+            if (b.held[n] == 2 && v[0] * b.way[2 * n] + v[2] * b.way[2 * n + 1] <= 0) v[0] = v[2] = 0;  // it came to a stop
             for (int i = 0; i < 3; i++) x[i] += dt * v[i];
         }
     }

@@ -65,7 +65,7 @@ class _Body(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int) for name in ("blocks", "node_count", "pieces", "stages")),
         *((name, ctypes.c_void_p) for name in ("cells", "slopes", "inverse", "volume", "mu", "lam", "fibre", "tension", "pulled")),
-        *((name, ctypes.c_void_p) for name in ("piece", "piece_volume", "mass", "weight", "x", "v", "force", "push", "stage")),
+        *((name, ctypes.c_void_p) for name in ("piece", "piece_volume", "mass", "weight", "x", "v", "force", "push", "stage", "way", "held")),
         *((name, ctypes.c_double) for name in ("eta", "friction", "slope", "thickness", "rate")),
     )
 
@@ -173,6 +173,7 @@ class Solver:
         }  # fmt: skip
         self._arrays = {name: np.asarray(array, np.float32) for name, array in self._arrays.items()} | {
             **_pieces(mesh), "mass": self.mass, "weight": self.weight, "stage": np.zeros((2, *mesh.points.shape)),
+            "way": np.zeros((len(mesh.points), 2)), "held": np.zeros(len(mesh.points), np.int32),
         }  # fmt: skip
         self._arrays = {name: _aligned(array) for name, array in self._arrays.items()}
         self.mass = self._arrays["mass"]
@@ -209,8 +210,8 @@ class Solver:
         fastest = float(np.sqrt((self.v**2).sum(axis=1).max())) + 1e-6
         step = min(_COURANT * elastic, _SKIN_STEP * self.matter.thickness / fastest) * finer
         steps = int(np.ceil(seconds / step))
-        # s stages are stable up to (s^2 + s) / 2 explicit steps, and are done for each half of the step
-        self._stages = int(np.ceil(0.5 * (np.sqrt(1.0 + 4.0 * seconds / steps / (_VISCOUS * viscous)) - 1.0)))
+        # s stages are stable up to (s^2 + s) / 2 explicit steps
+        self._stages = max(1, int(np.ceil(0.5 * (np.sqrt(1.0 + 8.0 * seconds / steps / (_VISCOUS * viscous)) - 1.0))))
         call = getattr(_library(), f"run{self.nodes}")
         call(ctypes.byref(self._body()), ctypes.c_int(steps), ctypes.c_double(seconds / steps))
         self.steps += steps
