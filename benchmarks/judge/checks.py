@@ -132,6 +132,51 @@ def flight() -> Iterator[Check]:
         yield Check(f"flight: {name} by its first", after / before, 1.0, tolerance)
 
 
+def damped() -> Iterator[Check]:
+    """A block that swings with viscosity: the energy lost is what the stress 2 eta D takes."""
+    body = Solver(block((0.04, 0.03, 0.02), (4, 3, 2), 0.2), FLYING)
+    r = body.x - body.mass @ body.x / body.mass.sum()
+    body.v[:] = -3.0 * r * (1.0, -0.5, 0.3) + np.roll(r, 1, axis=1)
+    first, taken = state(body)[0], 0.0
+
+    def power() -> float:
+        rate = body.gradients(body.v) @ np.linalg.inv(body.gradients(body.x))
+        return float(MATTER.viscosity * (body.weights * ((rate + np.swapaxes(rate, 2, 3)) ** 2).sum(axis=(2, 3))).sum() / 2.0)
+
+    for _ in range(60):
+        before = power()
+        body.advance(2e-4, 0.5)
+        taken += 1e-4 * (before + power())
+    yield Check("viscosity: energy lost by what it takes", (first - state(body)[0]) / taken, 1.0, 0.01)
+
+
+def tissues() -> Iterator[Check]:
+    """Mass, centre and muscles of the animals: those of zoobench's particles at `fine`."""
+    from benchmarks.judge.scene import body_of, gait_of
+    from zoobench import registry
+    from zoobench.registry import Kind
+    from zoobench.spec import Ref
+
+    fine = registry.create(Kind.FIDELITY, registry.resolve(Kind.FIDELITY, Ref("fine")))
+    for animal in ("caterpillar", "panda", "baby-seal", "fish"):
+        gait = gait_of(f"best:ground/movement-speed/{animal}", 1)
+        made, theirs = body_of(gait, 0.006), gait.design.body(fine)
+        masses = theirs.masses(gait.matter.density)
+        yield Check(f"{animal}: mass [kg]", float(made.weight.sum() / gait.matter.gravity), float(masses.sum()), 0.01)
+        apart = made.weight @ made.mesh.points / made.weight.sum() - masses @ theirs.positions / masses.sum()
+        yield Check(f"{animal}: distance of the centres of mass [mm]", float(1e3 * np.linalg.norm(apart)), 0.0, 0.2)
+        shares = made.weights[..., None] * made.membership
+        volume, exact = shares.sum(axis=(0, 1)), theirs.volumes @ theirs.muscle_membership
+        yield Check(f"{animal}: largest error of a muscle's volume", float(np.abs(volume / exact - 1.0).max()), 0.0, 0.03)
+        places = made.quadrature_places()
+        mine = np.einsum("eqm,eqi->mi", shares, places) / volume[:, None]
+        other = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.positions / exact[:, None]
+        yield Check(f"{animal}: largest distance of a muscle's centre [mm]", float(1e3 * np.linalg.norm(mine - other, axis=1).max()), 0.0, 0.4)
+        lines = np.einsum("eqm,eqi->mi", shares, made.fibres) / volume[:, None]
+        outer = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.fibres / exact[:, None]
+        yield Check(f"{animal}: largest difference of a muscle's mean fibre", float(np.linalg.norm(lines - outer, axis=1).max()), 0.0, 0.03)
+
+
 def state(body: Solver) -> tuple[float, float, float]:
     """Kinetic and elastic energy, momentum, and moment of momentum about the origin."""
     F, (mu, lam) = body.gradients(body.x), body.matter.lame
@@ -188,7 +233,7 @@ def layer() -> Iterator[Check]:
     yield Check("layer: depth of a block that stands on it [mm]", 1e3 * (MATTER.thickness - float(body.x[:, 1].min())), 1e3 * exact_depth, 1e-3)
 
 
-CHECKS: tuple[Callable[[], Iterator[Check]], ...] = (muscle, bilayer, cantilever, slope, flight, bounce, layer)
+CHECKS: tuple[Callable[[], Iterator[Check]], ...] = (muscle, bilayer, cantilever, slope, flight, damped, bounce, layer, tissues)
 
 
 def main(chosen: Any = None) -> int:

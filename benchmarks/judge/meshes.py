@@ -27,6 +27,9 @@ _NEAR = 0.45
 _LEAST = 0.02
 """Share of a lattice's tetrahedron below which a piece is left out."""
 
+_LEAST_JACOBIAN = 0.3
+"""Share of a straight tetrahedron's volume that a curved one has everywhere, else its edges are straight."""
+
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 """Ends of a tetrahedron's edges, in the order of a quadratic element's middle nodes."""
 
@@ -227,5 +230,19 @@ def quadratic(mesh: Mesh, distance: Distance | None = None) -> Mesh:
         length = np.linalg.norm(mesh.points[edges[outer, 0]] - mesh.points[edges[outer, 1]], axis=1)
         near = np.linalg.norm(moved - middles[outer], axis=1) < 0.12 * length
         middles[outer[near]] = moved[near]
-    points = np.concatenate([mesh.points, middles])
-    return Mesh(points, np.hstack([mesh.cells, len(mesh.points) + which.reshape(6, -1).T]))
+    cells = np.hstack([mesh.cells, len(mesh.points) + which.reshape(6, -1).T])
+    straight = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
+    points, full = np.concatenate([mesh.points, middles]), 6.0 * volumes(mesh.points, mesh.cells)
+    while (bad := _least_jacobian(points, cells) < _LEAST_JACOBIAN * full).any():
+        points[cells[bad]] = straight[cells[bad]]
+    return Mesh(points, cells)
+
+
+def _least_jacobian(points: Array, cells: Indices) -> Array:
+    """The least determinant of the reference element's map, at corners and between `[cell]` [m^3]."""
+    from skfem import ElementTetP2
+
+    places = np.hstack([np.vstack([np.zeros(3), np.eye(3)]).T, np.full((3, 4), 0.138) + 0.448 * np.eye(3, 4)])
+    slopes = np.stack([ElementTetP2().lbasis(places, n)[1] for n in range(10)])  # [node, 3, place]
+    found: Array = np.linalg.det(np.einsum("eai,acp->epic", points[cells], slopes)).min(axis=1)
+    return found

@@ -63,7 +63,7 @@ def replay(body: Solver, gait: Any, cell: float, finer: float = 1.0, save: str =
             break
     way = 1e3 * (body.mean(body.x) - start)
     values = (
-        gait.name.removeprefix("best:"), len(gait.activity), f"finite elements, order {1 if body.nodes == 4 else 2}", f"{1e3 * cell:g}", len(body.mesh.cells),
+        gait.name.removeprefix("best:"), len(gait.activity), f"{'linear' if body.nodes == 4 else 'quadratic'} elements", f"{1e3 * cell:g}", len(body.mesh.cells),
         f"{speeds[:, 0].mean():.5f}", f"{way[0]:.1f}", f"{way[2]:.1f}", f"{least:.3f}", inside, f"{time.process_time() - cpu:.0f}",
     )  # fmt: skip
     row = dict(zip(COLUMNS, values, strict=True))
@@ -102,7 +102,7 @@ def zoobench_rows(names: list[str], levels: list[str], frames: int) -> Iterator[
             count = 0 if motion is None else motion.positions.shape[2]
             score = f"{episode.evaluation.score:.5f}" if episode.evaluation.failure is None else str(episode.evaluation.failure)
             values = (
-                name.removeprefix("best:"), spec.frames, f"zoobench, {level}", f"{spacing:.4g}", count,
+                name.removeprefix("best:"), spec.frames, f"zoobench {level}", f"{spacing:.4g}", count,
                 score, f"{way[0]:.1f}", f"{way[2]:.1f}", "", "", f"{time.process_time() - begin:.0f}",
             )  # fmt: skip
             yield dict(zip(COLUMNS, values, strict=True))

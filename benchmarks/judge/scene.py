@@ -71,14 +71,18 @@ def body_of(gait: Gait, cell: float, *, order: int = 2) -> Solver:
     return Solver(mesh, gait.matter, **tissues(gait.design, mesh))
 
 
-def tissues(design: Any, mesh: Mesh, fineness: int = 5) -> dict[str, Array]:
+def tissues(design: Any, mesh: Mesh, fineness: int = 6) -> dict[str, Array]:
     """Stiffness, density, fibres and muscles of a design at the quadrature points."""
     element, places = Element(mesh.cells.shape[1]), sample_places(fineness)
-    points = np.einsum("sa,eai->esi", element.at(places), mesh.points[mesh.cells])
+    # displaced at random: many tetrahedra are mirror images on the very plane between left and right muscles
+    drawn = np.random.default_rng(0).dirichlet(np.ones(4), (len(mesh.cells), len(places))) - 0.25
+    spread = places + drawn / fineness
+    points = np.einsum("esa,eai->esi", element.at(spread), mesh.points[mesh.cells])
     flat = points.reshape(-1, 3)
-    owner = (places @ element.places.T).argmax(axis=1) if len(element.places) > 1 else np.zeros(len(places), int)
-    share = np.eye(len(element.places))[:, owner]
-    share /= share.sum(axis=1, keepdims=True)  # [point, sample]
+    near = places @ element.places.T
+    share = (near > near.max(axis=1, keepdims=True) - 1e-9).astype(float)  # of each sample, the nearest points'
+    share /= share.sum(axis=1, keepdims=True)
+    share = (share / share.sum(axis=0)).T  # [point, sample]
 
     def mean(values: Array) -> Array:
         found: Array = np.einsum("qs,es...->eq...", share, values.reshape(len(points), len(places), *values.shape[1:]))
