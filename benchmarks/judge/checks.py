@@ -58,8 +58,14 @@ def muscle() -> Iterator[Check]:
         return [mu * (along**2 - 1) + volumetric + tension * along**2, mu * (across**2 - 1) + volumetric]
 
     along, across = fsolve(balance, [0.9, 1.0])
-    ball = tetrahedra(lambda x: np.linalg.norm(x - (0.0, 0.02, 0.0), axis=1) - 0.03, np.full(3, -0.03), np.full(3, 0.05), 0.012)
-    meshes = {"distorted, linear": block((0.04, 0.03, 0.02), (4, 3, 2), 0.2, 1), "distorted, quadratic": block((0.04, 0.03, 0.02), (4, 3, 2), 0.2), "a ball cut by the lattice": quadratic(ball)}
+    ball = tetrahedra(
+        lambda x: np.linalg.norm(x - (0.0, 0.02, 0.0), axis=1) - 0.03, np.full(3, -0.03), np.full(3, 0.05), 0.012
+    )
+    meshes = {
+        "distorted, linear": block((0.04, 0.03, 0.02), (4, 3, 2), 0.2, 1),
+        "distorted, quadratic": block((0.04, 0.03, 0.02), (4, 3, 2), 0.2),
+        "a ball cut by the lattice": quadratic(ball),
+    }
     for name, mesh in meshes.items():
         body = Solver(mesh, FLYING, membership=np.ones((len(mesh.cells), 1 if mesh.cells.shape[1] == 4 else 4, 1)))
         body.pull(np.array([tension]))
@@ -83,7 +89,12 @@ def bilayer() -> Iterator[Check]:
         moved = body.x - mesh.points
         part = (np.abs(mesh.points[:, 0] - 3 * thick) < 1.5 * thick) & (np.abs(mesh.points[:, 1] - thick / 2) < 1e-9)
         curvature = 2.0 * np.polyfit(body.x[part, 0], moved[part, 1], 2)[0]
-        yield Check(f"bilayer, order {order}: curvature by 1.5 T / (E t)", abs(curvature) * 1e4 * thick / (1.5 * tension), 1.0, tolerance)
+        yield Check(
+            f"bilayer, order {order}: curvature by 1.5 T / (E t)",
+            abs(curvature) * 1e4 * thick / (1.5 * tension),
+            1.0,
+            tolerance,
+        )
 
 
 def cantilever() -> Iterator[Check]:
@@ -101,6 +112,20 @@ def cantilever() -> Iterator[Check]:
         yield Check(f"cantilever, order {order}: sag by Timoshenko's", sag / exact, 1.0, tolerance)
 
 
+def vibration() -> Iterator[Check]:
+    """A free bar that swings along itself: the period is twice its length by sqrt(E / rho)."""
+    length, thick = 0.16, 0.02
+    body = Solver(block((length, thick, thick), (16, 2, 2)), replace(FLYING, viscosity=0.0))
+    shape = np.cos(np.pi * body.mesh.points[:, 0] / length)
+    body.v[:, 0] = 0.01 * shape
+    seconds, step, before = 0.0, 2e-4, 1.0
+    while (now := float((body.mass * shape) @ body.v[:, 0])) > 0.0:
+        body.advance(step, 0.5)
+        seconds, before = seconds + step, now
+    exact = 0.5 * length / np.sqrt(MATTER.youngs_modulus / MATTER.density)
+    yield Check("bar: a quarter of its period [ms]", 1e3 * (seconds + step * now / (before - now)), 1e3 * exact, 0.01)
+
+
 def slope() -> Iterator[Check]:
     """A block on a slope of 20 degrees: g (sin - mu cos), and none where mu > tan."""
     for friction in (0.1, 0.3, 0.5):
@@ -115,7 +140,12 @@ def slope() -> Iterator[Check]:
         for _ in range(25):
             body.advance(0.008)
         exact = 9.81 * max(np.sin(angle) - friction * np.cos(angle), 0.0)
-        yield Check(f"slope of 20 degrees, friction {friction}: acceleration [m/s^2]", float(body.mean(body.v)[0] - before) / 0.2, float(exact), 0.01)
+        yield Check(
+            f"slope of 20 degrees, friction {friction}: acceleration [m/s^2]",
+            float(body.mean(body.v)[0] - before) / 0.2,
+            float(exact),
+            0.01,
+        )
 
 
 def flight() -> Iterator[Check]:
@@ -124,11 +154,13 @@ def flight() -> Iterator[Check]:
     body = Solver(mesh, replace(FLYING, viscosity=0.0))
     body.x[:, 1] += 0.1
     r = body.x - body.mass @ body.x / body.mass.sum()
-    body.v[:] = np.cross([3.0, 5.0, 8.0], r) + (0.3, 0.2, 0.1) - 3.0 * r * (1.0, 0.0, 0.0)
+    body.v[:] = np.cross([3.0, 5.0, 8.0], r) + np.array([0.3, 0.2, 0.1]) - 3.0 * r * (1.0, 0.0, 0.0)
     began = state(body)
     for _ in range(40):
         body.advance(0.005, 0.25)
-    for name, before, after, tolerance in zip(("energy", "momentum", "moment of momentum"), began, state(body), (2e-3, 1e-9, 1e-3), strict=True):
+    for name, before, after, tolerance in zip(
+        ("energy", "momentum", "moment of momentum"), began, state(body), (2e-3, 1e-9, 1e-3), strict=True
+    ):
         yield Check(f"flight: {name} by its first", after / before, 1.0, tolerance)
 
 
@@ -141,7 +173,9 @@ def damped() -> Iterator[Check]:
 
     def power() -> float:
         rate = body.gradients(body.v) @ np.linalg.inv(body.gradients(body.x))
-        return float(MATTER.viscosity * (body.weights * ((rate + np.swapaxes(rate, 2, 3)) ** 2).sum(axis=(2, 3))).sum() / 2.0)
+        return float(
+            MATTER.viscosity * (body.weights * ((rate + np.swapaxes(rate, 2, 3)) ** 2).sum(axis=(2, 3))).sum() / 2.0
+        )
 
     for _ in range(60):
         before = power()
@@ -167,14 +201,26 @@ def tissues() -> Iterator[Check]:
         yield Check(f"{animal}: distance of the centres of mass [mm]", float(1e3 * np.linalg.norm(apart)), 0.0, 0.2)
         shares = made.weights[..., None] * made.membership
         volume, exact = shares.sum(axis=(0, 1)), theirs.volumes @ theirs.muscle_membership
-        yield Check(f"{animal}: largest error of a muscle's volume", float(np.abs(volume / exact - 1.0).max()), 0.0, 0.03)
+        yield Check(
+            f"{animal}: largest error of a muscle's volume", float(np.abs(volume / exact - 1.0).max()), 0.0, 0.03
+        )
         places = made.quadrature_places()
         mine = np.einsum("eqm,eqi->mi", shares, places) / volume[:, None]
         other = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.positions / exact[:, None]
-        yield Check(f"{animal}: largest distance of a muscle's centre [mm]", float(1e3 * np.linalg.norm(mine - other, axis=1).max()), 0.0, 0.4)
+        yield Check(
+            f"{animal}: largest distance of a muscle's centre [mm]",
+            float(1e3 * np.linalg.norm(mine - other, axis=1).max()),
+            0.0,
+            0.4,
+        )
         lines = np.einsum("eqm,eqi->mi", shares, made.fibres) / volume[:, None]
         outer = (theirs.volumes[:, None] * theirs.muscle_membership).T @ theirs.fibres / exact[:, None]
-        yield Check(f"{animal}: largest difference of a muscle's mean fibre", float(np.linalg.norm(lines - outer, axis=1).max()), 0.0, 0.03)
+        yield Check(
+            f"{animal}: largest difference of a muscle's mean fibre",
+            float(np.linalg.norm(lines - outer, axis=1).max()),
+            0.0,
+            0.03,
+        )
 
 
 def state(body: Solver) -> tuple[float, float, float]:
@@ -195,7 +241,9 @@ def bounce() -> Iterator[Check]:
     for _ in range(40):
         body.advance(0.002, 0.25)
     layer = sampled_energy(body)
-    yield Check("bounce: energy by its first", (state(body)[0] + float(body.weight @ body.x[:, 1]) + layer) / before, 1.0, 0.003)
+    yield Check(
+        "bounce: energy by its first", (state(body)[0] + float(body.weight @ body.x[:, 1]) + layer) / before, 1.0, 0.003
+    )
 
 
 def sampled_energy(body: Solver) -> float:
@@ -230,10 +278,26 @@ def layer() -> Iterator[Check]:
     body = Solver(block((0.03, 0.03, 0.03), (3, 6, 3)), replace(MATTER, youngs_modulus=1e6))
     body.stand()
     exact_depth = MATTER.thickness * np.sqrt(2.0 * 1e3 * 9.81 * 0.03 / MATTER.stiffness)
-    yield Check("layer: depth of a block that stands on it [mm]", 1e3 * (MATTER.thickness - float(body.x[:, 1].min())), 1e3 * exact_depth, 1e-3)
+    yield Check(
+        "layer: depth of a block that stands on it [mm]",
+        1e3 * (MATTER.thickness - float(body.x[:, 1].min())),
+        1e3 * exact_depth,
+        1e-3,
+    )
 
 
-CHECKS: tuple[Callable[[], Iterator[Check]], ...] = (muscle, bilayer, cantilever, slope, flight, damped, bounce, layer, tissues)
+CHECKS: tuple[Callable[[], Iterator[Check]], ...] = (
+    muscle,
+    bilayer,
+    cantilever,
+    vibration,
+    slope,
+    flight,
+    damped,
+    bounce,
+    layer,
+    tissues,
+)
 
 
 def main(chosen: Any = None) -> int:
@@ -244,7 +308,10 @@ def main(chosen: Any = None) -> int:
             continue
         for check in each():
             failed += not check.holds
-            print(f"{'ok  ' if check.holds else 'FAIL'} {check.name}: {check.found:.6g}, exact {check.exact:.6g}", flush=True)
+            print(
+                f"{'ok  ' if check.holds else 'FAIL'} {check.name}: {check.found:.6g}, exact {check.exact:.6g}",
+                flush=True,
+            )
     return failed
 
 

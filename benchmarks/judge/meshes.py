@@ -77,7 +77,8 @@ def _segments(design: Caterpillar) -> Distance:
         along = np.abs(points[:, 0][:, None] - centres).min(axis=1)
         scaled = np.stack([along, points[:, 1] - height, points[:, 2]], axis=1) / radii
         length, slope = np.linalg.norm(scaled, axis=1), np.linalg.norm(scaled / radii, axis=1)
-        return np.where(slope > 0.0, length * (length - 1.0) / np.maximum(slope, 1e-12), -radii.min())
+        found: Array = np.where(slope > 0.0, length * (length - 1.0) / np.maximum(slope, 1e-12), -radii.min())
+        return found
 
     return distance
 
@@ -156,7 +157,11 @@ def _warped(points: Array, cells: Indices, distance: Distance) -> tuple[Array, A
 
 
 def _clipped(
-    row: list[int], value: Array, cut: dict[tuple[int, int], Array], number: dict[tuple[int, int], int], places: list[Any]
+    row: list[int],
+    value: Array,
+    cut: dict[tuple[int, int], Array],
+    number: dict[tuple[int, int], int],
+    places: list[Any],
 ) -> list[list[int]]:
     """The tetrahedra of what is inside of one of the lattice's, by pulling: neighbours divide a common face alike."""
 
@@ -167,7 +172,8 @@ def _clipped(
             places.append(cut[key])
         return number[key]
 
-    faces, rim = [], {}
+    faces: list[list[int]] = []
+    rim: dict[int, list[int]] = {}
     for skipped in range(4):
         corners = [node for n, node in enumerate(row) if n != skipped]
         polygon: list[int] = []
@@ -202,7 +208,8 @@ def outside(cells: Indices) -> Indices:
     sides = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
     faces = np.sort(np.concatenate([cells[:, list(side)] for side in sides]), axis=1)
     found, counts = np.unique(faces, axis=0, return_counts=True)
-    return found[counts == 1]
+    outer: Indices = found[counts == 1]
+    return outer
 
 
 def onto(points: Array, distance: Distance) -> Array:
@@ -224,7 +231,11 @@ def quadratic(mesh: Mesh, distance: Distance | None = None) -> Mesh:
     if distance is not None:
         faces = outside(mesh.cells)
         on_sole = (mesh.points[faces, 1] == 0.0).all(axis=1)
-        skin = {pair for face in faces[~on_sole].tolist() for pair in ((face[0], face[1]), (face[1], face[2]), (face[0], face[2]))}
+        skin = {
+            pair
+            for face in faces[~on_sole].tolist()
+            for pair in ((face[0], face[1]), (face[1], face[2]), (face[0], face[2]))
+        }
         outer = np.array([n for n, edge in enumerate(edges.tolist()) if tuple(edge) in skin])
         moved = onto(middles[outer], distance)
         length = np.linalg.norm(mesh.points[edges[outer, 0]] - mesh.points[edges[outer, 1]], axis=1)

@@ -56,7 +56,8 @@ def gait_of(name: str, frames: int = 0) -> Gait:
     assert ground is not None
     matter = Matter(
         material.youngs_modulus, material.poissons_ratio, material.density, material.viscosity,
-        gravity=-env.gravity[1], friction=ground.friction, thickness=ground.skin.thickness, stiffness=ground.skin.stiffness,
+        gravity=-env.gravity[1], friction=ground.friction,
+        thickness=ground.skin.thickness, stiffness=ground.skin.stiffness,
     )  # fmt: skip
     design = registry.create(Kind.DESIGN, spec.design)
     return Gait(name, design, matter, material.muscle_strength, activity.detach().numpy()[:, 0])

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.judge.meshes import Mesh
+from benchmarks.judge.meshes import Indices, Mesh
 from zoobench.arrays import Array
 
 LANES = 16
@@ -36,7 +36,16 @@ _SKIN_STEP = 0.35
 """Share of the layer that the fastest node may cross in a step [-]."""
 
 _FLAGS = ("-O3", "-march=native", "-ffast-math", "-fno-finite-math-only", "-Wno-psabi", "-shared", "-fPIC")
-_PIECES = ((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3), (4, 5, 6, 8), (4, 6, 7, 8), (6, 5, 9, 8), (6, 9, 7, 8))
+_PIECES = (
+    (0, 4, 6, 7),
+    (4, 1, 5, 8),
+    (6, 5, 2, 9),
+    (7, 8, 9, 3),
+    (4, 5, 6, 8),
+    (4, 6, 7, 8),
+    (6, 5, 9, 8),
+    (6, 9, 7, 8),
+)
 """A quadratic tetrahedron as eight linear ones; the octahedron in the middle is cut along the edge from 6 to 8."""
 
 
@@ -64,8 +73,14 @@ class Matter:
 class _Body(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int) for name in ("blocks", "node_count", "pieces", "stages")),
-        *((name, ctypes.c_void_p) for name in ("cells", "slopes", "inverse", "volume", "mu", "lam", "fibre", "tension", "pulled")),
-        *((name, ctypes.c_void_p) for name in ("piece", "piece_volume", "mass", "weight", "x", "v", "force", "push", "stage", "way", "held")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("cells", "slopes", "inverse", "volume", "mu", "lam", "fibre", "tension", "pulled")
+        ),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("piece", "piece_volume", "mass", "weight", "x", "v", "force", "push", "stage", "way", "held")
+        ),
         *((name, ctypes.c_double) for name in ("eta", "friction", "slope", "thickness", "rate")),
     )
 
@@ -153,28 +168,27 @@ class Solver:
         self.weights = size * element.weights  # [cell, point], volumes
         self.volumes = self.weights.sum(axis=1)
         dense = np.broadcast_to(np.asarray(density, float), count)
-        self.mass = np.bincount(
-            mesh.cells.ravel(), ((matter.density * dense * self.volumes)[:, None] * element.lumps).ravel(), len(mesh.points)
-        )
-        self.shares = np.bincount(mesh.cells.ravel(), (self.volumes[:, None] * element.shares).ravel(), len(mesh.points))
-        self.shares /= self.shares.sum()
-        stiff = np.broadcast_to(np.asarray(stiffness, float), (count, points)) if np.ndim(stiffness) else np.full((count, points), stiffness)
+        masses = (matter.density * dense * self.volumes)[:, None] * element.lumps
+        mass = _at_nodes(mesh, masses)
+        self.shares = _at_nodes(mesh, self.volumes[:, None] * element.shares / self.volumes.sum())
+        stiff = np.ones((count, points)) * stiffness
         mu, lam = matter.lame
         directions = np.broadcast_to([1.0, 0.0, 0.0], (count, points, 3)) if fibres is None else fibres
         self.fibres = directions
         self.membership = np.zeros((count, points, 1)) if membership is None else membership
         inverse = np.linalg.inv(jacobian).reshape(count, points, 9)
-        self.weight = matter.gravity * self.mass
-        self._laplacian, self.mass = _largest(mesh.cells, inverse, self.weights, element, self.mass)
+        self.weight = matter.gravity * mass
+        self._laplacian, heavier = _largest(mesh.cells, inverse, self.weights, element, mass)
         self.blocks = -(-count // LANES)
         self._cells = np.ascontiguousarray(_lanes(mesh.cells, self.blocks), np.int32)
         self._arrays = {
-            "slopes": element.slopes, "inverse": _lanes(inverse, self.blocks), "volume": _lanes(self.weights, self.blocks, 0.0),
-            "mu": _lanes(mu * stiff, self.blocks), "lam": _lanes(lam * stiff, self.blocks), "fibre": _lanes(directions, self.blocks),
-            "tension": _lanes(np.zeros((count, points)), self.blocks), "pulled": _lanes(inverse, self.blocks),
+            "slopes": element.slopes, "inverse": _lanes(inverse, self.blocks), "pulled": _lanes(inverse, self.blocks),
+            "volume": _lanes(self.weights, self.blocks, 0.0), "fibre": _lanes(directions, self.blocks),
+            "mu": _lanes(mu * stiff, self.blocks), "lam": _lanes(lam * stiff, self.blocks),
+            "tension": _lanes(np.zeros((count, points)), self.blocks),
         }  # fmt: skip
         self._arrays = {name: np.asarray(array, np.float32) for name, array in self._arrays.items()} | {
-            **_pieces(mesh), "mass": self.mass, "weight": self.weight, "stage": np.zeros((2, *mesh.points.shape)),
+            **_pieces(mesh), "mass": heavier, "weight": self.weight, "stage": np.zeros((2, *mesh.points.shape)),
             "way": np.zeros((len(mesh.points), 2)), "held": np.zeros(len(mesh.points), np.int32),
         }  # fmt: skip
         self._arrays = {name: _aligned(array) for name, array in self._arrays.items()}
@@ -186,11 +200,11 @@ class Solver:
     def _body(self) -> _Body:
         m = self.matter
         places = {name: array.ctypes.data for name, array in self._arrays.items()}
+        nodal = {name: getattr(self, name).ctypes.data for name in ("x", "v", "force", "push")}
         return _Body(
-            blocks=self.blocks, node_count=len(self.x), pieces=len(self._arrays["piece"]), stages=self._stages, cells=self._cells.ctypes.data,
-            x=self.x.ctypes.data, v=self.v.ctypes.data, force=self.force.ctypes.data, push=self.push.ctypes.data,
-            eta=m.viscosity, friction=m.friction, slope=m.slope, thickness=m.thickness,
-            rate=m.stiffness / m.thickness**2, **places,
+            blocks=self.blocks, node_count=len(self.x), pieces=len(self._arrays["piece"]), stages=self._stages,
+            cells=self._cells.ctypes.data, eta=m.viscosity, friction=m.friction, slope=m.slope, thickness=m.thickness,
+            rate=m.stiffness / m.thickness**2, **places, **nodal,
         )  # fmt: skip
 
     def pull(self, tensions: Array) -> None:
@@ -198,7 +212,7 @@ class Solver:
         self._arrays["tension"][...] = _lanes(self.membership @ np.asarray(tensions, float), self.blocks)
 
     def largest_step(self) -> tuple[float, float, float]:
-        """The largest stable steps of the present state [s], by elasticity and by explicit viscosity, and the least J."""
+        """The largest stable steps now [s], by elasticity and by explicit viscosity, and the least J."""
         stiff, viscous, least = (np.zeros(self.blocks * LANES) for _ in range(3))
         call = getattr(_library(), f"survey{self.nodes}")
         call(ctypes.byref(self._body()), *(ctypes.c_void_p(a.ctypes.data) for a in (stiff, viscous, least)))
@@ -231,13 +245,14 @@ class Solver:
         low, high = -self.matter.thickness, self.matter.thickness
         for _ in range(40):
             middle = 0.5 * (low + high)
-            self.x[:] = rest + (0.0, middle - rest[:, 1].min(), 0.0)
+            self.x[:] = rest + np.array([0.0, middle - rest[:, 1].min(), 0.0])
             low, high = (middle, high) if self.carried() > weight else (low, middle)
 
     def settle(self, frames: int = 40, rounds: int = 20) -> float:
         """Come to rest as zoobench does, by dynamic relaxation: stop whenever the kinetic energy falls.
 
-        After so many frames it goes on for half as many at a time until the centre of mass has stopped along the ground.
+        After so many frames it goes on for half as many at a time until the centre of mass has stopped along
+        the ground.
 
         Returns:
             the horizontal speed of the centre of mass in the last round [m/s].
@@ -273,11 +288,18 @@ class Solver:
     def gradients(self, values: Array) -> Array:
         """Gradients at the quadrature points by places at rest `[cell, point, 3, 3]` of a nodal vector."""
         jacobian = np.einsum("eai,qac->eqic", self.mesh.points[self.mesh.cells], self.element.slopes)
-        found: Array = np.einsum("eai,qac->eqic", values[self.mesh.cells], self.element.slopes) @ np.linalg.inv(jacobian)
+        found: Array = np.einsum("eai,qac->eqic", values[self.mesh.cells], self.element.slopes) @ np.linalg.inv(
+            jacobian
+        )
         return found
 
 
-def _largest(cells: Array, inverse: Array, weights: Array, element: Element, mass: Array) -> tuple[Array, Array]:
+def _at_nodes(mesh: Mesh, values: Array) -> Array:
+    """Sums over elements of values at their nodes `[cell, node]`, at every node."""
+    return np.bincount(mesh.cells.ravel(), values.ravel(), len(mesh.points)).astype(np.float64)
+
+
+def _largest(cells: Indices, inverse: Array, weights: Array, element: Element, mass: Array) -> tuple[Array, Array]:
     """Largest eigenvalue of every element's Laplacian `[cell]` [1/(kg/m^3 m^2)], and the masses it holds for [kg].
 
     A node's mass is divided among its elements in proportion to their stiffness there: a sliver gets most of it. The
@@ -297,11 +319,13 @@ def _pieces(mesh: Mesh) -> dict[str, Array]:
     """The linear tetrahedra that feel the ground, with their volumes."""
     from benchmarks.judge.meshes import volumes
 
-    found = mesh.cells if mesh.cells.shape[1] == 4 else np.concatenate([mesh.cells[:, list(piece)] for piece in _PIECES])
+    found = (
+        mesh.cells if mesh.cells.shape[1] == 4 else np.concatenate([mesh.cells[:, list(piece)] for piece in _PIECES])
+    )
     return {"piece": np.ascontiguousarray(found, np.int32), "piece_volume": np.abs(volumes(mesh.points, found))}
 
 
-def _lanes(values: Array, blocks: int, padding: float | None = None) -> Array:
+def _lanes(values: Any, blocks: int, padding: float | None = None) -> Array:
     """Rows of elements `[cell, ...]` as `[block, ..., 8]`; the last is repeated, or padded."""
     missing = blocks * LANES - len(values)
     last = np.repeat(values[-1:], missing, axis=0)
